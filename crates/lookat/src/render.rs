@@ -33,6 +33,7 @@ use crate::sight;
 use crate::source::{load_scene, load_watched, replace_samples};
 use crate::standard_error;
 use batch::{Job, jobs, render_again, render_each};
+use fireflies::Fireflies;
 use focus::focus;
 use frames::render_frames;
 use layers::Numbered;
@@ -320,7 +321,7 @@ fn picture(
     }
     live.finish(&rendered.image);
     let is_told = !arguments.quiet && !arguments.report.json;
-    let luminances = match rendered.complete && is_told {
+    let luminances = match rendered.complete && !arguments.quiet {
         true => fireflies::luminances(&rendered.image, &scene.view.film, rendered.statistics.least),
         false => None,
     };
@@ -330,6 +331,8 @@ fn picture(
         output.write(&mut rendered, numbered.clone())?;
     let black = light.is_some_and(|light| light.is_black(summary::residue(&scene)));
     let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
+    let fireflies = luminances
+        .and_then(|luminances| Fireflies::find(&luminances, (&scene, prepared), &settings, &loaded.sources));
     let picture = JsonPicture {
         file: file.display().to_string(),
         width: rendered.image.data_window.width,
@@ -345,6 +348,7 @@ fn picture(
         black,
         light,
         numbered,
+        fireflies,
         target: target_error(&settings).zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
     if let Some(why) = kept.filter(|_| !arguments.report.json) {
@@ -356,10 +360,7 @@ fn picture(
     if is_told {
         summarize(&picture, &rendered);
         light.inspect(|light| light.print(&file, rendered.complete && least > 0 && !black));
-        let found = luminances.and_then(|luminances| {
-            fireflies::remark(&luminances, (&scene, prepared), &settings, &loaded.sources)
-        });
-        found.iter().flat_map(|found| found.lines()).for_each(crate::say);
+        picture.fireflies.iter().flat_map(Fireflies::lines).for_each(|line: String| crate::say(&line));
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);
         }

@@ -25,6 +25,10 @@ pub struct BrightestSample {
     pub share: f64,
     /// The number of samples of the pixel.
     pub samples: u32,
+    /// The sum of their luminances, before the scale of the film.
+    pub sum: f64,
+    /// What this sum loses if each sample is limited to the luminance `limit`.
+    pub loss: f64,
     /// The Shape directives of the surfaces of its path, from the camera on. `None` for shapes made in code.
     pub surfaces: Vec<Option<Span>>,
     /// What its path ends at.
@@ -43,13 +47,15 @@ pub enum PathEnd {
 }
 
 impl Prepared {
-    /// The brightest sample of a pixel of the full picture, as [`Prepared::render`] takes them from a camera that is near. `None` for a
-    /// black pixel, for settings that do not give every pixel the same samples, and if `flow` breaks.
+    /// The brightest sample of a pixel of the full picture, as [`Prepared::render`] takes them from a camera that is near. `limit` is a
+    /// luminance before the scale of the film, above 0. `None` for a black pixel, for settings that do not give every pixel the same
+    /// samples, and if `flow` breaks.
     pub fn brightest_sample(
         &self,
         view: &View,
         settings: &Settings,
         pixel: [u32; 2],
+        limit: f64,
         flow: fn() -> ControlFlow<()>,
     ) -> Option<BrightestSample> {
         let Settings { seed, stop, .. } = *settings;
@@ -63,7 +69,7 @@ impl Prepared {
         let control = Control::new(progress, &film);
         let context = Context::new(self, view, stop.nominal_samples(view), (&filter, &film, &control));
         let mut worker = Worker::new(&context);
-        let (mut brightest, mut sum, mut samples) = ((0.0, None), 0.0, 0);
+        let (mut brightest, mut sum, mut loss, mut samples) = ((0.0, None), 0.0, 0.0, 0);
         for pass in all(stop.sampler(view), seed, error_layers) {
             for first in pass.samples.clone().step_by(WAVE) {
                 let indices = first..pass.samples.end.min(first + WAVE as u32);
@@ -74,6 +80,7 @@ impl Prepared {
                         continue;
                     }
                     (sum, samples) = (sum + own, samples + 1);
+                    loss += (own - limit).max(0.0);
                     if own > brightest.0 {
                         brightest = (own, Some((pass.pattern, index)));
                     }
@@ -86,7 +93,7 @@ impl Prepared {
         let profiler = worker.tracer.profiler.take()?;
         let path = segments(&profiler, &self.traceable, &self.lights);
         let (surfaces, end) = self.followed(&path);
-        Some(BrightestSample { share: brightest.0 / sum, samples, surfaces, end })
+        Some(BrightestSample { share: brightest.0 / sum, samples, sum, loss, surfaces, end })
     }
 
     /// The surfaces of a path, and its end.

@@ -4,6 +4,7 @@ use lookat_image::{Image, luminance};
 use lookat_render::{BrightestSample, PathEnd, Prepared, Settings};
 use lookat_scene::syntax::Span;
 use lookat_scene::{Film, Scene, Sources};
+use serde::Serialize;
 
 use crate::{interrupt, report};
 
@@ -13,8 +14,11 @@ const LEAST_SAMPLES: u32 = 1024;
 const CONTRAST: f32 = 5.0;
 /// The least share of its light from one sample.
 const DOMINANT: f64 = 0.5;
-/// The most pixels whose samples are taken again.
+/// The most fireflies whose samples are taken again, and the most other pixels.
 const MOST_TRACED: usize = 3;
+const MOST_MEASURED: usize = 32;
+/// A limit that takes this share of the light or more is no advice.
+const MUCH: f64 = 0.05;
 
 /// A pixel that stands out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,42 +36,95 @@ pub fn luminances(image: &Image, film: &Film, samples: u32) -> Option<Vec<f32>> 
     Some(image.rgb().filter(|_| may_have_some)?.into_iter().map(luminance).collect())
 }
 
-/// What to say about the fireflies among these luminances. Takes the samples of some pixels again.
-pub fn remark(
-    luminances: &[f32],
-    (scene, prepared): (&Scene, &Prepared),
-    settings: &Settings,
-    sources: &Sources,
-) -> Option<String> {
-    let film = &scene.view.film;
-    let spots = spots(luminances, film.crop.width() as usize, [film.crop.x0, film.crop.y0]);
-    let (spot, sample) = spots.iter().take(MOST_TRACED).find_map(|spot| {
-        let sample = prepared.brightest_sample(&scene.view, settings, spot.place, interrupt::flow)?;
-        (sample.share >= DOMINANT).then_some((spot, sample))
-    })?;
-    // Far below the sample, and above all that other pixels show.
+/// What fireflies a picture has.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fireflies {
+    /// The number of pixels that stand out.
+    pixels: usize,
+    /// Column and row of the one whose sample is told.
+    pixel: [u32; 2],
+    /// Its samples, and the share of its light from the brightest one.
+    samples: u32,
+    share: f64,
+    /// The path of the brightest one, in words.
+    path: String,
+    /// A limit for `maxsampleluminance`, and the share of the light of the picture that is lost with it.
+    limit: f64,
+    loss: f64,
+}
+
+impl Fireflies {
+    /// The fireflies among these luminances. Takes the samples of some pixels again.
+    pub fn find(
+        luminances: &[f32],
+        (scene, prepared): (&Scene, &Prepared),
+        settings: &Settings,
+        sources: &Sources,
+    ) -> Option<Fireflies> {
+        let film = &scene.view.film;
+        let spots = spots(luminances, film.crop.width() as usize, [film.crop.x0, film.crop.y0]);
+        let brightest = |pixel, limit| {
+            prepared.brightest_sample(&scene.view, settings, pixel, limit / film.scale, interrupt::flow)
+        };
+        let (spot, limit, sample) = spots.iter().take(MOST_TRACED).find_map(|spot| {
+            let limit = limit(usual(luminances, spot)?);
+            let sample = brightest(spot.place, limit)?;
+            (sample.share >= DOMINANT).then_some((spot, limit, sample))
+        })?;
+        // What fireflies have in excess, or what the limit takes of pixels here and there: light that all pixels get so has no spots.
+        let sum = |values: &mut dyn Iterator<Item = f32>| values.map(f64::from).sum::<f64>();
+        let all = sum(&mut luminances.iter().copied().filter(|it| it.is_finite()));
+        let excess = sum(&mut spots.iter().map(|spot| spot.luminance - spot.around)) / all;
+        let place = |at: u32| [film.crop.x0 + at % film.crop.width(), film.crop.y0 + at / film.crop.width()];
+        let apart = luminances.len() / MOST_MEASURED + 1;
+        let places = (0..luminances.len() as u32).skip(apart / 2).step_by(apart).map(place);
+        let others: Vec<_> = places.filter_map(|pixel| brightest(pixel, limit)).collect();
+        let of_others = |value: fn(&BrightestSample) -> f64| others.iter().map(value).sum::<f64>();
+        let measured = of_others(|it| it.loss) / of_others(|it| it.sum).max(f64::MIN_POSITIVE);
+        Some(Fireflies {
+            pixels: spots.len(),
+            pixel: spot.place,
+            samples: sample.samples,
+            share: sample.share,
+            path: path(&sample, sources),
+            limit: limit / film.scale,
+            loss: excess.max(measured),
+        })
+    }
+
+    /// What to say about them, in lines.
+    pub fn lines(&self) -> [String; 3] {
+        let Fireflies { pixels, pixel: [x, y], samples, share, path, limit, loss } = self;
+        let others = match pixels - 1 {
+            0 => String::new(),
+            1 => "; 1 other pixel stands out".into(),
+            count => format!("; {count} other pixels stand out"),
+        };
+        let percent = |share: f64| format!("{:.1$} %", 100.0 * share, usize::from(share < 0.1));
+        let advice = match *loss >= MUCH {
+            true => format!(
+                "about {} of the light of the picture comes in such samples: take more of them, or let a larger light give it",
+                percent(*loss)
+            ),
+            false => format!(
+                "to limit fireflies, write \"float maxsampleluminance\" {limit} in Film; the picture loses about {} of its light",
+                percent(*loss)
+            ),
+        };
+        let share = (100.0 * share).floor();
+        let found = format!(
+            "pixel {x}, {y} is a firefly: 1 of its {samples} samples gives {share} % of its light{others}"
+        );
+        [found, format!("its path: {path}"), advice]
+    }
+}
+
+/// What samples usually have at most: far below those of fireflies, and above all that other pixels show. `None` among black pixels, which
+/// tell no limit.
+fn usual(luminances: &[f32], spot: &Spot) -> Option<f64> {
     let others = luminances.iter().filter(|luminance| luminance.is_finite() && **luminance != spot.luminance);
     let usual = others.copied().fold(10.0 * spot.around, f32::max);
-    // No limit can be told from black pixels.
-    if usual <= 0.0 {
-        return None;
-    }
-    let [x, y] = spot.place;
-    let others = match spots.len() - 1 {
-        0 => String::new(),
-        1 => "; 1 other pixel stands out as much".into(),
-        count => format!("; {count} other pixels stand out as much"),
-    };
-    let percent = (100.0 * sample.share).floor();
-    let found = format!(
-        "pixel {x}, {y} is a firefly: 1 of its {} samples gives {percent} % of its light{others}",
-        sample.samples
-    );
-    let limit = limit(f64::from(usual) / film.scale);
-    let advice = format!(
-        "to limit fireflies, write \"float maxsampleluminance\" {limit} in Film; the picture loses the light above it"
-    );
-    Some(format!("{found}\nits path: {}\n{advice}", path(&sample, sources)))
+    (usual > 0.0).then_some(f64::from(usual))
 }
 
 /// The pixels that stand out, the most striking ones first.
@@ -123,11 +180,11 @@ mod tests {
 
     use super::*;
 
-    /// What is said about a scene of 8 x 8 pixels with so many samples.
-    fn said(samples: u32, world: &str) -> Option<String> {
+    /// What is said about a scene of so many pixels on each side, with so many samples each.
+    fn said((side, samples): (u32, u32), world: &str) -> Option<String> {
         let loaded = load_str(&format!(
-            "LookAt 0 4 -8 0 0.5 0 0 1 0 Camera \"perspective\" \"float fov\" 30 Film \"image\" \"integer xresolution\" 8
-            \"integer yresolution\" 8 Sampler \"random\" \"integer pixelsamples\" {samples} Integrator \"path\" WorldBegin
+            "LookAt 0 4 -8 0 0.5 0 0 1 0 Camera \"perspective\" \"float fov\" 30 Film \"image\" \"integer xresolution\" {side}
+            \"integer yresolution\" {side} Sampler \"random\" \"integer pixelsamples\" {samples} Integrator \"path\" WorldBegin
             Material \"matte\" Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 0 -9 9 0 -9 9 0 9 -9 0 9]
             {world} WorldEnd"
         ));
@@ -136,7 +193,8 @@ mod tests {
         let rendered = render(scene, &settings, &|_| ControlFlow::Continue(()));
         let prepared = Prepared::new(scene);
         let luminances = luminances(&rendered.image, &scene.view.film, samples)?;
-        remark(&luminances, (scene, &prepared), &settings, &loaded.sources)
+        let found = Fireflies::find(&luminances, (scene, &prepared), &settings, &loaded.sources)?;
+        Some(found.lines().join("\n"))
     }
 
     /// A lamp in a glass bulb: paths find it by chance alone.
@@ -146,10 +204,19 @@ mod tests {
 
     #[test]
     fn a_firefly_is_named_with_its_path() {
-        let text = said(1024, BULB).unwrap();
+        let text = said((8, 1024), BULB).unwrap();
         assert!(text.contains("is a firefly: 1 of its 1024 samples gives"), "{text}");
         assert!(text.contains("sphere") && text.contains("to the light of"), "{text}");
-        assert!(text.contains("\"float maxsampleluminance\""), "{text}");
+        // Most of the light of this picture comes so.
+        assert!(text.contains("take more of them") && !text.contains("maxsampleluminance"), "{text}");
+    }
+
+    #[test]
+    fn a_limit_is_advised_where_it_takes_little() {
+        let bulb =
+            BULB.replace("[1e4 1e4 1e4]", "[4e3 4e3 4e3]").replace("0.02 AttributeEnd", "0.004 AttributeEnd");
+        let text = said((24, 1024), &bulb).unwrap();
+        assert!(text.contains("write \"float maxsampleluminance\""), "{text}");
     }
 
     #[test]
@@ -162,10 +229,10 @@ mod tests {
         for world in
             [lamp, small, "LightSource \"point\" \"point from\" [0 3 0] Translate 0 1 0 Shape \"sphere\""]
         {
-            assert_eq!(said(1024, world), None, "{world}");
+            assert_eq!(said((8, 1024), world), None, "{world}");
         }
         // Few samples have noise.
-        assert_eq!(said(1023, BULB), None);
+        assert_eq!(said((8, 1023), BULB), None);
     }
 
     #[test]

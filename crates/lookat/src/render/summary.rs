@@ -8,6 +8,7 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{Camera, Integrator, Primitive, Scene, Sources};
 use serde::Serialize;
 
+use super::fireflies::Fireflies;
 use super::layers::Numbered;
 use crate::light::JsonLight;
 use crate::report::{self, JsonDiagnostic};
@@ -53,6 +54,8 @@ pub(super) struct JsonPicture {
     pub light: Option<JsonLight>,
     #[serde(flatten)]
     pub numbered: Numbered,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fireflies: Option<Fireflies>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<JsonTarget>,
 }

@@ -69,7 +69,8 @@ fn written(matrix: &DMat4) -> String {
     }
 }
 
-fn as_matrix(matrix: &DMat4) -> String {
+/// A matrix as a Transform directive.
+pub(super) fn as_matrix(matrix: &DMat4) -> String {
     format!("Transform [{}]", numbers(&matrix.to_cols_array()))
 }
 

@@ -1,15 +1,19 @@
 //! Lights that light nothing.
 
 use lookat_render::{LightFacts, LightPlace, ShapeFacts};
-use lookat_scene::syntax::{Diagnostic, ParamType};
-use lookat_scene::{Emission, Integrator, Light};
+use lookat_scene::glam::DVec3;
+use lookat_scene::syntax::{Diagnostic, Directive, ParamType, Span, Statement, parse};
+use lookat_scene::{CameraPlacement, Emission, Integrator, Light};
 
 use super::placement::is_in;
-use super::{Sight, short};
+use super::{Sight, inverse, point, short};
 
 /// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
 const NO_SHARE: f64 = 1e-5;
 const FAR: f64 = 30.0;
+/// A light that `LookAt` moves is misplaced if it has less than this share of the light or, alone, sends less than this part of its own
+/// radiance to what is in view.
+const MISPLACED: f64 = 0.01;
 
 /// Lights that light nothing in view.
 pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
@@ -21,7 +25,8 @@ pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
     let all = sight.facts.lights.iter().filter(|_| uses_lights && is_opaque && is_lit);
     let mut found: Vec<Diagnostic> = Vec::new();
     for warning in all.filter_map(|light| {
-        enclosed(sight, light).or_else(|| turned_away(sight, light)).or_else(|| far(sight, light))
+        let misplaced = misplaced(sight, light).or_else(|| enclosed(sight, light));
+        misplaced.or_else(|| turned_away(sight, light)).or_else(|| far(sight, light))
     }) {
         // A lamp may be of many shapes.
         match found.iter_mut().find(|known| known.message == warning.message && known.help == warning.help) {
@@ -30,6 +35,55 @@ pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
         }
     }
     found
+}
+
+/// A light that a `LookAt` of its block puts where it gives next to nothing.
+fn misplaced(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
+    let all: f64 = sight.facts.lights.iter().map(|light| light.irradiance).sum();
+    let own = match sight.facts.lights.len() {
+        1 => emission_of(sight, light).map_or(0.0, |it| f64::from(it.radiance.max_element())),
+        _ => all,
+    };
+    let place = sight.light_place(light).filter(|_| light.irradiance <= MISPLACED * own)?;
+    let (at, points) = look_at_of(sight, place)?;
+    let placed = CameraPlacement::new(points).world_from_camera().ok()?;
+    let message = match light.position {
+        Some(position) => {
+            format!("LookAt puts this light at {}, where it lights next to nothing in view", point(position))
+        }
+        None => "LookAt turns this light, and it lights next to nothing in view".into(),
+    };
+    let eye = DVec3::from_slice(&points[..3]);
+    let help =
+        format!("LookAt maps the world to a camera: to put the light at {}, write the inverse", point(eye));
+    let inverse = format!("Concat{}", inverse::as_matrix(&placed.matrix()));
+    Some(Diagnostic::warning(place, message).related(at, "this moves the light").help(help).fix(at, inverse))
+}
+
+/// The `LookAt` that moves what a directive of the world makes, if there is just one.
+fn look_at_of(sight: &Sight, place: Span) -> Option<(Span, [f64; 9])> {
+    let start = sight.directive_start(place)?.start as usize;
+    let text = sight.sources.files.get(place.file.0 as usize)?.text.get(..start)?;
+    let before = parse(place.file, text).statements;
+    let mut closed = 0;
+    let is_around = |statement: &&Statement| {
+        match statement.directive {
+            Directive::AttributeEnd | Directive::TransformEnd | Directive::ObjectEnd => closed += 1,
+            Directive::AttributeBegin | Directive::TransformBegin | Directive::ObjectBegin(_)
+                if closed > 0 =>
+            {
+                closed -= 1
+            }
+            _ => return closed == 0,
+        }
+        false
+    };
+    let in_world = before.iter().rev().take_while(|it| it.directive != Directive::WorldBegin);
+    let mut all = in_world.filter(is_around).filter_map(|statement| match statement.directive {
+        Directive::LookAt(points) => Some((statement.span, points)),
+        _ => None,
+    });
+    all.next().filter(|_| all.next().is_none())
 }
 
 /// A light in an opaque shape.
@@ -58,13 +112,17 @@ fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
     let (message, help) = match light.place {
         LightPlace::Primitive(number) => return dark_side(sight, number),
         LightPlace::Light(number) => match sight.scene.world.lights[number] {
-            Light::Spot { .. } | Light::Projection { .. } => (
+            Light::Spot { world_from_light, .. } | Light::Projection { world_from_light, .. } => (
                 "nothing in view is in the cone of this light",
-                "it shines from \"from\" towards \"to\": check both",
+                format!(
+                    "it shines from {} towards {}: turn it",
+                    point(world_from_light.point(DVec3::ZERO)),
+                    point(world_from_light.point(DVec3::Z))
+                ),
             ),
-            Light::Distant { .. } => (
+            Light::Distant { direction, .. } => (
                 "this light shines on the back of everything in view",
-                "it shines from \"from\" towards \"to\": check both",
+                format!("it shines along {}: turn it", point(-direction)),
             ),
             _ => return None,
         },

@@ -11,7 +11,7 @@ const TOLERANCE: f64 = 0.01;
 
 /// A window without `screenwindow` is small where the scene is so many times as large.
 const SMALL: f64 = 10.0;
-/// The least share of the picture that the only shape in it fills.
+/// The least share of the picture that shapes fill.
 const FILLED: f64 = 0.95;
 /// The width of the margin around the scene, in sizes of the scene.
 const MARGIN: f64 = 0.05;
@@ -61,20 +61,23 @@ pub(super) fn stretched(sight: &Sight) -> Option<Diagnostic> {
     Some(Diagnostic::warning(at, message).help(help).fix(at, format!("[{edges}]")))
 }
 
-/// An orthographic camera without a window shows a small part of one shape.
+/// An orthographic camera without a window shows a small part of one shape, or of several large ones.
 pub(super) fn small(sight: &Sight) -> Option<Diagnostic> {
     let camera = sight.places.camera.filter(|_| is_orthographic(sight) && sight.is_whole())?;
     let edges = of_scene(sight).filter(|_| sight.places.screen_window.is_none())?;
     let screen = sight.scene.view.camera.screen;
     let (size, shown) =
         (DVec2::new(edges[1] - edges[0], edges[3] - edges[2]), (screen.max - screen.min).abs());
-    let mut seen = sight.shapes_in_view();
-    let is_filled = seen.next().is_some_and(|shape| shape.share >= FILLED) && seen.next().is_none();
-    if !is_filled || size.x < SMALL * shown.x {
+    let seen: Vec<_> = sight.shapes_in_view().collect();
+    let is_filled = seen.iter().map(|shape| shape.share).sum::<f64>() >= FILLED;
+    let is_large = |bounds: [DVec3; 2]| (bounds[1] - bounds[0]).max_element() >= SMALL * shown.x;
+    let is_part = seen.len() == 1 || seen.iter().all(|shape| is_large(shape.bounds));
+    if !is_filled || !is_part || size.x < SMALL * shown.x {
         return None;
     }
+    let what = if seen.len() == 1 { "one shape fills" } else { "large shapes fill" };
     let message = format!(
-        "an orthographic camera without screenwindow shows {} x {} units, and one shape fills them: the whole scene needs {} x {}",
+        "an orthographic camera without screenwindow shows {} x {} units, and {what} them: the whole scene needs {} x {}",
         short(shown.x),
         short(shown.y),
         short(size.x),
