@@ -134,10 +134,11 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
 
 /// How lights are chosen, the sample dimensions at each surface, and the most surfaces of a path.
 fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) -> (Choice, Vec<Draw>, u32) {
-    let one = |choice| if lights.len() < 2 { Choice::Nothing } else { Choice::One(lights.rule(choice)) };
+    let one =
+        |choice| if lights.is_choice(choice) { Choice::One(lights.rule(choice)) } else { Choice::Nothing };
     match *integrator {
         Integrator::Path { max_depth, light_choice, .. } => {
-            (one(light_choice), path::draws(max_depth, lights), max_depth)
+            (one(light_choice), path::draws(max_depth, lights, light_choice), max_depth)
         }
         Integrator::DirectLighting { strategy, max_depth } => {
             let choice = match strategy {
