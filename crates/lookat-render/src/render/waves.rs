@@ -8,7 +8,7 @@ use fearless_simd::Simd;
 use glam::DVec2;
 
 use super::control::Meter;
-use super::sample::{Context, Job, center_of};
+use super::sample::{Context, Job, corner_of};
 use crate::camera::views::Viewer;
 use crate::integrator::wave::{WAVE, Wave};
 use crate::integrator::{Stage, Tracer};
@@ -25,8 +25,10 @@ pub(super) struct Worker<'a> {
     pub tracer: Tracer<'a>,
     pub streams: Streams,
     pub wave: Box<Wave>,
-    /// Whether the filter is negative at each sample.
-    pub negative: [bool; WAVE],
+    /// Where each sample lies in the unit square of its pixel.
+    pub squares: [DVec2; WAVE],
+    /// Room for the weights of a sample, across and down.
+    pub weights: [Vec<f64>; 2],
 }
 
 impl<'a> Worker<'a> {
@@ -36,7 +38,8 @@ impl<'a> Worker<'a> {
                 .supervised(context.control),
             streams: Streams::new(),
             wave: Box::new(Wave::new()),
-            negative: [false; WAVE],
+            squares: [DVec2::ZERO; WAVE],
+            weights: Default::default(),
         }
     }
 }
@@ -87,8 +90,8 @@ impl Context<'_> {
             return false;
         }
         for (at, (number, _)) in places.iter().enumerate() {
-            let Job { pattern, samples, .. } = &mut jobs[*number];
-            self.add(pattern, worker.wave.radiance[at], worker.negative[at], samples);
+            let sample = (worker.squares[at], worker.wave.radiance[at]);
+            self.add(sample, &mut worker.weights, &mut jobs[*number]);
         }
         true
     }
@@ -126,9 +129,9 @@ impl Context<'_> {
             streams.choose(simd, &numbers, 0);
             let mut film = streams.next_2d(simd);
             for (lane, (_, place, _)) in samples.iter().enumerate() {
-                let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
-                (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
-                worker.negative[first + lane] = is_negative;
+                let square = DVec2::new(film[0][lane], film[1][lane]);
+                (film[0][lane], film[1][lane]) = (corner_of(*place) + square).into();
+                worker.squares[first + lane] = square;
             }
             let camera = &self.camera;
             let on_lens = camera.has_lens().then(|| streams.next_2d(simd));

@@ -11,8 +11,7 @@ use lookat_scene::{Light, Scene, Transform};
 
 use super::*;
 use crate::Progress;
-use crate::film::{Errors, Film};
-use crate::filter::FilterSampler;
+use crate::film::{Film, Keeps};
 use crate::inspect::inspect;
 use crate::prepare::Prepared;
 use crate::render::control::Control;
@@ -27,15 +26,14 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let mut prepared = Prepared::new(scene);
     prepared.traceable.level = level;
     let progress = |_: Progress| ControlFlow::Continue(());
-    let filter = FilterSampler::new(&scene.view.filter);
-    let film = Film::new(&scene.view.film, &filter, Errors::None);
+    let film = Film::new(&scene.view, Keeps::Sums);
     let control = Control::new(&progress, &film);
-    let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+    let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
     let job = |at: u32| Job {
         pattern: Pattern { seed: u64::from(at % 2), ..pattern },
-        place: [at % 8 * 4, at / 8 * 4],
+        place: [at % 8 * 4, at / 8 * 4].map(u32::cast_signed),
         // All, none, or from the middle on.
         indices: at % 8 * 4..scene.view.sampler.samples_per_pixel,
         samples: Samples::default(),
@@ -345,8 +343,7 @@ fn samples_of_many_rays_are_interrupted() {
             ReverseOrientation Shape \"sphere\" \"float radius\" 9 WorldEnd"
         ));
         let prepared = Prepared::new(&scene);
-        let filter = FilterSampler::new(&scene.view.filter);
-        let film = Film::new(&scene.view.film, &filter, Errors::None);
+        let film = Film::new(&scene.view, Keeps::Sums);
         for most in [1, 10] {
             let calls = AtomicU64::new(0);
             let progress = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
@@ -354,7 +351,7 @@ fn samples_of_many_rays_are_interrupted() {
                 false => ControlFlow::Break(()),
             };
             let control = Control::new(&progress, &film);
-            let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+            let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
             let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
             let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
             let mut jobs: Vec<Job> = (0..256).map(|x| Job::new(pattern, [x, 9], 0..1)).collect();
@@ -363,7 +360,7 @@ fn samples_of_many_rays_are_interrupted() {
             let rays = worker.tracer.rays;
             assert!(rays > 0 && rays <= most << 15, "{integrator}: {rays} rays in {most} calls");
             // Samples that are not complete do not count.
-            assert!(jobs.iter().all(|job| job.samples.pixel.all.count == 0));
+            assert!(jobs.iter().all(|job| job.samples.count == 0));
         }
     }
 }
@@ -372,7 +369,7 @@ fn samples_of_many_rays_are_interrupted() {
 #[test]
 fn meters_remember_slow_samples() {
     let scene = scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd");
-    let film = Film::new(&scene.view.film, &FilterSampler::new(&scene.view.filter), Errors::None);
+    let film = Film::new(&scene.view, Keeps::Sums);
     let control = Control::new(&|_| ControlFlow::Continue(()), &film);
     let wave = |samples: u32, rays: u64| {
         let mut meter = Meter::new(&control);
