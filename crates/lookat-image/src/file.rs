@@ -65,7 +65,7 @@ pub(crate) fn replace(
         let _ = attributes::copy(&target, &new.file);
     }
     fill(&mut new.file, write)?;
-    Ok(new.rename(&target)?)
+    Ok(new.persist(&target)?)
 }
 
 fn fill(
