@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
@@ -44,6 +44,19 @@ fn change(path: &Path, before: &[u8], after: &[u8]) -> Result<bool, Fault> {
         }
     }
     change.overwrite()
+}
+
+/// Writes a previous text of a file beside it, as `lookat-before-...`. Returns the path.
+///
+/// # Errors
+///
+/// The folder of the file accepts no file of this size.
+pub fn keep_aside(path: &Path, text: &[u8]) -> io::Result<PathBuf> {
+    let (_, folder) = write_target(path)?;
+    let mut file = file_aside(&folder)?;
+    file.write_all(text)?;
+    file.as_file().sync_data()?;
+    Ok(file.keep()?.1)
 }
 
 /// A file beside another one, for its previous text. Other processes leave it alone.
@@ -167,7 +180,6 @@ fn put(file: &mut File, text: &[u8]) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
-    use std::path::PathBuf;
     use std::sync::Barrier;
     use std::time::Duration;
 
