@@ -12,6 +12,7 @@ use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, FileId, ParamType, Span, statement_at};
 use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, View};
 
+use crate::Failure;
 use crate::args::way_out;
 use crate::directive_text::DirectiveText;
 
@@ -34,10 +35,13 @@ pub struct Sight<'l> {
 }
 
 /// Prepares a scene for rays. Fails if there is not enough memory.
-pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, String> {
+pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, Failure> {
     match loaded.memory.reserve(preparation_bytes(&scene.world)) {
         Ok(_charge) => Ok(Prepared::new(scene)),
-        Err(shortage) => Err(format!("the shapes and lights are too large: {}", way_out(shortage))),
+        Err(shortage) => {
+            let message = format!("the shapes and lights are too large: {}", way_out(shortage));
+            Err(Failure::too_large(message))
+        }
     }
 }
 
