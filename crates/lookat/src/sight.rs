@@ -88,8 +88,10 @@ pub fn advise_by(
         }
     }
     let sight = &sight;
+    // Without Camera, reading the scene gave a warning about the place of the default camera.
+    let is_placed = sight.places.camera.is_some() || loaded.placement.is_some();
     let first = size::giant(sight).or_else(|| window::other_order(sight)).or_else(|| window::small(sight));
-    if let Some(found) = first.or_else(|| placement::odd(sight)) {
+    if let Some(found) = first.or_else(|| is_placed.then(|| placement::odd(sight)).flatten()) {
         return vec![found];
     }
     let others = window::stretched(sight).into_iter().chain(focus::blurred(sight));
