@@ -23,6 +23,8 @@ pub(crate) struct Report {
     v4_marks: Vec<Span>,
     /// True if an included file is missing. Its definitions are then missing too, which is not another error.
     pub incomplete: bool,
+    /// True if the memory limit ended reading. Then no part of the scene stands for all of it.
+    pub exhausted: bool,
     /// True if the last directive of a file is incomplete and may have swallowed the text after it.
     pub incomplete_end: bool,
     /// The reason why an override of the caller does not fit this scene.

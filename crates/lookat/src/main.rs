@@ -89,11 +89,38 @@ fn start_threads(command: &args::Command) {
     }
 }
 
+/// Why a command ends without its result.
+struct Failure {
+    message: String,
+    /// The exit status.
+    status: u8,
+}
+
+impl Failure {
+    /// The scene does not fit the memory limit.
+    fn too_large(message: String) -> Failure {
+        Failure { message, status: report::SCENE_FAULT }
+    }
+}
+
+impl From<String> for Failure {
+    fn from(message: String) -> Failure {
+        Failure { message, status: TROUBLE }
+    }
+}
+
+impl From<&str> for Failure {
+    fn from(message: &str) -> Failure {
+        message.to_owned().into()
+    }
+}
+
 /// The exit status of a command. Prints its error message.
-fn exit_code(result: Result<u8, String>) -> ExitCode {
-    ExitCode::from(result.unwrap_or_else(|message| {
+fn exit_code(result: Result<u8, impl Into<Failure>>) -> ExitCode {
+    ExitCode::from(result.unwrap_or_else(|failure| {
+        let Failure { message, status } = failure.into();
         say(&format!("error: {message}"));
-        TROUBLE
+        status
     }))
 }
 
