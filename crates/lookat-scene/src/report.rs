@@ -37,7 +37,7 @@ pub(crate) struct Report {
 impl Report {
     /// Adds a diagnostic. If the same problem is already known, adds only its places.
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        self.places += 1;
+        self.places += diagnostic.all_places().count();
         let next = self.diagnostics.len();
         match *self.known.entry(Problem::of(&diagnostic)).or_insert(next) {
             index if index < next => self.diagnostics[index].places.extend(diagnostic.all_places()),
