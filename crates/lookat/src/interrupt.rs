@@ -85,7 +85,7 @@ pub fn watch() {
         ASKED.store(true, Ordering::Relaxed);
         if !is_worth_while() {
             crate::say("interrupted; nothing was written");
-            crate::standard_error::wait();
+            crate::wait_for_messages();
             exit(STATUS.into());
         }
         notice.into_iter().for_each(crate::say);

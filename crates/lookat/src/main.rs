@@ -67,7 +67,7 @@ fn main() -> ExitCode {
         args::Command::Explain(arguments) => explain::explain(&arguments),
         args::Command::Bench(arguments) => bench::bench(&arguments),
     };
-    standard_error::wait();
+    wait_for_messages();
     status
 }
 
@@ -124,6 +124,11 @@ fn exit_code(result: Result<u8, impl Into<Failure>>) -> ExitCode {
     }))
 }
 
+/// Waits until all messages are written; after a signal, not on a pipe that nobody reads.
+fn wait_for_messages() {
+    standard_error::wait(|| interrupt::flow().is_break());
+}
+
 /// Prints one line of JSON to standard output.
 fn print_json(value: &impl serde::Serialize) -> Result<(), String> {
     print(&(escaped(&serde_json::to_string(value).unwrap_or_default()) + "\n"))
@@ -136,7 +141,7 @@ fn print(text: &str) -> Result<(), String> {
     if !standard_error::is_detached() {
         return write_out(&text, &|| ());
     }
-    standard_error::wait();
+    wait_for_messages();
     let (tell, told) = mpsc::channel();
     let writer = Writer::new(move |text: String, progress| {
         let _ = tell.send(write_out(&text, progress));

@@ -8,7 +8,6 @@ use std::sync::OnceLock;
 use indicatif::style::TemplateError;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::interrupt;
 use crate::live::drawing::Drawing;
 use crate::writer::{Writer, write_parts};
 
@@ -74,9 +73,9 @@ fn put(queue: &mut VecDeque<Item>, text: Vec<u8>) {
     }
 }
 
-/// Waits until everything is written. Gives up on a terminal that does not read, and after a signal also on a pipe.
-pub fn wait() {
-    let is_impatient = || io::stderr().is_terminal() || interrupt::flow().is_break();
+/// Waits until everything is written. Gives up on a terminal that does not read, and on a pipe where `has_to_end`.
+pub fn wait(has_to_end: fn() -> bool) {
+    let is_impatient = || io::stderr().is_terminal() || has_to_end();
     if let Some(writer) = WRITER.get() {
         writer.wait(is_impatient);
     }

@@ -330,6 +330,14 @@ fn paths_have_the_same_bits_at_every_level() {
     assert!(seen > 300_000, "{seen}");
 }
 
+/// Counts a call, and breaks at the last of so many.
+fn breaks_after(most: u64, calls: &AtomicU64) -> ControlFlow<()> {
+    match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
+        true => ControlFlow::Continue(()),
+        false => ControlFlow::Break(()),
+    }
+}
+
 /// However many rays a sample takes, the callback is called soon, and may end the rendering. Once samples are known to be slow, few
 /// are taken together.
 #[test]
@@ -349,10 +357,7 @@ fn samples_of_many_rays_are_interrupted() {
         let film = Film::new(&scene.view.film, &filter, Errors::None);
         for most in [1, 10] {
             let calls = AtomicU64::new(0);
-            let progress = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
-                true => ControlFlow::Continue(()),
-                false => ControlFlow::Break(()),
-            };
+            let progress = |_: Progress| breaks_after(most, &calls);
             let control = Control::new(&progress, &film);
             let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
             let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
@@ -383,10 +388,7 @@ fn fast_samples_of_a_broken_wave_do_not_count() {
     // Samples of every second pixel hit a sphere, and take many rays.
     let render = |most: u64, counts: [u32; 48]| {
         let calls = AtomicU64::new(0);
-        let progress = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
-            true => ControlFlow::Continue(()),
-            false => ControlFlow::Break(()),
-        };
+        let progress = |_: Progress| breaks_after(most, &calls);
         let control = Control::new(&progress, &film);
         let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
         let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
