@@ -216,8 +216,15 @@ fn rare_light_is_undecided() {
     let mut image = Image::from_rgb(window, window, &pixels);
     image.add_errors(&[PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16 }; 64 * 48]);
     image.write(&folder.path("flat.exr")).unwrap();
-    pixels[..16].fill([30.0; 3]);
+    let plain = pixels.clone();
+    pixels[..16 * 64].iter_mut().step_by(67).for_each(|pixel| *pixel = [30.0; 3]);
     Image::from_rgb(window, window, &pixels).write(&folder.path("rare.exr")).unwrap();
+    // A lamp of as many pixels that the render lacks is no rare light.
+    let lamp = |i: usize| if i % 64 < 4 && i / 64 < 4 { [30.0; 3] } else { plain[i] };
+    let pixels: Vec<_> = (0..plain.len()).map(lamp).collect();
+    Image::from_rgb(window, window, &pixels).write(&folder.path("lamp.exr")).unwrap();
+    let (status, out, _) = folder.compare(&["flat.exr", "lamp.exr", "--max", "noise-p=0.01"]);
+    assert!(status == 1 && out.contains("noise           differ: "), "{out}");
     let noise = |more: &[&str]| folder.compare(&[&["flat.exr", "rare.exr"], more].concat());
     let (status, out, _) = noise(&["--max", "noise-p=0.01"]);
     assert!(status == 2 && out.contains("noise           undecided: only few pixels"), "{out}");

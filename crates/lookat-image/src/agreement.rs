@@ -2,6 +2,7 @@
 //!
 //! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel.
 
+mod feature;
 mod noise;
 mod tail;
 #[cfg(test)]
@@ -38,8 +39,9 @@ pub struct Test {
     /// The tail index of the differences of its pixels. At least 0; infinite if they are equal. Below 2, few pixels make up most of
     /// the difference, as where light is rarely sampled.
     pub tail_index: f64,
-    /// `p` without light that the samples of the actual picture may have missed because they rarely meet it. At least `p`, and the
-    /// same if the tail index is at least 2 or the expected picture has error layers, which tell of such light.
+    /// `p` without light that the samples of the actual picture may have missed because they rarely hit it: no pixel counts as far
+    /// brighter in the expected picture, unless a block of nine pixels is brighter by about the same amount. At least `p`, and
+    /// the same if the tail index is at least 2 or the expected picture has error layers, which tell of such light.
     pub p_without_rare: f64,
 }
 

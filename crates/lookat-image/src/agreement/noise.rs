@@ -1,5 +1,6 @@
 //! How noisy each pixel of a pair of pictures is.
 
+use super::feature::levels;
 use super::{FEWEST_PIXELS, Untestable, in_tile, tiles};
 use crate::{Aligned, PixelError, Precision, Window};
 
@@ -101,29 +102,49 @@ impl Noise {
         (0..pair.actual.len()).map(|pixel| self.difference(pair, pixel, channel, f64::INFINITY)).collect()
     }
 
-    /// The same without light that the actual picture may have missed because its samples rarely meet it: no pixel of the expected
-    /// picture is far above it. The error layers of an expected picture tell of such light themselves: then `None`.
+    /// The same without light that the actual picture may have missed because its samples rarely hit it: no pixel of the expected
+    /// picture is far above it, except in [features](levels). The error layers of an expected picture tell of such light
+    /// themselves: then `None`.
     pub fn without_rare(&self, pair: &Aligned, channel: usize) -> Option<Vec<Difference>> {
-        let pixels = 0..pair.actual.len();
-        let bounded = || pixels.map(|pixel| self.difference(pair, pixel, channel, BOUND)).collect();
-        (!self.expected_is_known).then(bounded)
+        if self.expected_is_known {
+            return None;
+        }
+        let bound = |pixel| BOUND * self.variances(pixel, channel).iter().sum::<f64>().sqrt();
+        let excess = |pixel: usize| {
+            let [a, b] = [&pair.actual, &pair.expected].map(|colors| f64::from(colors[pixel][channel]));
+            if b - a > bound(pixel) { b - a } else { 0.0 }
+        };
+        let excess: Vec<f64> = (0..pair.actual.len()).map(excess).collect();
+        let levels = levels(&excess, pair.window.width as usize).into_iter().enumerate();
+        let bounded =
+            |(pixel, level): (usize, f64)| self.difference(pair, pixel, channel, level.max(bound(pixel)));
+        Some(levels.map(bounded).collect())
     }
 
-    /// `bound`: how many standard errors the expected value may be above the actual one.
+    /// The variances of the actual and the expected value of a pixel, at the same noise per sample.
+    fn variances(&self, pixel: usize, channel: usize) -> [f64; 2] {
+        let errors = [&self.actual[pixel], &self.expected[pixel]];
+        let [a, b] = errors.map(|error| f64::from(error.standard_error[channel]).powi(2));
+        let ratio = self.ratio(pixel);
+        let a = a.max(if ratio < 1.0 { b / ratio } else { 0.0 });
+        [a, b.max(if ratio > 1.0 { a * ratio } else { 0.0 })]
+    }
+
+    /// How many samples the actual pixel has for each of the expected one.
+    fn ratio(&self, pixel: usize) -> f64 {
+        f64::from(self.actual[pixel].samples) / f64::from(self.expected[pixel].samples)
+    }
+
+    /// `bound`: how far the expected value may be above the actual one.
     fn difference(&self, pair: &Aligned, pixel: usize, channel: usize, bound: f64) -> Difference {
         let (colors, expected_colors) = (pair.actual[pixel], pair.expected[pixel]);
         let (a, b) = (f64::from(colors[channel]), f64::from(expected_colors[channel]));
         let (a_error, b_error) = (&self.actual[pixel], &self.expected[pixel]);
-        let [a_variance, b_variance] =
-            [a_error, b_error].map(|error| f64::from(error.standard_error[channel]).powi(2));
         let freedom = |error: &PixelError| f64::from(error.replicates - 1);
-        // At the same noise per sample.
-        let ratio = f64::from(a_error.samples) / f64::from(b_error.samples);
-        let a_variance = a_variance.max(if ratio < 1.0 { b_variance / ratio } else { 0.0 });
-        let mut b_variance = b_variance.max(if ratio > 1.0 { a_variance * ratio } else { 0.0 });
+        let [a_variance, mut b_variance] = self.variances(pixel, channel);
         let mut value = a - b;
         if !self.expected_is_known {
-            value = value.max(-bound * (a_variance + b_variance).sqrt());
+            value = value.max(-bound);
             // The variance of a mean, of which events of that probability make up all.
             b_variance = b_variance.max(value * value / RULE_OF_THREE);
         }
@@ -135,7 +156,7 @@ impl Noise {
             variance: a_variance + b_variance,
             spread: a_variance.powi(2) / freedom(a_error) + b_variance.powi(2) / freedom(b_error),
             rounding: self.step.max(rounding).max(self.mixed_rounding * f64::from(brightest)),
-            is_even: self.expected_is_known && (0.5..=2.0).contains(&ratio),
+            is_even: self.expected_is_known && (0.5..=2.0).contains(&self.ratio(pixel)),
             is_settled: a_error.samples.min(b_error.samples) >= SETTLED,
         }
     }

@@ -73,6 +73,9 @@ impl Context<'_> {
     }
 
     /// Takes samples and adds them to their jobs. False, without adding them, if the rendering stops meanwhile.
+    ///
+    /// A wave that is broken off is dropped as a whole, with the samples that are finished. To keep those would prefer short paths, which
+    /// are darker than long ones. So each pixel has the first samples of its pattern, slow or fast.
     pub(super) fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) -> bool {
         worker.tracer.profile(|profiler| profiler.enter(Stage::Camera));
         let sample = |(number, index): &Place| {

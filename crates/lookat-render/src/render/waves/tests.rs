@@ -328,6 +328,14 @@ fn paths_have_the_same_bits_at_every_level() {
     assert!(seen > 300_000, "{seen}");
 }
 
+/// Counts a call, and breaks at the last of so many.
+fn breaks_after(most: u64, calls: &AtomicU64) -> ControlFlow<()> {
+    match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
+        true => ControlFlow::Continue(()),
+        false => ControlFlow::Break(()),
+    }
+}
+
 /// However many rays a sample takes, the callback is called soon, and may end the rendering. Once samples are known to be slow, few
 /// are taken together.
 #[test]
@@ -346,10 +354,7 @@ fn samples_of_many_rays_are_interrupted() {
         let film = Film::new(&scene.view, Keeps::Sums);
         for most in [1, 10] {
             let calls = AtomicU64::new(0);
-            let progress = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
-                true => ControlFlow::Continue(()),
-                false => ControlFlow::Break(()),
-            };
+            let progress = |_: Progress| breaks_after(most, &calls);
             let control = Control::new(&progress, &film);
             let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
             let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
@@ -363,6 +368,45 @@ fn samples_of_many_rays_are_interrupted() {
             assert!(jobs.iter().all(|job| job.samples.count == 0));
         }
     }
+}
+
+/// Of a wave that is broken off, no fast sample is kept without the slow ones beside it: pixels have the first samples of a complete
+/// rendering, one pixel after the other.
+#[test]
+fn fast_samples_of_a_broken_wave_do_not_count() {
+    const SAMPLES: u32 = 3;
+    let scene = scene(
+        "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"ambientocclusion\" \"integer nsamples\" 4096
+        WorldBegin Translate 0 0 5 Shape \"sphere\" \"float radius\" 2 Translate 0 3 0 Shape \"sphere\" WorldEnd",
+    );
+    let prepared = Prepared::new(&scene);
+    let filter = FilterSampler::new(&scene.view.filter);
+    let film = Film::new(&scene.view.film, &filter, Errors::None);
+    // Samples of every second pixel hit a sphere, and take many rays.
+    let render = |most: u64, counts: [u32; 48]| {
+        let calls = AtomicU64::new(0);
+        let progress = |_: Progress| breaks_after(most, &calls);
+        let control = Control::new(&progress, &film);
+        let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+        let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
+        let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
+        let place = |at: u32| if at.is_multiple_of(2) { [640 + at, 360] } else { [9, at] };
+        let mut jobs: Vec<Job> =
+            (0..48).map(|at| Job::new(pattern, place(at), 0..counts[at as usize])).collect();
+        context.sample_all(&mut worker, &mut meter, &mut jobs);
+        let samples: Vec<String> = jobs.iter().map(|job| format!("{:?}", job.samples)).collect();
+        let counts: [u32; 48] = std::array::from_fn(|at| jobs[at].samples.pixel.all.count);
+        (samples, counts, worker.tracer.is_stopped)
+    };
+    let mut broken = 0;
+    for most in 2..8 {
+        let (samples, counts, is_broken) = render(most, [SAMPLES; 48]);
+        broken += u32::from(is_broken);
+        let whole = counts.iter().take_while(|count| **count == SAMPLES).count();
+        assert!(whole < 48 && counts.iter().skip(whole + 1).all(|count| *count == 0), "{counts:?}");
+        assert_eq!(samples, render(u64::MAX, counts).0, "{counts:?}");
+    }
+    assert!(broken > 1, "{broken}");
 }
 
 /// A tile that begins where samples are slow begins with few of them.
