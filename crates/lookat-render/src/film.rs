@@ -1,17 +1,20 @@
 //! The film: exact sums of weighted samples, pixel by pixel, in tiles.
 
 mod area;
+mod frame;
 pub(crate) mod sum;
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-use glam::{DVec3, DVec4, Vec3};
+use glam::{DVec3, Vec3};
 use lookat_image::{Image, PixelError, Window};
 use lookat_scene::View;
 
 use crate::color::luminance;
 use crate::filter::PixelFilter;
 pub(crate) use area::Area;
+use frame::BLOCK;
+pub(crate) use frame::Frame;
 pub(crate) use sum::{Scale, Spread, Sum};
 
 /// Replicates of each pixel when its error is asked for: with 16 of them intervals by Student's t hold what they promise,
@@ -23,6 +26,8 @@ pub const REPLICATES: u32 = 16;
 pub(crate) struct Film<'v> {
     pub of: &'v lookat_scene::Film,
     pub filter: PixelFilter,
+    /// Pixels on a side of the tiles.
+    side: i32,
     /// That of 1 until it is set.
     scale: OnceLock<Scale>,
     /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
@@ -44,9 +49,9 @@ pub(crate) enum Keeps {
 /// A rectangle of the picture that one thread renders at a time.
 #[derive(Debug)]
 pub(crate) struct Tile {
-    /// The pixels.
+    /// The pixels: none in tiles beyond the crop window.
     pub bounds: Area,
-    /// Where its samples are taken: in these pixels and, at the edges of the crop window, in those that the filter reaches beyond.
+    /// Where its samples are taken: in these pixels, and beyond the crop window as far as the filter reaches.
     pub sources: Area,
     /// The samples taken in each source, row by row.
     pub counts: Vec<u32>,
@@ -84,34 +89,16 @@ impl Tile {
     }
 }
 
-/// The samples of a source, added up by the pixels around that they count for, row by row.
-pub(crate) struct Contribution<'s> {
-    pub source: [i32; 2],
-    pub samples: u32,
-    pub sums: &'s [DVec4],
-    /// A factor on all sums.
-    pub weight: f64,
-}
-
 impl<'v> Film<'v> {
     /// A film without samples: black.
     pub fn new(view: &'v View, keeps: Keeps) -> Self {
         let filter = PixelFilter::new(&view.filter);
         let crop = Area::of(view.film.crop);
-        let reach = filter.reach();
-        let tile = |bounds: Area| {
-            let grown = bounds.grown(reach);
-            let end = |own: i32, grown: i32, edge: i32| if own == edge { grown } else { own };
-            let sources = Area {
-                x0: end(bounds.x0, grown.x0, crop.x0),
-                y0: end(bounds.y0, grown.y0, crop.y0),
-                x1: end(bounds.x1, grown.x1, crop.x1),
-                y1: end(bounds.y1, grown.y1, crop.y1),
-            };
-            Mutex::new(Tile::new(bounds, sources, keeps))
-        };
-        let tiles = tiles(crop).map(tile).collect();
-        Film { of: &view.film, filter, scale: OnceLock::new(), tiles }
+        let side = tile_side(crop);
+        let tiles = tiles(crop.grown(filter.reach()), side);
+        let tiles =
+            tiles.map(|sources| Mutex::new(Tile::new(sources.intersection(crop), sources, keeps))).collect();
+        Film { of: &view.film, filter, side, scale: OnceLock::new(), tiles }
     }
 
     /// The pixels of the picture.
@@ -134,41 +121,37 @@ impl<'v> Film<'v> {
         let _ = self.scale.set(scale);
     }
 
-    /// Adds the samples of sources in an area.
-    pub fn add<'s>(&self, area: Area, all: impl Iterator<Item = Contribution<'s>>) {
-        let [reach_x, reach_y] = self.filter.reach().map(u32::cast_signed);
-        let frame = area.grown(self.filter.reach()).intersection(self.crop());
-        let mut sums = vec![Sum::default(); frame.size()];
-        let mut counts = vec![0; area.size()];
+    /// Adds the samples of a frame.
+    pub fn add(&self, frame: &Frame) {
         let scale = self.scale();
-        for Contribution { source, samples, sums: own, weight } in all {
-            counts[area.index(source)] += samples;
-            let [x, y] = source;
-            let around = Area { x0: x - reach_x, y0: y - reach_y, x1: x + reach_x + 1, y1: y + reach_y + 1 };
-            for place in around.intersection(frame).places() {
-                sums[frame.index(place)] += Sum::new(own[around.index(place)] * weight, scale);
+        for at in self.tiles_of(frame.area.grown(self.filter.reach())) {
+            let Tile { bounds, sources, counts, sums, pass, .. } = &mut *lock(&self.tiles[at]);
+            let into = if pass.is_empty() { sums } else { pass };
+            for (block, sums) in frame.sums() {
+                let part = block.intersection(*bounds);
+                for y in (part.y0..part.y1).filter(|_| part.width() > 0) {
+                    let (own, from) = (bounds.index([part.x0, y]), block.index([part.x0, y]));
+                    for (into, sum) in into[own..][..part.width()].iter_mut().zip(&sums[from..]) {
+                        *into += Sum::new(*sum, scale);
+                    }
+                }
             }
-        }
-        for tile in self.tiles_of(frame) {
-            let mut tile = lock(&self.tiles[tile]);
-            let Tile { bounds, sources, counts: of_tile, sums: all, pass, .. } = &mut *tile;
-            let into = if pass.is_empty() { all } else { pass };
-            for place in bounds.intersection(frame).places() {
-                into[bounds.index(place)] += sums[frame.index(place)];
-            }
-            for place in sources.intersection(area).places() {
-                of_tile[sources.index(place)] += counts[area.index(place)];
+            for place in sources.intersection(frame.area).places() {
+                counts[sources.index(place)] += frame.counts[frame.area.index(place)];
             }
         }
     }
 
-    /// The numbers of the tiles that an area has pixels of.
-    pub fn tiles_of(&self, area: Area) -> impl Iterator<Item = usize> + use<> {
-        let crop = self.crop();
-        let side = tile_side(crop) as i32;
-        let across = crop.width().div_ceil(side as usize) as i32;
-        let range = |from: i32, to: i32, start: i32| (from - start) / side..=(to - 1 - start) / side;
-        let (columns, rows) = (range(area.x0, area.x1, crop.x0), range(area.y0, area.y1, crop.y0));
+    /// The numbers of the tiles that an area has pixels or sources of.
+    fn tiles_of(&self, area: Area) -> impl Iterator<Item = usize> + use<> {
+        let (side, all) = (self.side, self.sources());
+        let area = area.intersection(all);
+        let range = move |from: i32, to: i32, start: i32| {
+            let start = start.div_euclid(side);
+            from.div_euclid(side) - start..(to - 1).div_euclid(side) - start + 1
+        };
+        let across = range(all.x0, all.x1, all.x0).end;
+        let (columns, rows) = (range(area.x0, area.x1, all.x0), range(area.y0, area.y1, all.y0));
         rows.flat_map(move |row| columns.clone().map(move |column| (row * across + column) as usize))
     }
 
@@ -254,18 +237,21 @@ pub(crate) fn pixel_bytes(keeps: Keeps) -> usize {
 }
 
 /// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.
-pub(crate) fn tile_side(crop: Area) -> u32 {
+fn tile_side(crop: Area) -> i32 {
     const FEWEST: usize = 64;
-    [16, 8, 4, 2].into_iter().find(|side| crop.size() >= FEWEST * side * side).unwrap_or(1) as u32
+    [16, 8].into_iter().find(|side| crop.size() >= FEWEST * side * side).map_or(BLOCK, |side| side as i32)
 }
 
-/// Cuts the crop window into tiles, row by row.
-fn tiles(crop: Area) -> impl Iterator<Item = Area> {
-    let side = tile_side(crop) as i32;
-    let starts = move |from: i32, to: i32| (from..to).step_by(side as usize);
-    starts(crop.y0, crop.y1)
-        .flat_map(move |y0| starts(crop.x0, crop.x1).map(move |x0| (x0, y0)))
-        .map(move |(x0, y0)| Area { x0, y0, x1: (x0 + side).min(crop.x1), y1: (y0 + side).min(crop.y1) })
+/// Cuts an area into tiles, row by row. They are aligned to the full picture, as blocks are.
+fn tiles(area: Area, side: i32) -> impl Iterator<Item = Area> {
+    let starts = move |from: i32, to: i32| {
+        (from.div_euclid(side)..(to - 1).div_euclid(side) + 1).map(move |at| at * side)
+    };
+    starts(area.y0, area.y1)
+        .flat_map(move |y0| {
+            starts(area.x0, area.x1).map(move |x0| Area { x0, y0, x1: x0 + side, y1: y0 + side })
+        })
+        .map(move |tile| tile.intersection(area))
 }
 
 #[cfg(test)]
@@ -279,11 +265,11 @@ mod tests {
     use crate::testing::scene;
 
     #[test]
-    fn tiles_cover_the_crop_window_once() {
-        for (x1, y1, side) in [(70, 24, 4), (6, 8, 1), (6, 2000, 4), (133, 135, 16), (5, 7, 1)] {
-            let crop = Area { x0: 5, y0: 7, x1, y1 };
-            let size: usize = tiles(crop).map(Area::size).sum();
-            assert_eq!((size, tile_side(crop)), (crop.size(), side));
+    fn tiles_cover_an_area_once() {
+        for (x1, y1) in [(70, 24), (6, 8), (6, 2000), (133, 135), (5, 7)] {
+            let area = Area { x0: -5, y0: -7, x1, y1 };
+            let size: usize = tiles(area, 8).map(Area::size).sum();
+            assert_eq!(size, area.size());
         }
     }
 
@@ -327,8 +313,6 @@ mod tests {
             PixelFilter \"mitchell\" WorldBegin Shape \"sphere\" WorldEnd",
         );
         let film = Film::new(&scene.view, Keeps::Sums);
-        let filter = &film.filter;
-        let mut weights: [Vec<f64>; 2] = Default::default();
         // Samples of a flat picture everywhere, and a bright one.
         let bright = ([4, 5], DVec2::new(0.9, 0.3));
         let places: Vec<([i32; 2], DVec2, f64)> = film
@@ -337,14 +321,12 @@ mod tests {
             .map(|source| (source, DVec2::new(0.25, 0.5), 3.0))
             .chain([(bright.0, bright.1, 100.0)])
             .collect();
+        let mut frame = Frame::default();
+        frame.restart(&film, film.sources());
         for (source, place, value) in &places {
-            let mut sums = vec![DVec4::ZERO; filter.cells()];
-            filter.add(*place, DVec3::splat(*value).extend(1.0), &mut weights, &mut sums);
-            film.add(
-                film.sources(),
-                [Contribution { source: *source, samples: 1, sums: &sums, weight: 1.0 }].into_iter(),
-            );
+            frame.add(&film.filter, *source, *place, DVec3::splat(*value).extend(1.0));
         }
+        film.add(&frame);
         let image = film.develop(false).rgb().unwrap();
         for (place, found) in film.crop().places().zip(image) {
             let mut sum = [0.0; 2];

@@ -1,6 +1,8 @@
 //! Pixel filters: how much each sample counts for the pixels around it (PBR 7.8 and 7.9).
 
-use glam::{DVec2, DVec4};
+use std::f64::consts::PI;
+
+use glam::DVec2;
 use lookat_scene::{Filter, FilterKind};
 
 /// The weights of a sample for the pixels whose filter reaches it.
@@ -24,20 +26,10 @@ impl PixelFilter {
         self.reach().iter().map(|reach| 2 * *reach as usize + 1).product()
     }
 
-    /// Adds a sample to the sums of the pixels around, row by row. `place`: where it is in the unit square of its pixel. `sample`: red,
-    /// green, blue, and a weight of 1.
+    /// The weight of a sample for the pixel that it lies in, at `place` in its unit square.
     #[inline(always)]
-    pub fn add(&self, place: DVec2, sample: DVec4, weights: &mut [Vec<f64>; 2], sums: &mut [DVec4]) {
-        if let ([sum], FilterKind::Box) = (&mut *sums, self.axes[0].kind) {
-            *sum += sample * (self.axes[0].own(place.x) * self.axes[1].own(place.y));
-            return;
-        }
-        self.weigh(place, weights);
-        let [across, down] = &*weights;
-        for (row, down) in sums.chunks_exact_mut(across.len()).zip(down) {
-            let sample = sample * *down;
-            row.iter_mut().zip(across).for_each(|(sum, across)| *sum += sample * *across);
-        }
+    pub fn own(&self, place: DVec2) -> f64 {
+        self.axes[0].own(place.x) * self.axes[1].own(place.y)
     }
 
     /// The weights of a sample for the pixels around, across and down.
@@ -72,48 +64,100 @@ struct Axis {
     reach: u32,
     /// Makes the largest weight, and the sum of the weights of a sample, about 1 at most.
     scale: f64,
+    /// Of a Gaussian its value at the radius.
+    floor: f64,
+    /// What does not depend on the sample, for pixels so far away: of a Gaussian its value there; of a sinc the sine and the cosine of the
+    /// window's angle.
+    far: Vec<[f64; 2]>,
 }
+
+/// With larger exponents a Gaussian is evaluated pixel by pixel: products would leave the range of numbers.
+const MOST_EXPONENT: f64 = 300.0;
 
 impl Axis {
     fn new(kind: FilterKind, radius: f64) -> Self {
         const STEPS: u32 = 1 << 14;
-        let values = (0..STEPS)
-            .map(|step| evaluate(kind, radius, (f64::from(step) + 0.5) / f64::from(STEPS) * radius).abs());
+        let reach = (radius - 0.5).ceil().max(0.0);
+        let offsets = (0..=2 * reach as u32).map(|k| f64::from(k) - reach);
+        let (floor, far) = match kind {
+            FilterKind::Gaussian { alpha } => {
+                let far = offsets.map(|k| [libm::exp(-alpha * k * k), 0.0]).collect();
+                (libm::exp(-alpha * radius * radius), far)
+            }
+            FilterKind::Sinc { tau } => {
+                (0.0, offsets.map(|k| [libm::sin(PI * k / tau), libm::cos(PI * k / tau)]).collect())
+            }
+            _ => (0.0, Vec::new()),
+        };
+        let mut axis = Axis { kind, radius, reach: reach as u32, scale: 1.0, floor, far };
+        let values =
+            (0..STEPS).map(|step| axis.at((f64::from(step) + 0.5) / f64::from(STEPS) * radius).abs());
         let (sum, most) = values.fold((0.0, 0.0_f64), |(sum, most), value| (sum + value, most.max(value)));
-        let integral = 2.0 * radius * sum / f64::from(STEPS);
-        Axis { kind, radius, reach: (radius - 0.5).ceil().max(0.0) as u32, scale: integral.max(most).recip() }
+        axis.scale = (2.0 * radius * sum / f64::from(STEPS)).max(most).recip();
+        axis
     }
 
     /// The weight for the pixel that a sample lies in.
     #[inline(always)]
     fn own(&self, place: f64) -> f64 {
-        evaluate(self.kind, self.radius, 0.5 - place) * self.scale
+        self.at(0.5 - place) * self.scale
+    }
+
+    /// The filter of pbrt-v3 (PBR 7.8) at a distance, up to a constant factor.
+    #[inline(always)]
+    fn at(&self, x: f64) -> f64 {
+        let radius = self.radius;
+        match self.kind {
+            FilterKind::Box => f64::from(-radius <= x && x < radius),
+            FilterKind::Triangle => (radius - x.abs()).max(0.0),
+            FilterKind::Gaussian { alpha } => (libm::exp(-alpha * x * x) - self.floor).max(0.0),
+            FilterKind::Mitchell { b, c } => mitchell(b, c, (2.0 * x / radius).abs()),
+            FilterKind::Sinc { tau } => {
+                let (x, window) = (PI * x, PI * x / tau);
+                self.windowed(x, libm::sin(x), window, libm::sin(window))
+            }
+        }
+    }
+
+    /// A sinc with Lanczos' window, by two angles and their sines.
+    #[inline(always)]
+    fn windowed(&self, x: f64, sin: f64, window: f64, sin_window: f64) -> f64 {
+        if x.abs() > PI * self.radius {
+            return 0.0;
+        }
+        let sinc = |x: f64, sin: f64| if x.abs() < 1e-5 { 1.0 } else { sin / x };
+        sinc(x, sin) * sinc(window, sin_window)
     }
 
     /// The weights of a sample for the pixels from `reach` before its own on.
     #[inline(always)]
     fn weigh(&self, place: f64, weights: &mut Vec<f64>) {
-        let reach = f64::from(self.reach);
+        let (reach, own, scale) = (f64::from(self.reach), 0.5 - place, self.scale);
         weights.clear();
-        weights.extend((0..=2 * self.reach).map(|k| {
-            let x = f64::from(k) - reach + 0.5 - place;
-            evaluate(self.kind, self.radius, x) * self.scale
-        }));
-    }
-}
-
-/// The filters of pbrt-v3 along one axis (PBR 7.8), up to a constant factor.
-#[inline(always)]
-fn evaluate(kind: FilterKind, radius: f64, x: f64) -> f64 {
-    match kind {
-        FilterKind::Box => f64::from(-radius <= x && x < radius),
-        FilterKind::Triangle => (radius - x.abs()).max(0.0),
-        FilterKind::Gaussian { alpha } => {
-            (libm::exp(-alpha * x * x) - libm::exp(-alpha * radius * radius)).max(0.0)
+        let offsets = (0..=2 * self.reach).map(|k| f64::from(k) - reach);
+        match self.kind {
+            // exp(-a (k + t)^2) = exp(-a k^2) exp(-a t^2) exp(-2 a t)^k
+            FilterKind::Gaussian { alpha } if alpha * (reach + 1.0) * (reach + 1.0) < MOST_EXPONENT => {
+                let step = libm::exp(-2.0 * alpha * own);
+                let mut factor = libm::exp(-alpha * own * own + 2.0 * alpha * own * reach);
+                weights.extend(self.far.iter().map(|[far, _]| {
+                    let value = far * factor - self.floor;
+                    factor *= step;
+                    value.max(0.0) * scale
+                }));
+            }
+            // sin(k + t) = sin(k) cos(t) + cos(k) sin(t)
+            FilterKind::Sinc { tau } => {
+                let (sin, window) = (libm::sin(PI * own), PI * own / tau);
+                let (sin_window, cos_window) = (libm::sin(window), libm::cos(window));
+                weights.extend(offsets.zip(&self.far).map(|(k, [sin_k, cos_k])| {
+                    let sin = if k.rem_euclid(2.0) == 0.0 { sin } else { -sin };
+                    let x = k + own;
+                    self.windowed(PI * x, sin, PI * x / tau, sin_k * cos_window + cos_k * sin_window) * scale
+                }));
+            }
+            _ => weights.extend(offsets.map(|k| self.at(k + own) * scale)),
         }
-        FilterKind::Mitchell { b, c } => mitchell(b, c, (2.0 * x / radius).abs()),
-        FilterKind::Sinc { tau } if x.abs() <= radius => sinc(x) * sinc(x / tau),
-        FilterKind::Sinc { .. } => 0.0,
     }
 }
 
@@ -128,11 +172,6 @@ fn mitchell(b: f64, c: f64, x: f64) -> f64 {
             + 24.0 * c;
     }
     ((12.0 - 9.0 * b - 6.0 * c) * x - 18.0 + 12.0 * b + 6.0 * c) * x * x + 6.0 - 2.0 * b
-}
-
-fn sinc(x: f64) -> f64 {
-    let x = std::f64::consts::PI * x.abs();
-    if x < 1e-5 { 1.0 } else { libm::sin(x) / x }
 }
 
 #[cfg(test)]
@@ -160,7 +199,7 @@ mod tests {
             (of(FilterKind::Sinc { tau: 3.0 }, 4.0, 4.0), |x| {
                 let sinc = |x: f64| if x == 0.0 { 1.0 } else { x.sin() / x };
                 if x <= 4.0 {
-                    sinc(std::f64::consts::PI * x) * sinc(std::f64::consts::PI * x / 3.0)
+                    sinc(PI * x) * sinc(PI * x / 3.0)
                 } else {
                     0.0
                 }
@@ -194,25 +233,6 @@ mod tests {
                     assert!((weight / expected / factor - 1.0).abs() < 1e-9, "{filter:?} {place} {pixel}");
                 }
             }
-        }
-    }
-
-    /// Sums over many samples of a source equal those of each sample, written out.
-    #[test]
-    fn sums_are_products_of_both_axes() {
-        for (filter, _) in all() {
-            let filter = PixelFilter::new(&filter);
-            let (mut weights, mut sums) = (Default::default(), vec![DVec4::ZERO; filter.cells()]);
-            let mut expected = vec![DVec4::ZERO; filter.cells()];
-            for step in 0..10 {
-                let place = DVec2::new(f64::from(step) * 0.1, f64::from(step * 7 % 10) * 0.1);
-                let sample = DVec4::new(f64::from(step), 2.0, -1.0, 1.0);
-                filter.add(place, sample, &mut weights, &mut sums);
-                filter.weigh(place, &mut weights);
-                let products = weights[1].iter().flat_map(|y| weights[0].iter().map(move |x| x * y));
-                expected.iter_mut().zip(products).for_each(|(sum, weight)| *sum += sample * weight);
-            }
-            assert!(sums.iter().zip(&expected).all(|(a, b)| a.abs_diff_eq(*b, 1e-12)));
         }
     }
 

@@ -3,7 +3,7 @@
 use lookat_scene::PixelBounds;
 
 /// A rectangle of pixels, y down: `x0 <= x < x1`, `y0 <= y < y1`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Area {
     pub x0: i32,
     pub y0: i32,

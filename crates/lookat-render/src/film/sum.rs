@@ -1,5 +1,6 @@
 //! Exact sums of weighted samples: in fixed point, so that partial sums give the same bits in any order.
 
+use std::array::from_fn;
 use std::ops::AddAssign;
 
 use glam::{DVec3, DVec4, Vec3};
@@ -10,22 +11,35 @@ use glam::{DVec3, DVec4, Vec3};
 pub(crate) struct Scale {
     /// A power of two.
     brightness: f64,
+    /// High units in a radiance of 1.
+    high: f64,
 }
 
-/// Bits after the point of a sum, in units of the brightness. 2^44 of the brightest samples are no overflow.
-const FRACTION: i32 = 52;
-const UNITS: f64 = (1_u64 << FRACTION) as f64;
+/// High units in a brightness, and in a weight of 1. Of 63 bits, 31 are before the point of the brightest sample and 30 for their number.
+const HIGH: f64 = 2.0;
+/// A high unit is 2^51 low units: [`rounded`] is exact up to that size.
+const LOW: i32 = 51;
+const LOW_UNITS: f64 = (1_u64 << LOW) as f64;
 /// The brightest sample, in units of the brightness.
 const MOST: f64 = (1_u64 << 31) as f64;
 
+/// The nearest integer of a number up to 2^51. Faster than `as`, which looks for what no `i64` holds.
+#[inline(always)]
+fn rounded(x: f64) -> i64 {
+    /// Added to such a number, it leaves the nearest integer in the lowest bits.
+    const MAGIC: f64 = 1.5 * (1_u64 << 52) as f64;
+    (x + MAGIC).to_bits().wrapping_sub(MAGIC.to_bits()) as i64
+}
+
 impl Scale {
     /// That of a brightness of 1.
-    pub const ONE: Scale = Scale { brightness: 1.0 };
+    pub const ONE: Scale = Scale { brightness: 1.0, high: HIGH };
 
     /// For samples of about this brightness: more than 0 and finite.
     pub fn new(brightness: f64) -> Scale {
         // Powers of two between which no product below leaves `f64`.
-        Scale { brightness: libm::exp2(libm::log2(brightness).round().clamp(-400.0, 400.0)) }
+        let brightness = libm::exp2(libm::log2(brightness).round().clamp(-400.0, 400.0));
+        Scale { brightness, high: HIGH / brightness }
     }
 
     /// Whether a sample is too bright for its sum.
@@ -45,21 +59,33 @@ impl Scale {
 /// A sum of samples times their weights, and of the weights.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Sum {
-    /// Red, green, blue in units of [`Scale`], and the weight.
-    fixed: [i128; 4],
+    /// Red, green, blue in units of [`Scale`], and the weight: high units, and from 0 to 2^51 low ones of 2^51 to a high unit.
+    high: [i64; 4],
+    low: [i64; 4],
 }
 
 impl Sum {
     /// The sum of weighted radiance, and the weight in `w`.
+    #[inline(always)]
     pub fn new(weighted: DVec4, scale: Scale) -> Sum {
-        let units = UNITS / scale.brightness;
-        Sum { fixed: (weighted * DVec4::new(units, units, units, UNITS)).to_array().map(|x| x as i128) }
+        let mut sum = Sum::default();
+        for (channel, x) in weighted.to_array().into_iter().enumerate() {
+            let units = x * if channel < 3 { scale.high } else { HIGH };
+            let high = units as i64;
+            sum.high[channel] = high;
+            sum.low[channel] = rounded((units - high as f64) * LOW_UNITS);
+        }
+        sum.carry();
+        sum
     }
 
     /// As given to [`Sum::new`].
     pub fn weighted(&self, scale: Scale) -> DVec4 {
-        let unit = scale.brightness / UNITS;
-        DVec4::from(self.fixed.map(|fixed| fixed as f64)) * DVec4::new(unit, unit, unit, UNITS.recip())
+        let value = |channel: usize| {
+            let fixed = (i128::from(self.high[channel]) << LOW) + i128::from(self.low[channel]);
+            fixed as f64 / LOW_UNITS / if channel < 3 { scale.high } else { HIGH }
+        };
+        DVec4::from(from_fn(value))
     }
 
     /// The weighted mean: the filtered value of a pixel. 0 without weight.
@@ -67,11 +93,25 @@ impl Sum {
         let sum = self.weighted(scale);
         if sum.w == 0.0 { DVec3::ZERO } else { sum.truncate() / sum.w }
     }
+
+    /// Makes high units of low ones. Equal sums then have equal bits.
+    #[inline(always)]
+    fn carry(&mut self) {
+        for (high, low) in self.high.iter_mut().zip(&mut self.low) {
+            *high += *low >> LOW;
+            *low &= (1 << LOW) - 1;
+        }
+    }
 }
 
 impl AddAssign for Sum {
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
-        self.fixed.iter_mut().zip(other.fixed).for_each(|(sum, more)| *sum = sum.saturating_add(more));
+        for channel in 0..4 {
+            self.high[channel] = self.high[channel].saturating_add(other.high[channel]);
+            self.low[channel] += other.low[channel];
+        }
+        self.carry();
     }
 }
 

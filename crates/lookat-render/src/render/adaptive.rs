@@ -147,14 +147,12 @@ impl Policy for Adaptive {
     fn jobs(&self, tile: &Tile, _moments: &Vec<Moments>) -> Vec<Job> {
         let job = |place| {
             let at = self.sources.index(place);
-            Job::new(self.pattern, place, self.counts[at]..self.goals[at])
+            let indices = self.counts[at]..self.goals[at];
+            // All sources count alike, however many samples they have: else the filter would be another one where noise is uneven.
+            let weight = if self.is_by_need { f64::from(indices.len().max(1) as u32).recip() } else { 1.0 };
+            Job { weight, ..Job::new(self.pattern, place, indices) }
         };
         tile.sources.places().map(job).collect()
-    }
-
-    /// All sources count alike, however many samples they have: else the filter would be another one where noise is uneven.
-    fn weight(&self, job: &Job) -> f64 {
-        if self.is_by_need { f64::from(job.indices.len() as u32).recip() } else { 1.0 }
     }
 
     fn note(&self, jobs: &[Job], _tile: &Tile, moments: &mut Vec<Moments>) {

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::control::{Control, Meter};
-use super::sample::{Context, Job, Samples};
+use super::sample::{Context, Job};
 use super::waves::Worker;
-use crate::film::{Contribution, Film, Tile, lock};
+use crate::film::{Film, Tile, lock};
 
 /// Where the next samples go, and when there are enough of them.
 pub(super) trait Policy: Sync {
@@ -22,11 +22,6 @@ pub(super) trait Policy: Sync {
 
     /// The samples of a tile in this round.
     fn jobs(&self, tile: &Tile, state: &Self::State) -> Vec<Job>;
-
-    /// How much each sample of a job counts.
-    fn weight(&self, _job: &Job) -> f64 {
-        1.0
-    }
 
     /// Looks at the samples of a tile. Jobs may lack some if the rendering has been stopped.
     fn note(&self, _jobs: &[Job], _tile: &Tile, _state: &mut Self::State) {}
@@ -55,16 +50,12 @@ pub(super) fn render<P: Policy>(context: &Context, policy: &mut P) -> Vec<P::Sta
                     let tile = lock(tile);
                     (tile.sources, of_round.jobs(&tile, state))
                 };
+                worker.frame.get_or_insert_default().restart(film, sources);
                 // Not locked meanwhile: another thread may take a snapshot.
                 context.sample_all(worker, &mut meter, &mut jobs);
                 // The meter may call back.
                 drop(meter);
-                let sampled = jobs.iter().filter(|job| job.samples.count > 0).map(|job| {
-                    let Samples { count, weighted, .. } = &job.samples;
-                    let weight = of_round.weight(job);
-                    Contribution { source: job.place, samples: *count, sums: weighted, weight }
-                });
-                film.add(sources, sampled);
+                worker.frame.iter().for_each(|frame| film.add(frame));
                 of_round.note(&jobs, &lock(tile), state);
                 let is_whole = jobs.iter().all(Job::is_whole);
                 whole_tiles.fetch_add(usize::from(is_whole), Ordering::Relaxed);

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use glam::{DVec2, DVec3, DVec4, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Sampler, View};
 
 use super::control::Control;
 use crate::camera::CameraRays;
-use crate::film::{Film, Scale};
+use crate::film::{Film, Frame, Scale};
 use crate::integrator::SceneIntegrator;
 use crate::prepare::Prepared;
 
@@ -61,13 +61,15 @@ pub(super) struct Job {
     pub place: [i32; 2],
     /// Which of the pattern.
     pub indices: Range<u32>,
+    /// How much each counts.
+    pub weight: f64,
     /// What has become of them.
     pub samples: Samples,
 }
 
 impl Job {
     pub fn new(pattern: Pattern, place: [i32; 2], indices: Range<u32>) -> Job {
-        Job { pattern, place, indices, samples: Samples::default() }
+        Job { pattern, place, indices, weight: 1.0, samples: Samples::default() }
     }
 
     /// Whether no samples are missing.
@@ -77,11 +79,9 @@ impl Job {
 }
 
 /// What samples have shown.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Samples {
     pub count: u32,
-    /// For the pixels around that they count for, row by row: sums of weighted radiance, and in `w` of weights.
-    pub weighted: Vec<DVec4>,
     /// Only of patterns that are watched.
     pub seen: Seen,
     /// Their sum, and the sum of their squared lengths; likewise.
@@ -120,13 +120,13 @@ impl Seen {
 }
 
 impl Context<'_> {
-    /// Adds the radiance of a sample, which lies at `place` in the unit square of its pixel, to those of its job.
+    /// Adds the radiance of a sample, which lies at `square` in the unit square of its pixel, to those of its job and to a frame.
     #[inline(always)]
     pub(super) fn add(
         &self,
-        (place, mut radiance): (DVec2, Vec3),
-        weights: &mut [Vec<f64>; 2],
-        Job { pattern, samples, .. }: &mut Job,
+        (square, mut radiance): (DVec2, Vec3),
+        frame: Option<&mut Frame>,
+        Job { pattern, place: source, weight, samples, .. }: &mut Job,
     ) {
         if !radiance.is_finite() {
             samples.rejected += 1;
@@ -135,11 +135,10 @@ impl Context<'_> {
         let radiance = self.film.limited(radiance);
         samples.clamped += u64::from(self.scale.clamps(radiance));
         samples.count += 1;
-        if samples.weighted.is_empty() {
-            samples.weighted.resize(self.film.filter.cells(), DVec4::ZERO);
-        }
         let sample = self.scale.clamped(radiance);
-        self.film.filter.add(place, sample.extend(1.0), weights, &mut samples.weighted);
+        if let Some(frame) = frame {
+            frame.add(&self.film.filter, *source, square, sample.extend(1.0) * *weight);
+        }
         if pattern.is_watched {
             samples.sum += sample;
             samples.squares += sample.length_squared();

@@ -10,6 +10,7 @@ use glam::DVec2;
 use super::control::Meter;
 use super::sample::{Context, Job, corner_of};
 use crate::camera::views::Viewer;
+use crate::film::Frame;
 use crate::integrator::wave::{WAVE, Wave};
 use crate::integrator::{Stage, Tracer};
 use crate::number::{LANES, side_by_side, vectorized};
@@ -27,8 +28,8 @@ pub(super) struct Worker<'a> {
     pub wave: Box<Wave>,
     /// Where each sample lies in the unit square of its pixel.
     pub squares: [DVec2; WAVE],
-    /// Room for the weights of a sample, across and down.
-    pub weights: [Vec<f64>; 2],
+    /// What samples are added to beside their jobs. `None` where there is no picture.
+    pub frame: Option<Frame>,
 }
 
 impl<'a> Worker<'a> {
@@ -39,7 +40,7 @@ impl<'a> Worker<'a> {
             streams: Streams::new(),
             wave: Box::new(Wave::new()),
             squares: [DVec2::ZERO; WAVE],
-            weights: Default::default(),
+            frame: None,
         }
     }
 }
@@ -94,7 +95,7 @@ impl Context<'_> {
         }
         for (at, (number, _)) in places.iter().enumerate() {
             let sample = (worker.squares[at], worker.wave.radiance[at]);
-            self.add(sample, &mut worker.weights, &mut jobs[*number]);
+            self.add(sample, worker.frame.as_mut(), &mut jobs[*number]);
         }
         true
     }

@@ -49,6 +49,7 @@ impl Context<'_> {
     ) -> bool {
         let mut sums = vec![Sums::default(); values.len()];
         let (filter, reach) = (&self.film.filter, self.film.filter.reach());
+        let mut weights = Default::default();
         for Pass { pattern, samples } in passes {
             let of_source = |place| samples.clone().map(move |index| (pattern.seed, place, index));
             let mut all = bounds.grown(reach).places().flat_map(of_source);
@@ -63,9 +64,8 @@ impl Context<'_> {
                 worker.streams.restart(&pattern.sampler, &samples);
                 let mut seen = [Seen::default(); WAVE];
                 side_by_side!(self.prepared.traceable.level, simd => self.see(simd, worker, &samples, &mut seen));
-                let Worker { squares, weights, .. } = &mut *worker;
-                for ((square, seen), (_, [x, y], _)) in squares.iter().zip(&seen).zip(&samples) {
-                    filter.weigh(*square, weights);
+                for ((square, seen), (_, [x, y], _)) in worker.squares.iter().zip(&seen).zip(&samples) {
+                    filter.weigh(*square, &mut weights);
                     let [across, down] = [&weights[0], &weights[1]].map(|weights| weights.iter().zip(0..));
                     for (down, dy) in down {
                         for (across, dx) in across.clone() {

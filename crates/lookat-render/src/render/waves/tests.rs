@@ -36,6 +36,7 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
         place: [at % 8 * 4, at / 8 * 4].map(u32::cast_signed),
         // All, none, or from the middle on.
         indices: at % 8 * 4..scene.view.sampler.samples_per_pixel,
+        weight: 1.0,
         samples: Samples::default(),
     };
     let mut jobs: Vec<Job> = (0..48).map(job).collect();
@@ -380,22 +381,21 @@ fn fast_samples_of_a_broken_wave_do_not_count() {
         WorldBegin Translate 0 0 5 Shape \"sphere\" \"float radius\" 2 Translate 0 3 0 Shape \"sphere\" WorldEnd",
     );
     let prepared = Prepared::new(&scene);
-    let filter = FilterSampler::new(&scene.view.filter);
-    let film = Film::new(&scene.view.film, &filter, Errors::None);
+    let film = Film::new(&scene.view, Keeps::Sums);
     // Samples of every second pixel hit a sphere, and take many rays.
     let render = |most: u64, counts: [u32; 48]| {
         let calls = AtomicU64::new(0);
         let progress = |_: Progress| breaks_after(most, &calls);
         let control = Control::new(&progress, &film);
-        let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+        let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
         let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
         let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
-        let place = |at: u32| if at.is_multiple_of(2) { [640 + at, 360] } else { [9, at] };
+        let place = |at: i32| if at % 2 == 0 { [640 + at, 360] } else { [9, at] };
         let mut jobs: Vec<Job> =
             (0..48).map(|at| Job::new(pattern, place(at), 0..counts[at as usize])).collect();
         context.sample_all(&mut worker, &mut meter, &mut jobs);
         let samples: Vec<String> = jobs.iter().map(|job| format!("{:?}", job.samples)).collect();
-        let counts: [u32; 48] = std::array::from_fn(|at| jobs[at].samples.pixel.all.count);
+        let counts: [u32; 48] = std::array::from_fn(|at| jobs[at].samples.count);
         (samples, counts, worker.tracer.is_stopped)
     };
     let mut broken = 0;
