@@ -1,6 +1,6 @@
 //! Whether two noisy pictures show the same: tests of their means, of tiles and of pixels.
 //!
-//! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel.
+//! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel, or as far as [`PixelError::noise_area`](crate::PixelError::noise_area) says.
 
 mod feature;
 mod noise;
@@ -256,15 +256,16 @@ fn in_tile(tile: Window, pair: &Aligned) -> impl Iterator<Item = usize> {
 
 /// Tests the mean of a part of the pictures.
 fn test_mean(pixels: &[usize], differences: &[Difference], channel: usize, window: Window) -> Test {
-    let (mut value, mut variance, mut spread, mut rounding) = (0.0, 0.0, 0.0, 0.0);
+    let (mut value, mut variance, mut shared, mut spread, mut rounding) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for difference in pixels.iter().map(|pixel| &differences[*pixel]) {
         value += difference.value;
         variance += difference.variance;
-        spread += difference.spread;
+        shared += difference.shared_variance;
+        spread += difference.spread * difference.noise_area;
         rounding += difference.rounding;
     }
     let count = window.area() as f64;
-    let standard_error = (variance + rounding * rounding).sqrt() / count;
+    let standard_error = (shared + rounding * rounding).sqrt() / count;
     let difference = value / count;
     let p = two_sided(difference / standard_error, variance * variance / spread);
     let tail_index = tail_index(pixels.iter().map(|pixel| differences[*pixel].value));
@@ -278,8 +279,9 @@ fn test_paired(differences: &[Difference], channel: usize, window: Window) -> Op
     let mean = |value: fn(&Difference) -> f64| pixels.iter().map(|pixel| value(pixel)).sum::<f64>() / count;
     let (difference, rounding) = (mean(|pixel| pixel.value), mean(|pixel| pixel.rounding));
     let squares = pixels.iter().map(|pixel| (pixel.value - difference).powi(2)).sum::<f64>();
-    let standard_error = (squares / (count * (count - 1.0)) + rounding.powi(2)).sqrt();
-    let p = two_sided(difference / standard_error, count - 1.0);
+    let area = mean(|pixel| pixel.noise_area);
+    let standard_error = (area * squares / (count * (count - 1.0)) + rounding.powi(2)).sqrt();
+    let p = two_sided(difference / standard_error, (count - 1.0) / area);
     let tail_index = tail_index(pixels.iter().map(|pixel| pixel.value));
     let test = Test { channel, window, difference, standard_error, p, tail_index, p_without_rare: p };
     (pixels.len() >= FEWEST_PIXELS).then_some(test)
@@ -303,7 +305,7 @@ fn test_pixels(differences: &[Difference], channel: usize) -> Option<PixelTest> 
         let mean = n / (n - 2.0);
         sums[0] += pixel.value.powi(2) / (pixel.variance + pixel.rounding.powi(2));
         sums[1] += mean;
-        sums[2] += 2.0 * mean.powi(2) * (n - 1.0) / (n - 4.0);
+        sums[2] += pixel.noise_area * 2.0 * mean.powi(2) * (n - 1.0) / (n - 4.0);
         pixels += 1;
     }
     let [sum, expected, variance] = sums;

@@ -171,6 +171,7 @@ impl<'v> Film<'v> {
             standard_error: spread.standard_error(&tile.sums[at], self.scale()).to_array(),
             samples: spread.samples,
             replicates: spread.replicates,
+            noise_area: self.filter.noise_area() as f32,
         }
     }
 

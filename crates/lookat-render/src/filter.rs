@@ -13,7 +13,8 @@ pub(crate) struct PixelFilter {
 
 impl PixelFilter {
     pub fn new(filter: &Filter) -> Self {
-        PixelFilter { axes: filter.radius.to_array().map(|radius| Axis::new(filter.kind, radius)) }
+        let axis = |axis: usize| Axis::new(filter.kind, filter.radius[axis], filter.reach()[axis]);
+        PixelFilter { axes: [axis(0), axis(1)] }
     }
 
     /// How many pixels away, across and down, a sample still counts.
@@ -30,6 +31,11 @@ impl PixelFilter {
     #[inline(always)]
     pub fn own(&self, place: DVec2) -> f64 {
         self.axes[0].own(place.x) * self.axes[1].own(place.y)
+    }
+
+    /// The noise-equivalent area in pixels: the square of the integral over the integral of the square. 1 where no pixels share samples.
+    pub fn noise_area(&self) -> f64 {
+        if self.cells() == 1 { 1.0 } else { self.axes[0].noise_area * self.axes[1].noise_area }
     }
 
     /// The weights of a sample for the pixels around, across and down.
@@ -64,6 +70,7 @@ struct Axis {
     reach: u32,
     /// Makes the largest weight, and the sum of the weights of a sample, about 1 at most.
     scale: f64,
+    noise_area: f64,
     /// Of a Gaussian its value at the radius.
     floor: f64,
     /// What does not depend on the sample, for pixels so far away: of a Gaussian its value there; of a sinc the sine and the cosine of the
@@ -75,10 +82,9 @@ struct Axis {
 const MOST_EXPONENT: f64 = 300.0;
 
 impl Axis {
-    fn new(kind: FilterKind, radius: f64) -> Self {
+    fn new(kind: FilterKind, radius: f64, reach: u32) -> Self {
         const STEPS: u32 = 1 << 14;
-        let reach = (radius - 0.5).ceil().max(0.0);
-        let offsets = (0..=2 * reach as u32).map(|k| f64::from(k) - reach);
+        let offsets = (0..=2 * reach).map(|k| f64::from(k) - f64::from(reach));
         let (floor, far) = match kind {
             FilterKind::Gaussian { alpha } => {
                 let far = offsets.map(|k| [libm::exp(-alpha * k * k), 0.0]).collect();
@@ -89,11 +95,13 @@ impl Axis {
             }
             _ => (0.0, Vec::new()),
         };
-        let mut axis = Axis { kind, radius, reach: reach as u32, scale: 1.0, floor, far };
-        let values =
-            (0..STEPS).map(|step| axis.at((f64::from(step) + 0.5) / f64::from(STEPS) * radius).abs());
-        let (sum, most) = values.fold((0.0, 0.0_f64), |(sum, most), value| (sum + value, most.max(value)));
-        axis.scale = (2.0 * radius * sum / f64::from(STEPS)).max(most).recip();
+        let mut axis = Axis { kind, radius, reach, scale: 1.0, noise_area: 1.0, floor, far };
+        let step = radius / f64::from(STEPS);
+        let values: Vec<f64> = (0..STEPS).map(|at| axis.at((f64::from(at) + 0.5) * step)).collect();
+        let integral = |of: fn(f64) -> f64| 2.0 * step * values.iter().copied().map(of).sum::<f64>();
+        let most = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        axis.scale = integral(f64::abs).max(most).recip();
+        axis.noise_area = (integral(|value| value).powi(2) / integral(|value| value * value)).max(1.0);
         axis
     }
 
@@ -198,11 +206,7 @@ mod tests {
             }),
             (of(FilterKind::Sinc { tau: 3.0 }, 4.0, 4.0), |x| {
                 let sinc = |x: f64| if x == 0.0 { 1.0 } else { x.sin() / x };
-                if x <= 4.0 {
-                    sinc(PI * x) * sinc(PI * x / 3.0)
-                } else {
-                    0.0
-                }
+                if x <= 4.0 { sinc(PI * x) * sinc(PI * x / 3.0) } else { 0.0 }
             }),
         ]
     }

@@ -19,8 +19,8 @@ const FEWEST_SAMPLES: u32 = 32;
 /// With fewer samples than these, replicates are too few samples each for tests of single pixels: those of filters with
 /// negative lobes gave false alarms in 5 of 100 pairs of pictures with 32.
 const SETTLED: u32 = 64;
-/// How much larger the error of a mean of pixels may be than that of independent ones, because filters of several pixels
-/// make neighbors alike.
+/// How much larger the error of a mean of pixels of another renderer may be than that of independent ones, because filters of several
+/// pixels make neighbors alike: at least.
 const FILTERED: f32 = 2.0;
 
 /// An event that is not met in n samples has a probability of at most this over n, with a confidence of 95 % (Hanley and
@@ -39,6 +39,10 @@ pub(super) struct Difference {
     /// Actual minus expected.
     pub value: f64,
     pub variance: f64,
+    /// What a pixel adds to the variance of a mean of pixels: more where neighbors share samples, and of how many such pixels one is
+    /// independent.
+    pub shared_variance: f64,
+    pub noise_area: f64,
     /// The sum of what the variance consists of, squared, by the degrees of freedom of each (Welch and Satterthwaite).
     pub spread: f64,
     /// What rounding may do, which is alike in neighbors.
@@ -154,6 +158,9 @@ impl Noise {
         Difference {
             value,
             variance: a_variance + b_variance,
+            shared_variance: a_variance * f64::from(a_error.noise_area)
+                + b_variance * f64::from(b_error.noise_area),
+            noise_area: f64::from(a_error.noise_area.max(b_error.noise_area)),
             spread: a_variance.powi(2) / freedom(a_error) + b_variance.powi(2) / freedom(b_error),
             rounding: self.step.max(rounding).max(self.mixed_rounding * f64::from(brightest)),
             is_even: self.expected_is_known && (0.5..=2.0).contains(&self.ratio(pixel)),
@@ -176,10 +183,11 @@ fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
                 in_tile(tile, pair).map(|pixel| f64::from(actual[pixel].standard_error[channel]).powi(2));
             let own = own.sum::<f64>() / tile.area() as f64;
             let all = f64::from(scatter(in_tile(tile, pair).map(at).collect())).powi(2);
-            let others = FILTERED * (all - own).max(0.0).sqrt() as f32;
+            let others = (all - own).max(0.0).sqrt() as f32;
             for pixel in in_tile(tile, pair) {
+                let filtered = (FILTERED / errors[pixel].noise_area.sqrt()).max(1.0);
                 let error = &mut errors[pixel].standard_error[channel];
-                *error = error.max(others);
+                *error = error.max(filtered * others);
             }
         }
     }
