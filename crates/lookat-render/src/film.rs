@@ -7,7 +7,7 @@ pub(crate) mod sum;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::{DVec3, Vec3};
-use lookat_image::{Image, PixelError, Window};
+use lookat_image::{Image, PixelError, Shared, Window};
 use lookat_scene::View;
 
 use crate::color::luminance;
@@ -28,6 +28,8 @@ pub(crate) struct Film<'v> {
     pub filter: PixelFilter,
     /// Pixels on a side of the tiles.
     side: i32,
+    /// Whether it keeps errors without the filter.
+    has_unfiltered: bool,
     /// That of 1 until it is set.
     scale: OnceLock<Scale>,
     /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
@@ -61,10 +63,12 @@ pub(crate) struct Tile {
     pub pass: Vec<Sum>,
     /// The spread of the replicates of each pixel; empty without estimates of errors.
     pub spreads: Vec<Spread>,
+    /// That of the samples in each pixel itself, without the filter; empty if that is no other.
+    unfiltered: Vec<Spread>,
 }
 
 impl Tile {
-    fn new(bounds: Area, sources: Area, keeps: Keeps) -> Tile {
+    fn new(bounds: Area, sources: Area, keeps: Keeps, has_unfiltered: bool) -> Tile {
         let of = |is_kept: bool| if is_kept { bounds.size() } else { 0 };
         Tile {
             bounds,
@@ -73,6 +77,7 @@ impl Tile {
             sums: vec![Sum::default(); bounds.size()],
             pass: vec![Sum::default(); of(keeps != Keeps::Sums)],
             spreads: vec![Spread::default(); of(keeps == Keeps::Spreads)],
+            unfiltered: vec![Spread::default(); of(has_unfiltered)],
         }
     }
 
@@ -95,10 +100,12 @@ impl<'v> Film<'v> {
         let filter = PixelFilter::new(&view.filter);
         let crop = Area::of(view.film.crop);
         let side = tile_side(crop);
+        let has_unfiltered = keeps == Keeps::Spreads && filter.is_shared();
         let tiles = tiles(crop.grown(filter.reach()), side);
-        let tiles =
-            tiles.map(|sources| Mutex::new(Tile::new(sources.intersection(crop), sources, keeps))).collect();
-        Film { of: &view.film, filter, side, scale: OnceLock::new(), tiles }
+        let tiles = tiles
+            .map(|sources| Mutex::new(Tile::new(sources.intersection(crop), sources, keeps, has_unfiltered)))
+            .collect();
+        Film { of: &view.film, filter, side, has_unfiltered, scale: OnceLock::new(), tiles }
     }
 
     /// The pixels of the picture.
@@ -125,7 +132,7 @@ impl<'v> Film<'v> {
     pub fn add(&self, frame: &Frame) {
         let scale = self.scale();
         for at in self.tiles_of(frame.area.grown(self.filter.reach())) {
-            let Tile { bounds, sources, counts, sums, pass, .. } = &mut *lock(&self.tiles[at]);
+            let Tile { bounds, sources, counts, sums, pass, unfiltered, .. } = &mut *lock(&self.tiles[at]);
             let into = if pass.is_empty() { sums } else { pass };
             for (block, sums) in frame.sums() {
                 let part = block.intersection(*bounds);
@@ -137,7 +144,11 @@ impl<'v> Film<'v> {
                 }
             }
             for place in sources.intersection(frame.area).places() {
-                counts[sources.index(place)] += frame.counts[frame.area.index(place)];
+                let at = frame.area.index(place);
+                counts[sources.index(place)] += frame.counts[at];
+                if bounds.contains(place) && !unfiltered.is_empty() && frame.counts[at] > 0 {
+                    unfiltered[bounds.index(place)].add(frame.unfiltered[at], frame.counts[at]);
+                }
             }
         }
     }
@@ -167,11 +178,15 @@ impl<'v> Film<'v> {
     /// The error of a pixel of a tile with spreads.
     pub fn error(&self, tile: &Tile, at: usize) -> PixelError {
         let spread = &tile.spreads[at];
+        let shared = tile.unfiltered.get(at).map(|unfiltered| Shared {
+            unfiltered: unfiltered.standard_error().to_array(),
+            noise_area: self.filter.noise_area() as f32,
+        });
         PixelError {
-            standard_error: spread.standard_error(&tile.sums[at], self.scale()).to_array(),
+            standard_error: spread.standard_error().to_array(),
             samples: spread.samples,
             replicates: spread.replicates,
-            noise_area: self.filter.noise_area() as f32,
+            shared,
         }
     }
 
@@ -206,8 +221,13 @@ impl<'v> Film<'v> {
             errors.resize(crop.size(), PixelError::default());
             for (own, place) in tile.bounds.places().enumerate() {
                 let error = self.error(&tile, own);
-                let standard_error = error.standard_error.map(|error| error * self.of.scale.abs() as f32);
-                errors[crop.index(place)] = PixelError { standard_error, ..error };
+                let scaled = |errors: [f32; 3]| errors.map(|error| error * self.of.scale.abs() as f32);
+                let shared = |shared: Shared| Shared { unfiltered: scaled(shared.unfiltered), ..shared };
+                errors[crop.index(place)] = PixelError {
+                    standard_error: scaled(error.standard_error),
+                    shared: error.shared.map(shared),
+                    ..error
+                };
             }
         }
         let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
@@ -232,7 +252,7 @@ pub(crate) fn pixel_bytes(keeps: Keeps) -> usize {
     let sums = match keeps {
         Keeps::Sums => size_of::<Sum>(),
         Keeps::Passes => 2 * size_of::<Sum>(),
-        Keeps::Spreads => 2 * size_of::<Sum>() + size_of::<Spread>() + 2 * size_of::<PixelError>(),
+        Keeps::Spreads => 2 * size_of::<Sum>() + 2 * size_of::<Spread>() + 2 * size_of::<PixelError>(),
     };
     sums + size_of::<u32>() + size_of::<[f32; 3]>()
 }

@@ -22,9 +22,9 @@ impl PixelFilter {
         [0, 1].map(|axis| self.axes[axis].reach)
     }
 
-    /// The number of pixels that a sample may count for.
-    pub fn cells(&self) -> usize {
-        self.reach().iter().map(|reach| 2 * *reach as usize + 1).product()
+    /// Whether a sample may count for several pixels.
+    pub fn is_shared(&self) -> bool {
+        self.reach() != [0, 0]
     }
 
     /// The weight of a sample for the pixel that it lies in, at `place` in its unit square.
@@ -33,9 +33,9 @@ impl PixelFilter {
         self.axes[0].own(place.x) * self.axes[1].own(place.y)
     }
 
-    /// The noise-equivalent area in pixels: the square of the integral over the integral of the square. 1 where no pixels share samples.
+    /// The noise-equivalent area in pixels: the square of the integral over the integral of the square, at least 1.
     pub fn noise_area(&self) -> f64 {
-        if self.cells() == 1 { 1.0 } else { self.axes[0].noise_area * self.axes[1].noise_area }
+        self.axes[0].noise_area * self.axes[1].noise_area
     }
 
     /// The weights of a sample for the pixels around, across and down.

@@ -118,7 +118,7 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
     Inspection {
         film_bytes: film_bytes(view, &Settings::default()),
         has_lens: view.camera.lens.is_some(),
-        shares_samples: PixelFilter::new(&view.filter).cells() > 1,
+        shares_samples: PixelFilter::new(&view.filter).is_shared(),
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
         has_cutouts: traceable.has_cutouts(),

@@ -20,6 +20,8 @@ pub(crate) struct Frame {
     sums: Vec<DVec4>,
     /// The samples taken in each source, row by row.
     pub counts: Vec<u32>,
+    /// And the sums of samples taken in each source, without the filter, if the film asks for their errors.
+    pub unfiltered: Vec<DVec4>,
     /// Room for the weights of a sample, across and down.
     weights: [Vec<f64>; 2],
 }
@@ -31,6 +33,8 @@ impl Frame {
         self.reach = film.filter.reach().map(u32::cast_signed);
         self.counts.clear();
         self.counts.resize(area.size(), 0);
+        self.unfiltered.clear();
+        self.unfiltered.resize(if film.has_unfiltered { area.size() } else { 0 }, DVec4::ZERO);
         self.sums.clear();
         self.sums.resize(self.blocks().count() * self.block_size(), DVec4::ZERO);
     }
@@ -38,7 +42,9 @@ impl Frame {
     /// Adds a sample of a source, which lies at `square` in its unit square: red, green, blue, and in `w` its weight.
     #[inline(always)]
     pub fn add(&mut self, filter: &PixelFilter, source: [i32; 2], square: DVec2, sample: DVec4) {
-        self.counts[self.area.index(source)] += 1;
+        let at = self.area.index(source);
+        self.counts[at] += 1;
+        self.unfiltered.get_mut(at).into_iter().for_each(|sum| *sum += sample);
         let Area { x0, x1, y0, .. } = self.area;
         let [x, y] = source;
         let across = (x1 - 1).div_euclid(BLOCK) - x0.div_euclid(BLOCK) + 1;

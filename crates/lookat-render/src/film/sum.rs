@@ -120,7 +120,10 @@ impl AddAssign for Sum {
 pub(crate) struct Spread {
     /// About the value of the pixel: sums of what differs from it do not lose their digits.
     near: DVec3,
-    /// With the weight W of a replicate and the difference D between its sum and W times `near`: the sums of D D, of D W and of W W.
+    /// With the weight W of a replicate and the difference D between its sum and W times `near`: the sums of D and W, of D D, of D W
+    /// and of W W.
+    off: DVec3,
+    weight: f64,
     squares: DVec3,
     products: DVec3,
     weights: f64,
@@ -137,6 +140,8 @@ impl Spread {
             self.near = sum.truncate() / weight;
         }
         let off = sum.truncate() - self.near * weight;
+        self.off += off;
+        self.weight += weight;
         self.squares += off * off;
         self.products += off * weight;
         self.weights += weight * weight;
@@ -146,12 +151,12 @@ impl Spread {
 
     /// The standard error of the weighted mean of all replicates together; infinite for less than two, and where it is not known.
     /// By the delta method for a ratio: replicates with the sum S and the weight W scatter by S - M W around the mean M.
-    pub fn standard_error(&self, all: &Sum, scale: Scale) -> Vec3 {
-        let weight = all.weighted(scale).w;
+    pub fn standard_error(&self) -> Vec3 {
+        let weight = self.weight;
         if self.replicates < 2 || weight == 0.0 {
             return Vec3::INFINITY;
         }
-        let off = all.mean(scale) - self.near;
+        let off = self.off / weight;
         let squares = self.squares - 2.0 * off * self.products + off * off * self.weights;
         let count = f64::from(self.replicates);
         // Rounding may leave less than nothing.
@@ -227,23 +232,19 @@ mod tests {
         }
     }
 
-    /// The replicates, their sum, and the error that their spread tells.
-    fn error(replicates: &[DVec4], scale: Scale) -> Vec3 {
-        let (mut all, mut spread) = (Sum::default(), Spread::default());
-        for replicate in replicates {
-            all += Sum::new(*replicate, scale);
-            spread.add(*replicate, 1);
-        }
-        spread.standard_error(&all, scale)
+    /// The error that the spread of replicates tells.
+    fn error(replicates: &[DVec4]) -> Vec3 {
+        let mut spread = Spread::default();
+        replicates.iter().for_each(|replicate| spread.add(*replicate, 1));
+        spread.standard_error()
     }
 
     #[test]
     fn the_spread_is_that_of_the_replicates() {
-        let scale = Scale::ONE;
-        assert_eq!(error(&[DVec4::new(1.0, 5.0, 0.0, 1.0)], scale), Vec3::INFINITY);
+        assert_eq!(error(&[DVec4::new(1.0, 5.0, 0.0, 1.0)]), Vec3::INFINITY);
         // The variance of 1, 2 and 6 is 7.
         let values = [1.0, 2.0, 6.0].map(|x| DVec4::new(x, 5.0, 0.0, 1.0));
-        assert!((error(&values, scale) - Vec3::new((7.0_f32 / 3.0).sqrt(), 0.0, 0.0)).length() < 1e-6);
+        assert!((error(&values) - Vec3::new((7.0_f32 / 3.0).sqrt(), 0.0, 0.0)).length() < 1e-6);
     }
 
     /// From black to what no picture has, and errors far below the value: all are known, and only those of black are 0.
@@ -253,7 +254,7 @@ mod tests {
             for relative in [0.1, 1e-6] {
                 let of = |at: usize| mean * (1.0 + if at.is_multiple_of(2) { relative } else { -relative });
                 let replicates: Vec<_> = (0..16).map(|at| DVec3::splat(of(at) * 64.0).extend(64.0)).collect();
-                let found = error(&replicates, Scale::ONE).x;
+                let found = error(&replicates).x;
                 let expected = (relative * mean / 15_f64.sqrt()) as f32;
                 assert!(
                     (found - expected).abs() <= 1e-3 * expected + 1e-15,
@@ -284,7 +285,7 @@ mod tests {
             }
             // The mean is 3.5 times 0.8 minus 4 times 0.1, over 0.7.
             sums[0] += (all.mean(Scale::ONE).x - 2.4 / 0.7).powi(2);
-            sums[1] += f64::from(spread.standard_error(&all, Scale::ONE).x).powi(2);
+            sums[1] += f64::from(spread.standard_error().x).powi(2);
         }
         let ratio = sums[0] / sums[1];
         assert!((0.95..1.05).contains(&ratio), "{ratio}");

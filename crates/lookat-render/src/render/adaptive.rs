@@ -133,7 +133,7 @@ impl Policy for Adaptive {
             let sources = self.sources;
             let variances = self.variances.get_or_insert_with(|| variances(film, sources, states));
             self.goals = allotted(variances, sources.width(), &self.counts, mean);
-            if film.filter.cells() > 1 {
+            if film.filter.is_shared() {
                 // Where one source has no sample, no pixel around has an estimate.
                 self.goals
                     .iter_mut()
