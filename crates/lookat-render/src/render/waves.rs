@@ -93,11 +93,19 @@ impl Context<'_> {
         if worker.tracer.is_stopped {
             return false;
         }
-        for (at, (number, _)) in places.iter().enumerate() {
-            let sample = (worker.squares[at], worker.wave.radiance[at]);
-            self.add(sample, worker.frame.as_mut(), &mut jobs[*number]);
-        }
+        side_by_side!(self.prepared.traceable.level, simd => self.add_all(simd, worker, jobs, places));
         true
+    }
+
+    /// Adds samples to their jobs and to the frame.
+    #[inline(never)]
+    fn add_all<S: Simd>(&self, simd: S, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) {
+        vectorized!(simd, {
+            for (at, (number, _)) in places.iter().enumerate() {
+                let sample = (worker.squares[at], worker.wave.radiance[at]);
+                self.add(sample, worker.frame.as_mut(), &mut jobs[*number]);
+            }
+        });
     }
 
     /// Takes samples.
