@@ -54,7 +54,8 @@ impl Folder {
         let pixels: Vec<[f32; 3]> =
             smooth().iter().map(|pixel| pixel.map(|value| value + more + 0.01 * noise())).collect();
         let mut image = Image::from_rgb(WINDOW, WINDOW, &pixels);
-        let error = PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16 };
+        let error =
+            PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16, ..PixelError::default() };
         image.add_errors(&[error; 192]);
         image.write(&self.path(name)).unwrap();
     }
@@ -214,10 +215,20 @@ fn rare_light_is_undecided() {
     let window = Window { x: 0, y: 0, width: 64, height: 48 };
     let mut pixels = vec![[0.5; 3]; 64 * 48];
     let mut image = Image::from_rgb(window, window, &pixels);
-    image.add_errors(&[PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16 }; 64 * 48]);
+    image.add_errors(
+        &[PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16, ..PixelError::default() };
+            64 * 48],
+    );
     image.write(&folder.path("flat.exr")).unwrap();
-    pixels[..16].fill([30.0; 3]);
+    let plain = pixels.clone();
+    pixels[..16 * 64].iter_mut().step_by(67).for_each(|pixel| *pixel = [30.0; 3]);
     Image::from_rgb(window, window, &pixels).write(&folder.path("rare.exr")).unwrap();
+    // A lamp of as many pixels that the render lacks is no rare light.
+    let lamp = |i: usize| if i % 64 < 4 && i / 64 < 4 { [30.0; 3] } else { plain[i] };
+    let pixels: Vec<_> = (0..plain.len()).map(lamp).collect();
+    Image::from_rgb(window, window, &pixels).write(&folder.path("lamp.exr")).unwrap();
+    let (status, out, _) = folder.compare(&["flat.exr", "lamp.exr", "--max", "noise-p=0.01"]);
+    assert!(status == 1 && out.contains("noise           differ: "), "{out}");
     let noise = |more: &[&str]| folder.compare(&[&["flat.exr", "rare.exr"], more].concat());
     let (status, out, _) = noise(&["--max", "noise-p=0.01"]);
     assert!(status == 2 && out.contains("noise           undecided: only few pixels"), "{out}");
@@ -317,8 +328,10 @@ fn limits_of_what_cannot_be_measured_are_trouble() {
     );
     // As a render leaves them that is interrupted early.
     let mut image = Image::from_rgb(WINDOW, WINDOW, &smooth());
-    let error = PixelError { standard_error: [f32::INFINITY; 3], samples: 4, replicates: 1 };
-    let mut errors = [PixelError { standard_error: [0.1; 3], samples: 32, replicates: 16 }; 192];
+    let error =
+        PixelError { standard_error: [f32::INFINITY; 3], samples: 4, replicates: 1, ..PixelError::default() };
+    let mut errors =
+        [PixelError { standard_error: [0.1; 3], samples: 32, replicates: 16, ..PixelError::default() }; 192];
     errors[7] = error;
     image.add_errors(&errors);
     image.write(&folder.path("partial.exr")).unwrap();

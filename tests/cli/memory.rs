@@ -6,7 +6,7 @@ use std::io::{self, Read, Write};
 use flate2::{Compression, write::ZlibEncoder};
 use lookat_image::{Channel, Image, Window};
 
-use super::{FINE, Folder};
+use super::{FINE, Folder, json_lines};
 
 impl Folder {
     /// A file that begins with `head` and goes on with zeros, which take no room on the disk.
@@ -196,11 +196,57 @@ fn what_is_made_of_the_scene_counts_too() {
             // Beyond the limits of the process, too.
             folder.run_within("-v 300000", &[arguments, &["--max-memory", "20G"]].concat()),
         ] {
-            let expected = "of memory are needed, and the limit is ";
-            assert!(run.status == 2 && run.err.contains(expected), "{arguments:?}: {}", run.err);
+            let needed = ["rendering needs ", "of memory are needed, and the limit is "];
+            let is_told = needed.iter().any(|words| run.err.contains(words));
+            assert!(run.status == 1 && is_told, "{arguments:?}: {}", run.err);
         }
     }
     assert_eq!(folder.run_within("-v 600000", &["render", "fine.pbrt", "--threads", "2"]).status, 0);
+}
+
+/// 50,000 instances.
+fn instances() -> String {
+    let block = "AttributeBegin Translate 1 0 3 ObjectInstance \"o\" AttributeEnd\n";
+    let world = format!("ObjectBegin \"o\" Shape \"sphere\" ObjectEnd {}", block.repeat(50_000));
+    FINE.replacen("Shape \"sphere\"", &world, 1)
+}
+
+#[test]
+fn rendering_needs_what_inspect_says() {
+    let folder = Folder::new();
+    let points: String = (0..5_000).map(|at| format!("{} {} {at} ", at % 7, at % 5)).collect();
+    let curve = format!("Shape \"curve\" \"string basis\" \"bspline\" \"point P\" [{points}]");
+    folder.write("curve.pbrt", &FINE.replacen("Shape \"sphere\"", &curve, 1));
+    folder.write("instances.pbrt", &instances());
+    for file in ["curve.pbrt", "instances.pbrt"] {
+        let needs = &json_lines(&folder.run(&["inspect", file, "--json"]))[0]["needs"];
+        let bytes = needs["memory"]["render"].as_u64().unwrap();
+        let render =
+            |limit: u64| folder.run(&["render", file, "--force", "--max-memory", &limit.to_string()]);
+        assert_eq!(render(bytes).status, 0, "{file}: {bytes}");
+        let refused = render(bytes - 1);
+        assert!(refused.status == 1 && refused.err.contains("error: rendering needs "), "{}", refused.err);
+    }
+}
+
+/// What is left out after the limit may be most of the scene.
+#[test]
+fn keep_going_does_not_skip_the_end_of_a_scene() {
+    let folder = Folder::new();
+    folder.write("instances.pbrt", &instances());
+    for command in ["render", "inspect", "check"] {
+        let keep_going = if command == "check" { &[][..] } else { &["--keep-going"] };
+        let limit = ["instances.pbrt", "--max-memory", "15M"];
+        let run = folder.run(&[&[command], &limit[..], keep_going].concat());
+        assert_eq!(run.status, 1, "{command}: {}", run.err);
+        assert!(run.err.contains("up to here, it fills the memory limit, which is 15.0 MB"), "{}", run.err);
+        assert!(
+            !run.err.contains("use --keep-going") && !run.err.contains("ObjectInstance for"),
+            "{}",
+            run.err
+        );
+    }
+    assert!(!folder.path("o.exr").exists());
 }
 
 #[test]

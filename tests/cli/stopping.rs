@@ -273,7 +273,7 @@ impl Drop for Endless<'_> {
 #[cfg(unix)]
 #[test]
 fn a_signal_asks_for_the_picture_so_far() {
-    for options in ["", "--target-error 0.000001", "--error-layers"] {
+    for options in ["", "--target-error 0.000001"] {
         let folder = Folder::new();
         let endless = Endless::start(&folder, "", options);
         // Until it listens, the signal would end it.
@@ -287,6 +287,63 @@ fn a_signal_asks_for_the_picture_so_far() {
         let (status, said) = endless.end();
         assert!(status == Some(130) && said.contains("a.partial.exr: the picture so far"), "{said}");
         assert!(!folder.path("a.exr").exists());
+    }
+}
+
+/// A replicate of the error layers takes hours here.
+#[cfg(unix)]
+#[test]
+fn without_samples_there_is_no_picture_so_far() {
+    let folder = Folder::new();
+    let endless = Endless::start(&folder, "", "--error-layers");
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    for _ in 0..5 {
+        endless.send("-USR1");
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        assert!(!folder.path("a.partial.exr").exists());
+    }
+    let (_, said) = endless.end();
+    assert_eq!(said.matches("the picture so far follows once each pixel has samples").count(), 1, "{said}");
+}
+
+/// Before each pixel has a sample, the picture so far waits. It is gone once the picture is there.
+#[cfg(unix)]
+#[test]
+fn the_picture_so_far_is_whole_and_goes_when_all_is_done() {
+    let folder = Folder::new();
+    // The first samples take seconds.
+    let slow = "Integrator \"ambientocclusion\" \"integer nsamples\" 65536";
+    folder.write("slow.pbrt", &FINE.replace("Integrator \"path\"", slow));
+    let mut command = folder.command(&["render", "slow.pbrt", "-o", "a.exr", "--spp", "2"]);
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let is_there = || folder.path("a.partial.exr").exists();
+    std::thread::sleep(std::time::Duration::from_secs(1));
+    let mut least = None;
+    while child.try_wait().unwrap().is_none() {
+        let _ = Command::new("kill").args(["-USR1", &child.id().to_string()]).status();
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        if least.is_none() && is_there() {
+            let image = Image::read(&folder.path("a.partial.exr")).unwrap();
+            let metadata: Value = serde_json::from_str(image.metadata.as_deref().unwrap()).unwrap();
+            least = metadata["samples_per_pixel"].as_f64();
+        }
+    }
+    assert!(child.wait().unwrap().success() && folder.path("a.exr").exists());
+    assert!(least.is_some_and(|samples| samples >= 1.0), "{least:?}");
+    assert!(!is_there());
+}
+
+/// A shell without job control ignores SIGINT and SIGQUIT for programs in the background. `kill` means them.
+#[cfg(target_os = "linux")]
+#[test]
+fn background_jobs_end_by_any_signal_but_those_of_nohup() {
+    for signal in ["-INT", "-QUIT"] {
+        let folder = Folder::new();
+        let mut endless = Endless::start(&folder, "trap '' INT QUIT;", "");
+        std::thread::sleep(std::time::Duration::from_secs(2));
+        endless.send(signal);
+        assert_eq!(unread::ended(&mut endless.child).code(), Some(130));
+        assert!(endless.samples(-1.0) > 0.0);
     }
 }
 

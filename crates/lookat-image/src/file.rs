@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Fault, ImageError};
 use temporary::HIDDEN;
 
-pub use change::change_file;
+pub use change::{change_file, keep_aside};
 pub use temporary::{TemporaryFile, TemporaryName, exit};
 
 /// Writes a file that appears whole or not at all. Keeps the permissions of a file that it replaces and, where the system
@@ -65,7 +65,7 @@ pub(crate) fn replace(
         let _ = attributes::copy(&target, &new.file);
     }
     fill(&mut new.file, write)?;
-    Ok(new.rename(&target)?)
+    Ok(new.persist(&target)?)
 }
 
 fn fill(

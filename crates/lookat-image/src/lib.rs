@@ -72,9 +72,9 @@ pub use decoded::linear_from_srgb;
 #[cfg(feature = "compare")]
 pub use display::Encoded;
 pub use error::{ImageError, io_reason};
-pub use errors::PixelError;
+pub use errors::{PixelError, Shared};
 #[cfg(feature = "write")]
-pub use file::{TemporaryFile, TemporaryName, change_file, exit, write_file, write_target};
+pub use file::{TemporaryFile, TemporaryName, change_file, exit, keep_aside, write_file, write_target};
 #[cfg(feature = "compare")]
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use floor::floor;

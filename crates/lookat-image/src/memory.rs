@@ -12,7 +12,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 #[derive(Debug, Clone)]
 pub struct MemoryBudget {
     limit: u64,
-    used: Arc<AtomicU64>,
+    account: Arc<Account>,
+}
+
+/// Bytes charged now, and the most so far.
+#[derive(Debug, Default)]
+struct Account {
+    used: AtomicU64,
+    most: AtomicU64,
 }
 
 /// Memory of a budget. Dropping it returns the bytes.
@@ -46,7 +53,7 @@ impl OutOfMemory {
 impl MemoryBudget {
     /// A budget of `limit` bytes.
     pub fn new(limit: u64) -> Self {
-        MemoryBudget { limit, used: Arc::default() }
+        MemoryBudget { limit, account: Arc::default() }
     }
 
     /// The limit in bytes.
@@ -56,7 +63,17 @@ impl MemoryBudget {
 
     /// The bytes left.
     pub fn left(&self) -> u64 {
-        self.limit.saturating_sub(self.used.load(Ordering::Relaxed))
+        self.limit.saturating_sub(self.used())
+    }
+
+    /// The bytes charged.
+    pub fn used(&self) -> u64 {
+        self.account.used.load(Ordering::Relaxed)
+    }
+
+    /// The most bytes charged at a time so far.
+    pub fn most_used(&self) -> u64 {
+        self.account.most.load(Ordering::Relaxed)
     }
 
     /// Charges `bytes` until the charge is dropped. Fails if they do not fit.
@@ -84,8 +101,12 @@ impl Charge {
     pub fn resize(&mut self, bytes: u64) -> Result<(), OutOfMemory> {
         let limit = self.budget.limit;
         let resized = |used: u64| (used - self.bytes).checked_add(bytes).filter(|sum| *sum <= limit);
-        match self.budget.used.fetch_update(Ordering::Relaxed, Ordering::Relaxed, resized) {
-            Ok(_) => self.bytes = bytes,
+        let Account { used, most } = &*self.budget.account;
+        match used.fetch_update(Ordering::Relaxed, Ordering::Relaxed, resized) {
+            Ok(before) => {
+                most.fetch_max(before - self.bytes + bytes, Ordering::Relaxed);
+                self.bytes = bytes;
+            }
             Err(used) => return Err(OutOfMemory { needed: bytes, used: used - self.bytes, limit }),
         }
         Ok(())
@@ -99,7 +120,7 @@ impl Charge {
 
 impl Drop for Charge {
     fn drop(&mut self) {
-        self.budget.used.fetch_sub(self.bytes, Ordering::Relaxed);
+        self.budget.account.used.fetch_sub(self.bytes, Ordering::Relaxed);
     }
 }
 
@@ -179,7 +200,7 @@ mod tests {
         assert_eq!((charge.resize(100), budget.left()), (Ok(()), 900));
         drop(charge);
         budget.reserve(1000).unwrap().keep();
-        assert_eq!(other.left(), 0);
+        assert_eq!((other.left(), other.used(), budget.most_used()), (0, 1000, 1000));
         let words = "0.4 kB of memory are needed, and the limit is 1.0 kB, of which 0.6 kB are used";
         assert_eq!(fault(401, 600).to_string(), words);
     }

@@ -115,6 +115,31 @@ fn light_that_samples_rarely_meet_is_no_difference() {
     assert_eq!(agrees(&render(&sun(1024, "[.5 .5 .5]"), 0), &reference), Some(true));
 }
 
+/// A lamp of 18 pixels, which one of the renders lacks, is a difference: more samples would not decide.
+#[test]
+fn a_lamp_that_is_missing_is_a_difference() {
+    const LAMP: &str = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] Translate .4 1.64 -4
+        Shape \"sphere\" \"float radius\" .045 AttributeEnd ";
+    let scene = |lamp: &str, filter: &str| {
+        let text = SUN
+            .replace("WorldEnd", &format!("{lamp}WorldEnd"))
+            .replace("WorldBegin", &format!("PixelFilter \"{filter}\"\nWorldBegin"));
+        // Without the sun.
+        let text = text.replace("[20000 19000 17000]", "[0 0 0]");
+        let loaded =
+            lookat_scene::load(Path::new("lamp"), &|_| Ok(text.clone().into()), &LoadOptions::default());
+        let mut scene = loaded.scene.expect("lamp");
+        scene.view.sampler = scene.view.sampler.with_samples(64);
+        scene
+    };
+    for filter in ["box", "triangle", "gaussian", "mitchell"] {
+        let reference = without_error_layers(render(&scene(LAMP, filter), 1));
+        for seed in 0..3 {
+            assert_eq!(agrees(&render(&scene("", filter), seed), &reference), Some(false), "{filter}");
+        }
+    }
+}
+
 /// Measures false alarms with 200 pairs of seeds for each scene that has a reference. docs/comparing.md has the result of fewer pairs.
 #[test]
 #[ignore = "takes half an hour"]

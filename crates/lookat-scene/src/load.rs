@@ -139,8 +139,10 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
     let misfit = report.misfit.take();
     let placement = options.view.placement().or(facts.placement);
     let world_follows_camera = facts.uses_camera_space;
-    let can_keep_going = settled.is_some() && !report.is_v4(&files.sources) && misfit.is_none();
-    let is_whole = (!report.has_errors() || options.keep_going) && misfit.is_none() && !options.fast;
+    let can_keep_going =
+        settled.is_some() && !report.is_v4(&files.sources) && misfit.is_none() && !report.exhausted;
+    let keeps_going = options.keep_going && !report.exhausted;
+    let is_whole = (!report.has_errors() || keeps_going) && misfit.is_none() && !options.fast;
     let unread = built.unread;
     let output = settled.as_ref().map_or(DEFAULT_OUTPUT.into(), |settled| settled.output.clone());
     let mut places = settled.as_ref().map_or_else(Places::default, |settled| settled.places.clone());
@@ -235,16 +237,15 @@ impl Loader<'_> {
 
     /// Reports what was found while a block was parsed.
     fn report(&mut self, parsed: &mut Parsed) {
-        let Resolver { report, files, .. } = &mut self.resolver;
+        let Resolver { report, files, draft, .. } = &mut self.resolver;
         if let Some(at) = parsed.exhausted {
             let most = byte_words(files.memory.limit());
-            let message = format!(
-                "the scene is too large: from here on, it needs more memory than the limit, which is {most}"
-            );
-            let help =
-                "raise the limit; to save memory, use plymesh for large meshes and ObjectInstance for copies";
+            let message =
+                format!("the scene is too large: up to here, it fills the memory limit, which is {most}");
+            let copies = if draft.instances.is_empty() { ", and copies as ObjectInstance" } else { "" };
+            let help = format!("raise the limit, or write large meshes as plymesh{copies}");
             report.push(Diagnostic::error(at, message).help(help));
-            report.incomplete = true;
+            (report.incomplete, report.exhausted) = (true, true);
         }
         report.extend(std::mem::take(&mut parsed.diagnostics));
         report.v4_marks(std::mem::take(&mut parsed.v4_marks));

@@ -15,8 +15,8 @@ pub struct Loaded {
     pub sources: Sources,
     /// All files read: scene text, pictures, meshes and spectra.
     pub inputs: BTreeSet<PathBuf>,
-    /// The scene. `None` if there is a `misfit`, if there are errors without `keep_going`, with `fast`, or if no scene
-    /// could be built at all.
+    /// The scene. `None` if there is a `misfit`, if there are errors without `keep_going`, if the text does not fit the memory limit, with
+    /// `fast`, or if no scene could be built at all.
     pub scene: Option<Scene>,
     /// Where the text says how the scene is seen and lit.
     pub places: Places,

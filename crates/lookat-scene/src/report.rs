@@ -23,6 +23,8 @@ pub(crate) struct Report {
     v4_marks: Vec<Span>,
     /// True if an included file is missing. Its definitions are then missing too, which is not another error.
     pub incomplete: bool,
+    /// True if the memory limit ended reading. Then no part of the scene stands for all of it.
+    pub exhausted: bool,
     /// True if the last directive of a file is incomplete and may have swallowed the text after it.
     pub incomplete_end: bool,
     /// The reason why an override of the caller does not fit this scene.
@@ -35,7 +37,7 @@ pub(crate) struct Report {
 impl Report {
     /// Adds a diagnostic. If the same problem is already known, adds only its places.
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        self.places += 1;
+        self.places += diagnostic.all_places().count();
         let next = self.diagnostics.len();
         match *self.known.entry(Problem::of(&diagnostic)).or_insert(next) {
             index if index < next => self.diagnostics[index].places.extend(diagnostic.all_places()),

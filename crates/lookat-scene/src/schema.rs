@@ -9,6 +9,7 @@ use lookat_syntax::ParamType;
 
 pub(crate) use key::{Described, Key};
 pub(crate) use range::Range;
+pub(crate) use synonyms::OLDER;
 pub use synonyms::{Synonym, parameter_synonyms, type_synonym};
 pub(crate) use value::{
     Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, GivenTexture, Integers, Name,

@@ -25,13 +25,22 @@ impl<'a> Reader<'a> {
         Ok((rest, ()))
     }
 
-    /// Reports the commas of the file, at its end.
-    pub(crate) fn report_commas(&mut self) {
-        let warning = self.comma.map(|at| {
+    /// Reports the decimal commas since the last call, and at the end of the file that commas separate numbers.
+    pub(crate) fn report_commas(&mut self, is_at_end: bool) {
+        if let Some((first, others)) = std::mem::take(&mut self.decimal_commas).split_first() {
+            // All have the words of the first error of the file, which makes them one problem.
+            let error = self.decimal_comma.clone().map(|mut error| {
+                error.labels[0].span = *first;
+                error.places = others.to_vec();
+                error
+            });
+            self.diagnostics.extend(error);
+        }
+        let comma = self.comma.filter(|_| is_at_end);
+        self.diagnostics.extend(comma.map(|at| {
             Diagnostic::warning(at, "commas separate these numbers")
                 .help("separate numbers by spaces, and use a decimal point; pbrt-v3 ignores the comma and the rest of the word")
-        });
-        self.diagnostics.extend(warning.into_iter().chain(self.decimal_comma.take()));
+        }));
     }
 
     fn warn_of_commas(&mut self) {
@@ -50,8 +59,8 @@ impl<'a> Reader<'a> {
         }
         self.faulty = true;
         let at = self.span(word);
-        if let Some(error) = &mut self.decimal_comma {
-            error.places.push(at);
+        self.decimal_commas.push(at);
+        if self.decimal_comma.is_some() {
             return true;
         }
         let (word, one) = (shown(word), shown(&meant));

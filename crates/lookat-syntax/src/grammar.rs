@@ -136,9 +136,8 @@ impl<'a> Parser<'a> {
                 None => self.has_ended = true,
             }
         }
-        if self.has_ended {
-            reader.report_commas();
-        } else {
+        reader.report_commas(self.has_ended);
+        if !self.has_ended {
             self.last = statements.pop();
         }
         let mut diagnostics = std::mem::take(&mut reader.diagnostics);
@@ -189,7 +188,9 @@ pub(crate) struct Reader<'a> {
     pub(crate) commas: Commas<'a>,
     /// The first comma that separates numbers.
     pub(crate) comma: Option<Span>,
-    /// The error of all lists with decimal commas.
+    /// The lists with decimal commas that are not reported yet.
+    pub(crate) decimal_commas: Vec<Span>,
+    /// The error of the first one.
     pub(crate) decimal_comma: Option<Diagnostic>,
     /// The text from the keyword of the current statement on.
     pub(crate) statement: Input<'a>,
@@ -217,6 +218,7 @@ impl<'a> Reader<'a> {
             lost_include: false,
             commas: Commas::default(),
             comma: None,
+            decimal_commas: Vec::new(),
             decimal_comma: None,
             statement: &[],
             faulty: false,

@@ -25,7 +25,7 @@ pub use focus::FocusPlace;
 use focus::focus_place;
 pub use frames::{Animation, Frames, Parameter};
 pub use live::{LiveView, Protocol};
-pub use memory::{Memory, way_out};
+pub use memory::{Memory, raise_limit, way_out};
 pub use tone::Tone;
 pub use view::ViewOverride;
 pub use view_server::View;

@@ -17,6 +17,7 @@ use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::nearest;
 use lookat_scene::{FilmOverride, LoadOptions, Scene};
 
+use crate::Failure;
 use crate::args::{Chart, Other, Report, way_out};
 use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
 use crate::render::{charge_memory, progress_bar};
@@ -42,7 +43,7 @@ pub fn chart(arguments: &Chart) -> ExitCode {
 }
 
 /// Measures and writes the results. Returns the exit status.
-fn run(arguments: &Chart) -> Result<u8, String> {
+fn run(arguments: &Chart) -> Result<u8, Failure> {
     let started = Instant::now();
     let methods = chosen(&arguments.methods)?;
     let options = LoadOptions {
@@ -107,7 +108,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let printed = crate::print(&text::results(&header, &reference, &results));
     let (folder, seconds) = (destination.folder().display(), started.elapsed().as_secs_f64());
     crate::say(&format!("{folder}: {}; {seconds:.1} s in all", FILE_NAMES.join(", ")));
-    printed.and(destination.result()).map(|()| status)
+    Ok(printed.and(destination.result()).map(|()| status)?)
 }
 
 /// The facts known before measuring.

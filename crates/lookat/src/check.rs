@@ -6,6 +6,7 @@ use lookat_scene::syntax::Severity;
 use lookat_scene::{LoadOptions, Loaded};
 use serde::Serialize;
 
+use crate::Failure;
 use crate::args::Check;
 use crate::report::{self, JsonDiagnostic};
 use crate::sight;
@@ -31,11 +32,10 @@ pub fn check(arguments: &Check) -> ExitCode {
     let (mut status, mut lost) = (0, false);
     for path in &arguments.files {
         let mut loaded = load_scene(path, &options, arguments.report);
-        if arguments.view
-            && let Err(message) = look(&mut loaded, arguments)
-        {
-            crate::say(&format!("error: {message}"));
-            status = crate::TROUBLE;
+        let looked = if arguments.view { look(&mut loaded, arguments) } else { Ok(()) };
+        if let Err(failure) = &looked {
+            crate::say(&format!("error: {}", failure.message));
+            status = status.max(failure.status);
         }
         if report::has_errors(&loaded) {
             status = status.max(report::failure(&loaded));
@@ -48,7 +48,7 @@ pub fn check(arguments: &Check) -> ExitCode {
             lost |= crate::print_json(&result).is_err();
         } else {
             report::print(&loaded, arguments.quiet);
-            let remarks = if arguments.quiet { Vec::new() } else { remarks(&loaded) };
+            let remarks = if arguments.quiet { Vec::new() } else { remarks(&loaded, looked.is_ok()) };
             if !remarks.is_empty() {
                 crate::say(&format!("{}: {}", loaded.sources.files[0].path.display(), remarks.join("; ")));
             }
@@ -58,7 +58,7 @@ pub fn check(arguments: &Check) -> ExitCode {
 }
 
 /// Adds warnings about what the scene shows. With `--strict`, they are errors.
-fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), String> {
+fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), Failure> {
     let Some(scene) = &loaded.scene else { return Ok(()) };
     arguments.camera.check_use(scene)?;
     let mut prepared = sight::prepare(loaded, scene)?;
@@ -71,8 +71,8 @@ fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), String> {
 }
 
 /// What to say about a scene after its diagnostics.
-fn remarks(loaded: &Loaded) -> Vec<String> {
-    let fine = loaded.diagnostics.is_empty().then(|| "fine".to_owned());
+fn remarks(loaded: &Loaded, is_fine: bool) -> Vec<String> {
+    let fine = (is_fine && loaded.diagnostics.is_empty()).then(|| "fine".to_owned());
     let skipped = match loaded.unread {
         0 => None,
         1 => Some("--fast skipped the contents of 1 mesh or picture".to_owned()),

@@ -6,13 +6,15 @@ mod view;
 use std::collections::HashMap;
 use std::process::ExitCode;
 
-use lookat_render::{Choice, Draw, Elements, Inspection};
+use lookat_render::{Choice, Draw, Elements, Inspection, Settings, film_bytes, preparation_bytes};
+use lookat_scene::syntax::number_bytes;
 use lookat_scene::{
     FilterKind, Integrator, LightChoice, LoadOptions, Loaded, Memory, Projection, Scene, Sources,
 };
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use crate::Failure;
 use crate::args::Inspect;
 use crate::report::{self, JsonDiagnostic};
 use crate::sight::Sight;
@@ -33,6 +35,8 @@ struct Inspected<'s> {
     scene: &'s Scene,
     inspection: Inspection,
     memory: Memory,
+    /// The memory limit that `render` needs, without options.
+    render_bytes: u64,
     sight: Sight<'s>,
     sources: &'s Sources,
 }
@@ -52,7 +56,7 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
     let name = arguments.scene.display().to_string();
     let found = match loaded.scene.as_ref().map(|scene| Inspected::new(scene, &loaded)).transpose() {
         Ok(found) => found,
-        Err(message) => return crate::exit_code(Err(message)),
+        Err(failure) => return crate::exit_code(Err(failure)),
     };
     let printed = if arguments.report.json {
         let needs = found.as_ref().map(Inspected::json);
@@ -73,11 +77,19 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
 }
 
 impl<'s> Inspected<'s> {
-    fn new(scene: &'s Scene, loaded: &'s Loaded) -> Result<Self, String> {
+    fn new(scene: &'s Scene, loaded: &'s Loaded) -> Result<Self, Failure> {
+        let render_bytes = render_bytes(loaded, scene);
         let mut prepared = crate::sight::prepare(loaded, scene)?;
         let inspection = lookat_render::inspect(&prepared, &scene.view);
         let sight = crate::sight::look(loaded, scene, prepared.facts(&scene.view));
-        Ok(Inspected { scene, inspection, memory: scene.world.memory(), sight, sources: &loaded.sources })
+        Ok(Inspected {
+            scene,
+            inspection,
+            memory: scene.world.memory(),
+            render_bytes,
+            sight,
+            sources: &loaded.sources,
+        })
     }
 
     /// The BVHs of the world and of all objects.
@@ -109,7 +121,7 @@ impl<'s> Inspected<'s> {
         let has = |draw: &str| it.draws.iter().any(|drawn| drawn.of == draw);
         let mut absent = vec![
             (!it.has_lens, "lens samples"),
-            (!it.has_filter_table, "filter tables"),
+            (!it.shares_samples, "samples of several pixels"),
             (it.world.nodes == 0, "a tree"),
             (it.world.instances == 0, "instances"),
             (!it.has_cutouts, "holes"),
@@ -146,7 +158,7 @@ impl<'s> Inspected<'s> {
                 "crop": [scene.view.film.crop.width(), scene.view.film.crop.height()],
                 "samples_per_pixel": samples,
                 "samples": scene.view.film.crop.area() * u64::from(samples),
-                "filter": filter_name(scene), "has_table": it.has_filter_table,
+                "filter": filter_name(scene), "shares_samples": it.shares_samples,
             },
             "camera": {
                 "projection": projection_name(scene), "has_lens": it.has_lens,
@@ -172,13 +184,21 @@ impl<'s> Inspected<'s> {
             "memory": {
                 "film": it.film_bytes, "shapes": memory.shapes, "instances": memory.instances, "meshes": memory.meshes, "trees": self.trees().map(|tree| tree.bytes).sum::<usize>(),
                 "pictures": memory.pictures, "picture_bytes": memory.picture_bytes,
-                "text": self.text_bytes(),
+                "text": self.text_bytes(), "render": self.render_bytes,
             },
             "view": view::json(&self.sight, self.sources),
             "simd": lookat_render::simd(),
             "not_paid_for": self.not_paid_for(),
         })
     }
+}
+
+/// The memory limit that rendering a scene needs. Most of it is in use for a short time: while numbers of the text are read, or the BVH
+/// is built.
+fn render_bytes(loaded: &Loaded, scene: &Scene) -> u64 {
+    let numbers = loaded.sources.files.iter().map(|file| number_bytes(&file.text)).max().unwrap_or(0);
+    let rendering = film_bytes(&scene.view, &Settings::default()) + preparation_bytes(&scene.world);
+    loaded.memory.most_used().max(loaded.memory.used() + numbers.max(rendering))
 }
 
 fn filter_name(scene: &Scene) -> &'static str {

@@ -33,6 +33,11 @@ pub fn flow() -> ControlFlow<()> {
     if ASKED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
+/// Asks for the picture so far.
+pub fn ask_for_picture() {
+    ASKED_FOR_PICTURE.store(true, Ordering::Relaxed);
+}
+
 /// True once after each SIGUSR1: the picture so far is to be written.
 pub fn takes_picture() -> bool {
     ASKED_FOR_PICTURE.swap(false, Ordering::Relaxed)
@@ -65,7 +70,7 @@ pub fn watch() {
     let mut first: Option<Instant> = None;
     let interrupt = move |request: Request| {
         if request == Request::Picture {
-            ASKED_FOR_PICTURE.store(true, Ordering::Relaxed);
+            ask_for_picture();
             return;
         }
         if let Some(first) = first {
@@ -80,7 +85,7 @@ pub fn watch() {
         ASKED.store(true, Ordering::Relaxed);
         if !is_worth_while() {
             crate::say("interrupted; nothing was written");
-            crate::standard_error::wait();
+            crate::wait_for_messages();
             exit(STATUS.into());
         }
         notice.into_iter().for_each(crate::say);
@@ -113,9 +118,10 @@ fn on_signal(mut interrupt: impl FnMut(Request) + Send + 'static) -> io::Result<
     use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGUSR1, SIGXCPU};
     use signal_hook::iterator::Signals;
 
-    // `nohup` ignores SIGHUP, and shells SIGQUIT in the background. These stay ignored.
-    let optional = [SIGHUP, SIGQUIT, SIGXCPU, SIGUSR1].into_iter().filter(|signal| !is_ignored(*signal));
-    let signals: Vec<i32> = [SIGINT, SIGTERM].into_iter().chain(optional).collect();
+    // `nohup` ignores SIGHUP, which stays ignored. SIGINT and SIGQUIT do not: a shell without job control ignores them for each program
+    // in the background, where only `kill` can mean them.
+    let optional = [SIGHUP, SIGXCPU, SIGUSR1].into_iter().filter(|signal| !is_ignored(*signal));
+    let signals: Vec<i32> = [SIGINT, SIGTERM, SIGQUIT].into_iter().chain(optional).collect();
     let (tell, told) = std::sync::mpsc::channel();
     // Watches only once there is a thread: without one, signals keep their usual effect.
     let watch = move || {

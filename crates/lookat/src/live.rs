@@ -78,7 +78,7 @@ impl Live {
 
     /// Waits until the picture is shown, unless its viewer does not read.
     pub fn wait(&self) {
-        standard_error::wait();
+        crate::wait_for_messages();
         lock(&self.views).tev.iter().for_each(Tev::wait);
     }
 

@@ -67,7 +67,7 @@ fn main() -> ExitCode {
         args::Command::Explain(arguments) => explain::explain(&arguments),
         args::Command::Bench(arguments) => bench::bench(&arguments),
     };
-    standard_error::wait();
+    wait_for_messages();
     status
 }
 
@@ -89,12 +89,44 @@ fn start_threads(command: &args::Command) {
     }
 }
 
+/// Why a command ends without its result.
+struct Failure {
+    message: String,
+    /// The exit status.
+    status: u8,
+}
+
+impl Failure {
+    /// The scene does not fit the memory limit.
+    fn too_large(message: String) -> Failure {
+        Failure { message, status: report::SCENE_FAULT }
+    }
+}
+
+impl From<String> for Failure {
+    fn from(message: String) -> Failure {
+        Failure { message, status: TROUBLE }
+    }
+}
+
+impl From<&str> for Failure {
+    fn from(message: &str) -> Failure {
+        message.to_owned().into()
+    }
+}
+
 /// The exit status of a command. Prints its error message.
-fn exit_code(result: Result<u8, String>) -> ExitCode {
-    ExitCode::from(result.unwrap_or_else(|message| {
+fn exit_code(result: Result<u8, impl Into<Failure>>) -> ExitCode {
+    ExitCode::from(result.unwrap_or_else(|failure| {
+        let Failure { message, status } = failure.into();
         say(&format!("error: {message}"));
-        TROUBLE
+        status
     }))
+}
+
+/// Waits until all messages are written; after a signal, not on a pipe that nobody reads.
+fn wait_for_messages() {
+    standard_error::wait(|| interrupt::flow().is_break());
 }
 
 /// Prints one line of JSON to standard output.
@@ -109,7 +141,7 @@ fn print(text: &str) -> Result<(), String> {
     if !standard_error::is_detached() {
         return write_out(&text, &|| ());
     }
-    standard_error::wait();
+    wait_for_messages();
     let (tell, told) = mpsc::channel();
     let writer = Writer::new(move |text: String, progress| {
         let _ = tell.send(write_out(&text, progress));

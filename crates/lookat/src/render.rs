@@ -6,23 +6,25 @@ mod focus;
 mod frames;
 mod layers;
 mod progress;
+mod so_far;
 mod summary;
 mod written;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use lookat_image::{Charge, Format, MemoryBudget, byte_words};
+use lookat_image::{Charge, Format, MemoryBudget, OutOfMemory, byte_words};
 use lookat_render::{
     Layers, Prepared, Progress, Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes,
 };
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
 
-use crate::args::{Render, crop_edges, way_out};
+use crate::Failure;
+use crate::args::{Render, crop_edges, raise_limit};
 use crate::finished::{NewPicture, check_unfinished, marked};
 use crate::interrupt;
 use crate::light::note_linear;
@@ -39,6 +41,7 @@ use frames::render_frames;
 use layers::Numbered;
 use progress::Shown;
 pub use progress::progress_bar;
+use so_far::SoFar;
 pub use summary::Metadata;
 use summary::{JsonPicture, JsonResult, JsonTarget, explain_black, summarize};
 use written::{Kept, Output, PARTIAL};
@@ -67,7 +70,7 @@ pub fn render(arguments: &Render) -> ExitCode {
         },
         Err(message) => {
             let mut result = JsonResult::new(&arguments.scenes[0]);
-            let status = fail(message, &mut result);
+            let status = fail(message.into(), &mut result);
             finish(arguments, &result, status)
         }
     })
@@ -118,7 +121,7 @@ fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
     let mut result = JsonResult { diagnostics, ..JsonResult::new(path) };
     let mut advice = Vec::new();
     let status = match (&loaded.scene, &loaded.misfit) {
-        (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone(), &mut result),
+        (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone().into(), &mut result),
         (None, _) => {
             if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {
                 crate::say("not rendered; to skip directives with errors, use --keep-going");
@@ -128,7 +131,7 @@ fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
         (Some(scene), _) => match pictures(arguments, scene, &loaded, live, (&mut result, &mut advice)) {
             Ok(true) => 0,
             Ok(false) => interrupt::STATUS,
-            Err(message) => fail(message, &mut result),
+            Err(failure) => fail(failure, &mut result),
         },
     };
     result.diagnostics.extend(report::json(&advice, &loaded.sources));
@@ -142,7 +145,7 @@ fn pictures(
     loaded: &Loaded,
     live: &Live,
     (result, advice): (&mut JsonResult, &mut Vec<Diagnostic>),
-) -> Result<bool, String> {
+) -> Result<bool, Failure> {
     if interrupt::flow().is_break() {
         return Ok(false);
     }
@@ -161,7 +164,7 @@ fn pictures(
     };
     let is_complete = picture.complete;
     result.picture = Some(picture);
-    written.map(|()| is_complete)
+    Ok(written.map(|()| is_complete)?)
 }
 
 /// Prints the result as JSON, if requested. Returns the exit status.
@@ -171,10 +174,10 @@ fn finish(arguments: &Render, result: &JsonResult, status: u8) -> u8 {
 }
 
 /// Reports an error outside the scene.
-fn fail(message: String, result: &mut JsonResult) -> u8 {
+fn fail(Failure { message, status }: Failure, result: &mut JsonResult) -> u8 {
     crate::say(&format!("error: {message}"));
     result.error = Some(message);
-    crate::TROUBLE
+    status
 }
 
 /// Checks the arguments together, before loading the scene.
@@ -257,7 +260,7 @@ fn picture(
     loaded: &Loaded,
     prepared: Option<&mut Prepared>,
     (live, advice): (&Live, &mut Vec<Diagnostic>),
-) -> Result<Option<Written>, String> {
+) -> Result<Option<Written>, Failure> {
     let file = picture_file(arguments, loaded);
     // Check before hours of rendering, not after.
     let crop = scene.view.film.crop;
@@ -271,9 +274,9 @@ fn picture(
     }
     let _charge = charge_memory(scene, &settings, &loaded.memory)?;
     if arguments.target_error.is_some() && crop.area() > MOST_PIXELS {
-        return Err(format!(
-            "--target-error supports at most {MOST_PIXELS} pixels; render parts with --crop"
-        ));
+        let message =
+            format!("--target-error supports at most {MOST_PIXELS} pixels; render parts with --crop");
+        return Err(message.into());
     }
     check_layers(&file, arguments, scene)?;
     let notice = "stopping; interrupt again to quit without a picture";
@@ -300,14 +303,12 @@ fn picture(
     let shown = Shown::new(arguments, crop.area());
     live.begin(&file, [crop.width(), crop.height()]);
     let output = Output { arguments, loaded, camera: &scene.view.camera, settings: &settings, new, file };
-    let writing = Mutex::new(());
+    let so_far = Mutex::new(SoFar::default());
     let progress = |progress: Progress| {
         if progress.done > 0 {
             HAS_SAMPLES.store(true, Ordering::Relaxed);
-            if let Ok(_guard) = writing.try_lock()
-                && interrupt::takes_picture()
-            {
-                output.write_so_far(&progress);
+            if let Ok(mut so_far) = so_far.try_lock() {
+                so_far.write_if_asked(&output, &progress);
             }
         }
         shown.update(&progress);
@@ -329,6 +330,9 @@ fn picture(
     let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
     let Kept { file, destination, kept, light, samples_per_pixel } =
         output.write(&mut rendered, numbered.clone())?;
+    if rendered.complete {
+        so_far.into_inner().unwrap_or_else(PoisonError::into_inner).remove();
+    }
     let black = light.is_some_and(|light| light.is_black(summary::residue(&scene)));
     let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
     let fireflies = luminances
@@ -374,13 +378,16 @@ fn picture(
 }
 
 /// Charges the memory to render the scene. Fails if there is not enough.
-pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -> Result<Charge, String> {
+pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -> Result<Charge, Failure> {
     let (film, rest) = (film_bytes(&scene.view, settings), preparation_bytes(&scene.world));
-    let refused = |shortage| {
-        let ([film, rest], shortage) = ([film, rest].map(byte_words), way_out(shortage));
-        format!(
-            "rendering takes {film} for the film and {rest} for shapes and lights: {shortage}; a crop window makes the film smaller"
-        )
+    let refused = |OutOfMemory { needed, used, limit }| {
+        let smaller = if film > rest { "; a crop window makes the film smaller" } else { "" };
+        let [needed, film, rest, used, limit] =
+            [used.saturating_add(needed), film, rest, used, limit].map(byte_words);
+        Failure::too_large(format!(
+            "rendering needs {needed} of memory: {used} for the scene, {rest} for BVHs and lights, {film} for the film; {}{smaller}",
+            raise_limit(&limit)
+        ))
     };
     memory.reserve(film.saturating_add(rest)).map_err(refused)
 }

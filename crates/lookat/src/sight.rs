@@ -12,6 +12,7 @@ use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, FileId, ParamType, Span, statement_at};
 use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, View};
 
+use crate::Failure;
 use crate::args::way_out;
 use crate::directive_text::DirectiveText;
 
@@ -34,10 +35,13 @@ pub struct Sight<'l> {
 }
 
 /// Prepares a scene for rays. Fails if there is not enough memory.
-pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, String> {
+pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, Failure> {
     match loaded.memory.reserve(preparation_bytes(&scene.world)) {
         Ok(_charge) => Ok(Prepared::new(scene)),
-        Err(shortage) => Err(format!("the shapes and lights are too large: {}", way_out(shortage))),
+        Err(shortage) => {
+            let message = format!("the shapes and lights are too large: {}", way_out(shortage));
+            Err(Failure::too_large(message))
+        }
     }
 }
 
@@ -84,8 +88,10 @@ pub fn advise_by(
         }
     }
     let sight = &sight;
+    // Without Camera, reading the scene gave a warning about the place of the default camera.
+    let is_placed = sight.places.camera.is_some() || loaded.placement.is_some();
     let first = size::giant(sight).or_else(|| window::other_order(sight)).or_else(|| window::small(sight));
-    if let Some(found) = first.or_else(|| placement::odd(sight)) {
+    if let Some(found) = first.or_else(|| is_placed.then(|| placement::odd(sight)).flatten()) {
         return vec![found];
     }
     let others = window::stretched(sight).into_iter().chain(focus::blurred(sight));

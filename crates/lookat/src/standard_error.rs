@@ -1,5 +1,6 @@
 //! Standard error: messages, the progress bar, and pictures in the terminal.
 
+use std::collections::VecDeque;
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
@@ -7,20 +8,25 @@ use std::sync::OnceLock;
 use indicatif::style::TemplateError;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::interrupt;
 use crate::live::drawing::Drawing;
 use crate::writer::{Writer, write_parts};
 
 /// Set by [`detach`].
 static WRITER: OnceLock<Writer<Item>> = OnceLock::new();
 
-/// The most items that wait, for a terminal that does not read. Further messages are lost.
+/// The most items that wait, for a terminal that does not read. Further messages are only counted.
 const MOST: usize = 1 << 14;
 
 /// What goes to standard error.
 enum Item {
     Text(Vec<u8>),
-    Bar { bar: Bar, position: u64, message: String },
+    /// The number of texts that are lost here.
+    Lost(u64),
+    Bar {
+        bar: Bar,
+        position: u64,
+        message: String,
+    },
     NoBar,
     Drawing(Drawing),
 }
@@ -47,18 +53,29 @@ pub fn is_detached() -> bool {
 /// Writes text. Styles are left out where the terminal has none. Ignores a closed standard error.
 pub fn write(text: Vec<u8>) {
     match WRITER.get() {
-        Some(writer) => writer.put(|queue| {
-            if queue.len() < MOST {
-                queue.push_back(Item::Text(text));
-            }
-        }),
+        Some(writer) => writer.put(|queue| put(queue, text)),
         None => drop(anstream::stderr().write_all(&text)),
     }
 }
 
-/// Waits until everything is written. Gives up on a terminal that does not read, and after a signal also on a pipe.
-pub fn wait() {
-    let is_impatient = || io::stderr().is_terminal() || interrupt::flow().is_break();
+/// Adds a text to the queue, or counts it if the queue is full.
+fn put(queue: &mut VecDeque<Item>, text: Vec<u8>) {
+    if queue.len() < MOST {
+        return queue.push_back(Item::Text(text));
+    }
+    let lost = queue.iter_mut().rev().find_map(|item| match item {
+        Item::Lost(count) => Some(count),
+        _ => None,
+    });
+    match lost {
+        Some(count) => *count += 1,
+        None => queue.push_back(Item::Lost(1)),
+    }
+}
+
+/// Waits until everything is written. Gives up on a terminal that does not read, and on a pipe where `has_to_end`.
+pub fn wait(has_to_end: fn() -> bool) {
+    let is_impatient = || io::stderr().is_terminal() || has_to_end();
     if let Some(writer) = WRITER.get() {
         writer.wait(is_impatient);
     }
@@ -126,6 +143,13 @@ fn write_items() -> impl FnMut(Item, &dyn Fn()) -> ControlFlow<()> + Send {
                 drawn = None;
                 above_bar(&mut anstream::stderr(), &text);
             }
+            Item::Lost(count) => {
+                drawn = None;
+                let messages = if count == 1 { "message was" } else { "messages were" };
+                let text =
+                    format!("warning: {count} {messages} not shown: standard error was not read in time\n");
+                above_bar(&mut anstream::stderr(), text.as_bytes());
+            }
             Item::Drawing(drawing) => {
                 let before = drawn.filter(|(id, _)| *id == drawing.id).map_or(0, |(_, lines)| lines);
                 drawn = Some((drawing.id, drawing.cells[1]));
@@ -145,5 +169,21 @@ fn write_items() -> impl FnMut(Item, &dyn Fn()) -> ControlFlow<()> + Send {
             }
         }
         ControlFlow::Continue(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_beyond_the_limit_are_counted() {
+        let mut queue = VecDeque::new();
+        (0..MOST + 3).for_each(|_| put(&mut queue, b"a message\n".to_vec()));
+        assert!(queue.len() == MOST + 1 && matches!(queue.back(), Some(Item::Lost(3))));
+        // Another item comes after them.
+        queue.push_back(Item::NoBar);
+        put(&mut queue, b"a message\n".to_vec());
+        assert!(queue.len() == MOST + 2 && matches!(queue[MOST], Item::Lost(4)));
     }
 }

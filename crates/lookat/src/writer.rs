@@ -36,7 +36,7 @@ struct Shared<T> {
 struct State<T> {
     queue: VecDeque<T>,
     is_writing: bool,
-    /// True once the reader is gone.
+    /// True once the thread has ended: because the reader is gone, or by a panic.
     is_lost: bool,
     /// When the reader last took something, or was given something while it waited.
     progress: Instant,
@@ -57,11 +57,9 @@ impl<T: Send + 'static> Writer<T> {
         let shared = Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() });
         let own = shared.clone();
         Builder::new().spawn(move || {
-            while let Some(item) = own.next() {
-                if write(item, &|| own.set(|state| state.progress = Instant::now())).is_break() {
-                    own.set(|state| state.is_lost = true);
-                }
-            }
+            let end = End(&own);
+            let progress = || end.0.set(|state| state.progress = Instant::now());
+            while write(end.0.next(), &progress).is_continue() {}
         })?;
         Ok(Writer(shared))
     }
@@ -104,25 +102,51 @@ impl<T> Shared<T> {
         self.changed.notify_all();
     }
 
-    /// Waits for the next item. `None` once the reader is gone.
-    fn next(&self) -> Option<T> {
+    /// Waits for the next item.
+    fn next(&self) -> T {
         self.set(|state| state.is_writing = false);
         let mut state = lock(&self.state);
         loop {
-            if state.is_lost {
-                return None;
-            }
             if let Some(item) = state.queue.pop_front() {
                 (state.is_writing, state.progress) = (true, Instant::now());
-                return Some(item);
+                return item;
             }
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
     }
 }
 
+/// Tells that the thread has ended, when it is dropped.
+struct End<'s, T>(&'s Shared<T>);
+
+impl<T> Drop for End<'_, T> {
+    fn drop(&mut self) {
+        self.0.set(|state| state.is_lost = true);
+    }
+}
+
 impl<T> State<T> {
     fn is_idle(&self) -> bool {
         self.is_lost || !self.is_writing && self.queue.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whoever waits does not wait for a thread that has ended.
+    #[test]
+    fn nobody_waits_for_a_thread_that_has_ended() {
+        for panics in [true, false] {
+            let writer = Writer::new(move |(), _| {
+                assert!(!panics, "a test of a panic");
+                ControlFlow::Break(())
+            });
+            let writer = writer.unwrap();
+            writer.put(|queue| queue.extend([(), ()]));
+            // Without an end, this would wait forever.
+            assert!(writer.wait(|| false), "{panics}");
+        }
     }
 }

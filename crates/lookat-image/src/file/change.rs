@@ -1,14 +1,20 @@
 //! Changes a text file that other programs may save at the same time.
 
+use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Seek, Write};
-use std::path::Path;
+use std::io::{self, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
 
 use super::temporary::{HIDDEN, TemporaryFile, temporary};
 use super::{attributes, fill, write_target};
 use crate::error::{Fault, ImageError};
-use crate::input::{has_rest, has_text};
+use crate::input::{has_rest, has_text, open_file};
 use crate::io_reason;
+
+/// How often a file that another program saves again and again is swapped.
+const MOST_SWAPS: usize = 16;
 
 /// Changes the contents of a file from `before` to `after`. False, and no change, if it has other contents: another program has
 /// saved it. The file keeps its owner, permissions, extended attributes and hard links.
@@ -29,50 +35,125 @@ fn change(path: &Path, before: &[u8], after: &[u8]) -> Result<bool, Fault> {
     if !has_text(&target, before)? {
         return Ok(false);
     }
+    let change = Change { target: &target, folder: &folder, before, after };
     if attributes::links(&target)? == 1 {
         let mut new = TemporaryFile::new(&folder, HIDDEN)?;
         if attributes::copy(&target, &new.file).is_ok() {
             fill(&mut new.file, |out| Ok(out.write_all(after)?))?;
-            return exchange(new, &target, before, after);
+            return change.exchange(new, swap);
         }
     }
-    overwrite(&target, &folder, before, after)
+    change.overwrite()
 }
 
-/// Puts a new file in the place of the old one. Other programs save meanwhile: what they have saved stays in place.
-fn exchange(mut new: TemporaryFile, target: &Path, before: &[u8], after: &[u8]) -> Result<bool, Fault> {
-    let no_exit = temporary();
-    if !has_text(target, before)? {
-        return Ok(false);
-    }
-    match swap(new.path(), target) {
-        Ok(()) => {}
-        Err(error) if matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported) => {
-            // This file system cannot swap. The text was compared a moment ago.
-            drop(no_exit);
-            new.rename(target)?;
+/// Writes a previous text of a file beside it, as `lookat-before-...`. Returns the path.
+///
+/// # Errors
+///
+/// The folder of the file accepts no file of this size.
+pub fn keep_aside(path: &Path, text: &[u8]) -> io::Result<PathBuf> {
+    let (_, folder) = write_target(path)?;
+    let mut file = file_aside(&folder)?;
+    file.write_all(text)?;
+    file.as_file().sync_data()?;
+    Ok(file.keep()?.1)
+}
+
+/// A file beside another one, for its previous text. Other processes leave it alone.
+fn file_aside(folder: &Path) -> io::Result<NamedTempFile> {
+    tempfile::Builder::new().prefix("lookat-before-").tempfile_in(folder)
+}
+
+/// A change of a file.
+#[derive(Clone, Copy)]
+struct Change<'a> {
+    target: &'a Path,
+    folder: &'a Path,
+    before: &'a [u8],
+    after: &'a [u8],
+}
+
+impl Change<'_> {
+    /// Puts a new file in the place of the old one. Other programs save meanwhile: what they have saved stays in place.
+    fn exchange(
+        self,
+        mut new: TemporaryFile,
+        swap: impl Fn(&Path, &Path) -> io::Result<()>,
+    ) -> Result<bool, Fault> {
+        let Change { target, folder, before, after } = self;
+        let mut temporary = temporary();
+        if !has_text(target, before)? {
+            return Ok(false);
+        }
+        // The swap gives this name to the file of another program, and a temporary name would let a third program remove it.
+        new.rename(file_aside(folder)?.into_temp_path(), &mut temporary)?;
+        match swap(new.path(), target) {
+            Ok(()) => {}
+            Err(error)
+                if matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported) =>
+            {
+                // This file system cannot swap. The text was compared a moment ago.
+                std::fs::rename(new.path(), target)?;
+                return Ok(true);
+            }
+            Err(error) => return Err(error.into()),
+        }
+        if has_text(new.path(), before).is_ok_and(|is_same| is_same) {
             return Ok(true);
         }
-        Err(error) => return Err(error.into()),
+        // Another program has saved between comparing and swapping.
+        if let Err(error) = give_back(new.path(), target, after, swap) {
+            new.keep(&mut temporary);
+            let (path, reason) = (new.path().display(), io_reason(&error));
+            return Err(Fault::Unfit(format!(
+                "another program has saved it meanwhile, and its text is in {path}: {reason}"
+            )));
+        }
+        Ok(false)
     }
-    let had = |text| has_text(new.path(), text).is_ok_and(|is_same| is_same);
-    if had(before) {
-        return Ok(true);
+
+    /// Writes into the file itself.
+    fn overwrite(self) -> Result<bool, Fault> {
+        let Change { target, folder, before, after } = self;
+        let mut file = OpenOptions::new().read(true).write(true).open(target)?;
+        let _no_exit = temporary();
+        let mut copy = file_aside(folder)?;
+        fill(copy.as_file_mut(), |out| Ok(out.write_all(before)?))?;
+        if !has_rest(&file, before)? {
+            return Ok(false);
+        }
+        copy.disable_cleanup(true);
+        let written = put(&mut file, after);
+        if let Err(error) = &written
+            && let Err(again) = put(&mut file, before)
+        {
+            let (path, reasons) = (copy.path().display(), [error, &again].map(io_reason));
+            return Err(Fault::Unfit(format!("{}; the previous text is in {path}", reasons.join("; "))));
+        }
+        copy.disable_cleanup(false);
+        Ok(written.map(|()| true)?)
     }
-    // Another program has saved between comparing and swapping: its file goes back. It may save once more before that, and then this
-    // text goes back.
-    let mut returned = swap(new.path(), target);
-    if returned.is_ok() && !had(after) {
-        returned = swap(new.path(), target);
+}
+
+/// Puts the file of another program, `aside`, back in the place of a file with the text `placed`. The program may save once more before
+/// that: then the last file that it saved takes the place.
+fn give_back(
+    aside: &Path,
+    target: &Path,
+    placed: &[u8],
+    swap: impl Fn(&Path, &Path) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut placed = Cow::Borrowed(placed);
+    for _ in 0..MOST_SWAPS {
+        let mut text = Vec::new();
+        open_file(aside)?.read_to_end(&mut text)?;
+        swap(aside, target)?;
+        if has_text(aside, &placed)? {
+            return Ok(());
+        }
+        placed = text.into();
     }
-    if let Err(error) = returned {
-        new.keep();
-        let (path, reason) = (new.path().display(), io_reason(&error));
-        return Err(Fault::Unfit(format!(
-            "another program has saved it meanwhile, and its text is in {path}: {reason}"
-        )));
-    }
-    Ok(false)
+    Err(io::Error::other("it is saved all the time"))
 }
 
 /// Swaps the names of two files.
@@ -88,27 +169,6 @@ fn swap(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Writes into the file itself.
-fn overwrite(target: &Path, folder: &Path, before: &[u8], after: &[u8]) -> Result<bool, Fault> {
-    let mut file = OpenOptions::new().read(true).write(true).open(target)?;
-    let _no_exit = temporary();
-    let mut copy = tempfile::Builder::new().prefix("lookat-before-").tempfile_in(folder)?;
-    fill(copy.as_file_mut(), |out| Ok(out.write_all(before)?))?;
-    if !has_rest(&file, before)? {
-        return Ok(false);
-    }
-    copy.disable_cleanup(true);
-    let written = put(&mut file, after);
-    if let Err(error) = &written
-        && let Err(again) = put(&mut file, before)
-    {
-        let (path, reasons) = (copy.path().display(), [error, &again].map(io_reason));
-        return Err(Fault::Unfit(format!("{}; the previous text is in {path}", reasons.join("; "))));
-    }
-    copy.disable_cleanup(false);
-    Ok(written.map(|()| true)?)
-}
-
 /// Makes this the whole contents.
 fn put(file: &mut File, text: &[u8]) -> io::Result<()> {
     file.rewind()?;
@@ -119,10 +179,11 @@ fn put(file: &mut File, text: &[u8]) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
+    use std::cell::Cell;
     use std::sync::Barrier;
     use std::time::Duration;
 
+    use super::super::temporary::remove_abandoned;
     use super::*;
 
     #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
@@ -174,6 +235,42 @@ mod tests {
     #[test]
     fn a_save_in_place_is_never_lost() {
         race(|path, text| std::fs::write(path, text).unwrap());
+    }
+
+    /// Another program saves so many times, each time just before the names are swapped. A third program then removes abandoned files.
+    #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+    #[test]
+    fn the_last_of_many_saves_stays() {
+        for saves in [1, 2, 3, MOST_SWAPS + 2] {
+            let folder = tempfile::tempdir().unwrap();
+            let (folder, target) = (folder.path(), folder.path().join("scene.pbrt"));
+            std::fs::write(&target, "before").unwrap();
+            let swaps = Cell::new(0);
+            let swap_late = |one: &Path, other: &Path| {
+                swaps.set(swaps.get() + 1);
+                if swaps.get() <= saves {
+                    std::fs::write(folder.join("mine"), format!("mine {}", swaps.get())).unwrap();
+                    std::fs::rename(folder.join("mine"), &target).unwrap();
+                }
+                swap(one, other).inspect(|()| remove_abandoned(folder, HIDDEN))
+            };
+            let change = Change { target: &target, folder, before: b"before", after: b"after" };
+            let mut new = TemporaryFile::new(folder, HIDDEN).unwrap();
+            new.file.write_all(b"after").unwrap();
+            let changed = change.exchange(new, swap_late);
+            let texts: Vec<_> = names(folder)
+                .iter()
+                .map(|name| std::fs::read_to_string(folder.join(name)).unwrap())
+                .collect();
+            let last = format!("mine {}", saves.min(MOST_SWAPS + 1));
+            assert!(texts.contains(&last), "{texts:?}");
+            // If there is no end to it, the message names the file.
+            let is_over = saves <= MOST_SWAPS;
+            assert_eq!(
+                (changed.is_ok_and(|is_changed| !is_changed), texts.len()),
+                (is_over, 2 - usize::from(is_over))
+            );
+        }
     }
 
     #[cfg(unix)]

@@ -5,6 +5,8 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use tempfile::TempPath;
+
 /// The temporary files of this process.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
@@ -35,6 +37,13 @@ pub struct TemporaryName {
     pub is_private: bool,
 }
 
+impl TemporaryName {
+    /// The beginning, with the name of the computer.
+    fn start(self) -> String {
+        format!("{}{}-", self.prefix, computer())
+    }
+}
+
 /// The name of files that are renamed once they are whole.
 pub const HIDDEN: TemporaryName = TemporaryName { prefix: ".lookat-", suffix: "", is_private: false };
 
@@ -55,11 +64,11 @@ impl TemporaryFile {
     ///
     /// The folder accepts no files.
     pub fn new(folder: &Path, name: TemporaryName) -> io::Result<TemporaryFile> {
-        let prefix = format!("{}{}-", name.prefix, computer());
-        remove_abandoned(folder, &prefix);
+        remove_abandoned(folder, name);
         let mut temporary = temporary();
         let mut builder = tempfile::Builder::new();
-        let made = builder.prefix(&prefix).suffix(name.suffix).make_in(folder, |path| make(path, name))?;
+        let made =
+            builder.prefix(&name.start()).suffix(name.suffix).make_in(folder, |path| make(path, name))?;
         let (file, path) = made.keep().map_err(|refused| refused.error)?;
         temporary.push(path.clone());
         Ok(TemporaryFile { file, path, is_kept: false })
@@ -71,13 +80,23 @@ impl TemporaryFile {
     }
 
     /// Gives the file its name, and replaces another one of this name.
-    pub(super) fn rename(self, target: &Path) -> io::Result<()> {
+    pub(super) fn persist(self, target: &Path) -> io::Result<()> {
         let _no_exit = temporary();
         std::fs::rename(&self.path, target)
     }
 
+    /// Gives the file another temporary name, of the locked ones of this process.
+    pub(super) fn rename(&mut self, name: TempPath, temporary: &mut Vec<PathBuf>) -> io::Result<()> {
+        std::fs::rename(&self.path, &name)?;
+        temporary.retain(|other| *other != self.path);
+        self.path = name.keep().map_err(|refused| refused.error)?;
+        temporary.push(self.path.clone());
+        Ok(())
+    }
+
     /// Keeps the file under its present name.
-    pub(super) fn keep(&mut self) {
+    pub(super) fn keep(&mut self, temporary: &mut Vec<PathBuf>) {
+        temporary.retain(|other| *other != self.path);
         self.is_kept = true;
     }
 }
@@ -111,10 +130,11 @@ fn make(path: &Path, name: TemporaryName) -> io::Result<File> {
 
 /// Removes the temporary files that no process holds a lock on: their process is gone. Files of other computers stay, because not every
 /// network drive shows their locks.
-fn remove_abandoned(folder: &Path, prefix: &str) {
+pub(super) fn remove_abandoned(folder: &Path, name: TemporaryName) {
     if !cfg!(unix) {
         return;
     }
+    let prefix = name.start();
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let is_named = entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes());
         if !is_named || !entry.file_type().is_ok_and(|kind| kind.is_file()) {

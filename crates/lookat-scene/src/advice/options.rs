@@ -3,6 +3,7 @@
 use lookat_syntax::{Diagnostic, EntityKind, Severity};
 
 use super::Evidence;
+use crate::facts::Facts;
 use crate::report::Report;
 
 pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
@@ -14,10 +15,13 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
 }
 
 fn missing(evidence: &Evidence, report: &mut Report) {
-    let missing = &evidence.facts.missing_options;
+    let Facts { missing_options, idle_transform, .. } = evidence.facts;
+    // A transformation that waits for a Camera has its own warning.
+    let is_told = |kind: &&EntityKind| **kind == EntityKind::Camera && idle_transform.is_some();
+    let missing: Vec<&EntityKind> = missing_options.iter().filter(|kind| !is_told(kind)).collect();
     let Some(world_begin) = evidence.facts.world_begin.filter(|_| !missing.is_empty()) else { return };
     let names: Vec<_> = missing.iter().map(|kind| kind.keyword()).collect();
-    let defaults: Vec<_> = missing.iter().map(|kind| default(*kind)).collect();
+    let defaults: Vec<_> = missing.iter().map(|kind| default(**kind)).collect();
     // A scene needs its own view and size. It can use the default sampler and integrator of pbrt-v3.
     let severity = match missing.iter().any(|kind| matches!(kind, EntityKind::Camera | EntityKind::Film)) {
         true => Severity::Warning,

@@ -7,7 +7,7 @@ use lookat_syntax::{
 use super::other_versions::is_of_v4;
 use super::{Params, class};
 use crate::names::Names;
-use crate::schema::{Synonym, parameter_synonyms, type_synonym};
+use crate::schema::{OLDER, Synonym, parameter_synonyms, type_synonym};
 use crate::symbols::SymbolKind;
 
 impl Params<'_> {
@@ -93,6 +93,9 @@ impl Params<'_> {
             }
             Some(Synonym { name, advice: "", .. }) => {
                 rename(unknown.help(format!("did you mean \"{name}\"?")), name)
+            }
+            Some(Synonym { name, advice: OLDER, .. }) => {
+                rename(unknown.help(format!("this is {OLDER}: write \"{name}\"")), name)
             }
             Some(Synonym { name, advice, .. }) => unknown.help(format!("did you mean \"{name}\"? {advice}")),
             None if is_v4 => unknown.help(source),

@@ -98,6 +98,8 @@ fn found(plain: &str, words: &[&'static str], name: &'static str, advice: &'stat
 
 const SAMPLES: &str = "the Sampler sets the samples per pixel, with \"integer pixelsamples\"";
 const PLACE: &str = "to place it, write Translate, Rotate, Scale or Transform before the directive";
+/// The advice for a type that another one replaces.
+pub(crate) const OLDER: &str = "a type of an older pbrt";
 const EMIT: &str =
     "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1], written before the Shape, makes the Shape emit light";
 

@@ -26,7 +26,14 @@ impl Memory {
 
 /// The message about a shortage, with the way out.
 pub fn way_out(shortage: OutOfMemory) -> String {
-    format!("{shortage}; raise --max-memory, and ulimit -v if it is lower")
+    format!("{shortage}; {RAISE}")
+}
+
+const RAISE: &str = "raise --max-memory, and ulimit -v if it is lower";
+
+/// The way out of a limit.
+pub fn raise_limit(limit: &str) -> String {
+    format!("the limit is {limit}: {RAISE}")
 }
 
 /// Parses a size in bytes with an optional decimal unit k, M, G or T.

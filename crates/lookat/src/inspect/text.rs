@@ -158,7 +158,7 @@ impl Inspected<'_> {
             parts.push(format!("{pictures} {}", byte_words(self.memory.picture_bytes as u64)));
         }
         parts.push(format!("text {}", byte_words(self.text_bytes())));
-        listed(&parts)
+        format!("{}; rendering needs {}", listed(&parts), byte_words(self.render_bytes))
     }
 }
 

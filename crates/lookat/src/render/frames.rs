@@ -7,6 +7,7 @@ use lookat_scene::glam::DVec3;
 use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtFault, Projection, Scene, Transform};
 
 use super::{JsonPicture, charge_memory, picture, picture_file, settings};
+use crate::Failure;
 use crate::args::{Animation, Parameter, Render};
 use crate::finished::marked;
 use crate::interrupt;
@@ -20,7 +21,7 @@ pub fn render_frames(
     scene: &Scene,
     loaded: &Loaded,
     live: &Live,
-) -> (Vec<JsonPicture>, Result<bool, String>) {
+) -> (Vec<JsonPicture>, Result<bool, Failure>) {
     let mut done = Vec::new();
     let result = render_into(&mut done, arguments, scene, loaded, live);
     (done, result)
@@ -32,7 +33,7 @@ fn render_into(
     scene: &Scene,
     loaded: &Loaded,
     live: &Live,
-) -> Result<bool, String> {
+) -> Result<bool, Failure> {
     let cameras = cameras(arguments, scene, loaded)?;
     let file = picture_file(arguments, loaded);
     let digits = cameras.len().to_string().len().max(4);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lookat_render::{Progress, Rendered, Settings};
+use lookat_render::{Rendered, Settings};
 use lookat_scene::{Camera, Loaded};
 
 use super::layers::Numbered;
@@ -57,19 +57,5 @@ impl Output<'_> {
         let name = file.file_name().unwrap_or_default();
         let file = destination.write(name, |path| rendered.image.write(path))?;
         Ok(Kept { file, destination, kept, light, samples_per_pixel })
-    }
-
-    /// Writes the picture of a rendering that goes on.
-    pub fn write_so_far(&self, progress: &Progress) {
-        let mut rendered = progress.rendered(self.settings.stop.has_error_layers());
-        let written = self.write(&mut rendered, Numbered::default());
-        match written.and_then(|kept| kept.destination.result().map(|()| kept)) {
-            Ok(Kept { file, samples_per_pixel, .. }) if !self.arguments.quiet => crate::say(&format!(
-                "{}: the picture so far, {samples_per_pixel:.1} samples per pixel on average",
-                file.display()
-            )),
-            Ok(_) => {}
-            Err(message) => crate::say(&format!("warning: {message}")),
-        }
     }
 }

@@ -37,10 +37,7 @@ pub(super) fn propose(sight: &Sight, found: Diagnostic) -> Diagnostic {
     // Of two that show as much, the first.
     let best = shown.reduce(|best, other| if seen(&other.1) > seen(&best.1) { other } else { best });
     let Some((place, text)) = best.and_then(|(view, _)| edit(sight, view)) else { return found };
-    let help = found.help.as_deref().unwrap_or_default();
-    let help = format!(
-        "{help}; transformations before Camera map the world to the camera: to move the camera by them, write their inverse"
-    );
+    let help = "transformations before Camera map the world to the camera: to move the camera by them, write their inverse";
     found.help(help).fix(place, text)
 }
 

@@ -154,7 +154,7 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
         ..Settings::default()
     };
     // For good: the allocator keeps the film's memory for the threads that allocated it.
-    charge_memory(scene, &settings, memory)?.keep();
+    charge_memory(scene, &settings, memory).map_err(|failure| failure.message)?.keep();
     let started = Instant::now();
     let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
     let seconds = started.elapsed().as_secs_f64();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
-use lookat_image::{change_file, has_text, io_reason};
+use lookat_image::{ImageError, change_file, has_text, io_reason, keep_aside};
 use lookat_scene::Sources;
 use lookat_scene::syntax::Fix;
 
@@ -97,7 +97,7 @@ pub struct History {
 impl History {
     /// Changes files. Fails, and changes nothing, if one of them is not as it was before.
     pub fn write(&mut self, changes: Vec<FileChange>) -> Result<(), String> {
-        put(&changes)?;
+        put(&changes, &change_file)?;
         self.undone.clear();
         self.done.push(changes);
         forget_first(&mut self.done, |changes| changes);
@@ -106,13 +106,13 @@ impl History {
 
     pub fn undo(&mut self) -> Result<(), String> {
         let changes = self.done.last().ok_or("there is nothing to undo")?;
-        put(&changes.iter().map(FileChange::reversed).collect::<Vec<_>>())?;
+        put(&changes.iter().map(FileChange::reversed).collect::<Vec<_>>(), &change_file)?;
         self.undone.extend(self.done.pop());
         Ok(())
     }
 
     pub fn redo(&mut self) -> Result<(), String> {
-        put(self.undone.last().ok_or("there is nothing to redo")?)?;
+        put(self.undone.last().ok_or("there is nothing to redo")?, &change_file)?;
         self.done.extend(self.undone.pop());
         Ok(())
     }
@@ -136,12 +136,15 @@ pub fn forget_first<T>(steps: &mut Vec<T>, changes: impl Fn(&T) -> &[FileChange]
     }
 }
 
-/// Writes all files or none.
-fn put(changes: &[FileChange]) -> Result<(), String> {
+/// [`change_file`], or what a test puts in its place.
+type ChangeFile<'a> = &'a dyn Fn(&Path, &[u8], &[u8]) -> Result<bool, ImageError>;
+
+/// Writes all files or none. If it can do neither, the message names the files that stay changed.
+fn put(changes: &[FileChange], change_file: ChangeFile) -> Result<(), String> {
     for FileChange { path, before, .. } in changes {
         match has_text(path, before) {
             Ok(true) => {}
-            Ok(false) => return Err(changed_meanwhile(path)),
+            Ok(false) => return Err(changed_meanwhile(path) + NOTHING_WRITTEN),
             Err(error) => return Err(format!("{}: {}", path.display(), io_reason(&error))),
         }
         // Replacing a file needs no permission to write it.
@@ -149,25 +152,40 @@ fn put(changes: &[FileChange]) -> Result<(), String> {
             return Err(format!("{} is write-protected", path.display()));
         }
     }
-    for (number, change) in changes.iter().enumerate() {
-        if let Err(reason) = write(change) {
-            let again = changes[..number].iter().filter_map(|change| write(&change.reversed()).err());
-            return Err(again.fold(reason, |reasons, again| format!("{reasons}; {again}")));
-        }
+    for (number, FileChange { path, before, after }) in changes.iter().enumerate() {
+        let (reason, end) = match change_file(path, before, after) {
+            Ok(true) => continue,
+            Ok(false) => (changed_meanwhile(path), NOTHING_WRITTEN),
+            Err(error) => (error.to_string(), ""),
+        };
+        let stay: Vec<String> =
+            changes[..number].iter().filter_map(|change| take_back(change, change_file)).collect();
+        return Err(match stay.is_empty() {
+            true => reason + end,
+            false => format!("{reason}; {}", stay.join("; ")),
+        });
     }
     Ok(())
 }
 
-fn write(FileChange { path, before, after }: &FileChange) -> Result<(), String> {
-    match change_file(path, before, after) {
-        Ok(true) => Ok(()),
-        Ok(false) => Err(changed_meanwhile(path)),
-        Err(error) => Err(error.to_string()),
-    }
+/// Takes a change back. If the file stays changed, returns why, and where its previous text is.
+fn take_back(FileChange { path, before, after }: &FileChange, change_file: ChangeFile) -> Option<String> {
+    let reason = match change_file(path, after, before) {
+        Ok(true) => return None,
+        Ok(false) => "another program has saved it".into(),
+        Err(error) => error.to_string(),
+    };
+    let kept = match keep_aside(path, before) {
+        Ok(aside) => format!("its previous text is in {}", aside.display()),
+        Err(error) => format!("its previous text cannot be kept: {}", io_reason(&error)),
+    };
+    Some(format!("{} stays changed ({reason}); {kept}", path.display()))
 }
 
+const NOTHING_WRITTEN: &str = ": nothing is written";
+
 fn changed_meanwhile(path: &Path) -> String {
-    format!("{} has changed meanwhile: nothing is written", path.display())
+    format!("{} has changed meanwhile", path.display())
 }
 
 #[cfg(test)]
@@ -220,6 +238,39 @@ mod tests {
         // A new change forgets the ones that were undone.
         history.write(vec![change(&a, "3", "6")]).unwrap();
         assert!(!history.can_redo());
+    }
+
+    /// Another program saves the second file, and then maybe the first one, while both are written.
+    #[test]
+    fn files_that_stay_changed_are_named() {
+        for is_saved_again in [false, true] {
+            let folder = tempfile::tempdir().unwrap();
+            let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+            std::fs::write(&a, "1").unwrap();
+            std::fs::write(&b, "2").unwrap();
+            let change_late = |path: &Path, before: &[u8], after: &[u8]| {
+                if path == b {
+                    std::fs::write(&b, "mine").unwrap();
+                    if is_saved_again {
+                        std::fs::write(&a, "also mine").unwrap();
+                    }
+                }
+                change_file(path, before, after)
+            };
+            let reason = put(&[change(&a, "1", "3"), change(&b, "2", "4")], &change_late).unwrap_err();
+            let texts = [&a, &b].map(|path| std::fs::read_to_string(path).unwrap());
+            assert_eq!(texts, [if is_saved_again { "also mine" } else { "1" }, "mine"]);
+            assert_eq!(reason.ends_with(NOTHING_WRITTEN), !is_saved_again, "{reason}");
+            assert_eq!(
+                reason.contains(&format!("{} stays changed", a.display())),
+                is_saved_again,
+                "{reason}"
+            );
+            let kept = reason
+                .split_once("its previous text is in ")
+                .map(|(_, path)| std::fs::read_to_string(path).unwrap());
+            assert_eq!(kept.as_deref(), is_saved_again.then_some("1"));
+        }
     }
 
     #[test]

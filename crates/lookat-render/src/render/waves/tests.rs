@@ -11,8 +11,7 @@ use lookat_scene::{Light, Scene, Transform};
 
 use super::*;
 use crate::Progress;
-use crate::film::{Errors, Film};
-use crate::filter::FilterSampler;
+use crate::film::{Film, Keeps};
 use crate::inspect::inspect;
 use crate::prepare::Prepared;
 use crate::render::control::Control;
@@ -27,17 +26,17 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let mut prepared = Prepared::new(scene);
     prepared.traceable.level = level;
     let progress = |_: Progress| ControlFlow::Continue(());
-    let filter = FilterSampler::new(&scene.view.filter);
-    let film = Film::new(&scene.view.film, &filter, Errors::None);
+    let film = Film::new(&scene.view, Keeps::Sums);
     let control = Control::new(&progress, &film);
-    let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+    let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
     let job = |at: u32| Job {
         pattern: Pattern { seed: u64::from(at % 2), ..pattern },
-        place: [at % 8 * 4, at / 8 * 4],
+        place: [at % 8 * 4, at / 8 * 4].map(u32::cast_signed),
         // All, none, or from the middle on.
         indices: at % 8 * 4..scene.view.sampler.samples_per_pixel,
+        weight: 1.0,
         samples: Samples::default(),
     };
     let mut jobs: Vec<Job> = (0..48).map(job).collect();
@@ -330,6 +329,14 @@ fn paths_have_the_same_bits_at_every_level() {
     assert!(seen > 300_000, "{seen}");
 }
 
+/// Counts a call, and breaks at the last of so many.
+fn breaks_after(most: u64, calls: &AtomicU64) -> ControlFlow<()> {
+    match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
+        true => ControlFlow::Continue(()),
+        false => ControlFlow::Break(()),
+    }
+}
+
 /// However many rays a sample takes, the callback is called soon, and may end the rendering. Once samples are known to be slow, few
 /// are taken together.
 #[test]
@@ -345,16 +352,12 @@ fn samples_of_many_rays_are_interrupted() {
             ReverseOrientation Shape \"sphere\" \"float radius\" 9 WorldEnd"
         ));
         let prepared = Prepared::new(&scene);
-        let filter = FilterSampler::new(&scene.view.filter);
-        let film = Film::new(&scene.view.film, &filter, Errors::None);
+        let film = Film::new(&scene.view, Keeps::Sums);
         for most in [1, 10] {
             let calls = AtomicU64::new(0);
-            let progress = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
-                true => ControlFlow::Continue(()),
-                false => ControlFlow::Break(()),
-            };
+            let progress = |_: Progress| breaks_after(most, &calls);
             let control = Control::new(&progress, &film);
-            let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+            let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
             let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
             let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
             let mut jobs: Vec<Job> = (0..256).map(|x| Job::new(pattern, [x, 9], 0..1)).collect();
@@ -363,16 +366,54 @@ fn samples_of_many_rays_are_interrupted() {
             let rays = worker.tracer.rays;
             assert!(rays > 0 && rays <= most << 15, "{integrator}: {rays} rays in {most} calls");
             // Samples that are not complete do not count.
-            assert!(jobs.iter().all(|job| job.samples.pixel.all.count == 0));
+            assert!(jobs.iter().all(|job| job.samples.count == 0));
         }
     }
+}
+
+/// Of a wave that is broken off, no fast sample is kept without the slow ones beside it: pixels have the first samples of a complete
+/// rendering, one pixel after the other.
+#[test]
+fn fast_samples_of_a_broken_wave_do_not_count() {
+    const SAMPLES: u32 = 3;
+    let scene = scene(
+        "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"ambientocclusion\" \"integer nsamples\" 4096
+        WorldBegin Translate 0 0 5 Shape \"sphere\" \"float radius\" 2 Translate 0 3 0 Shape \"sphere\" WorldEnd",
+    );
+    let prepared = Prepared::new(&scene);
+    let film = Film::new(&scene.view, Keeps::Sums);
+    // Samples of every second pixel hit a sphere, and take many rays.
+    let render = |most: u64, counts: [u32; 48]| {
+        let calls = AtomicU64::new(0);
+        let progress = |_: Progress| breaks_after(most, &calls);
+        let control = Control::new(&progress, &film);
+        let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
+        let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
+        let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
+        let place = |at: i32| if at % 2 == 0 { [640 + at, 360] } else { [9, at] };
+        let mut jobs: Vec<Job> =
+            (0..48).map(|at| Job::new(pattern, place(at), 0..counts[at as usize])).collect();
+        context.sample_all(&mut worker, &mut meter, &mut jobs);
+        let samples: Vec<String> = jobs.iter().map(|job| format!("{:?}", job.samples)).collect();
+        let counts: [u32; 48] = std::array::from_fn(|at| jobs[at].samples.count);
+        (samples, counts, worker.tracer.is_stopped)
+    };
+    let mut broken = 0;
+    for most in 2..8 {
+        let (samples, counts, is_broken) = render(most, [SAMPLES; 48]);
+        broken += u32::from(is_broken);
+        let whole = counts.iter().take_while(|count| **count == SAMPLES).count();
+        assert!(whole < 48 && counts.iter().skip(whole + 1).all(|count| *count == 0), "{counts:?}");
+        assert_eq!(samples, render(u64::MAX, counts).0, "{counts:?}");
+    }
+    assert!(broken > 1, "{broken}");
 }
 
 /// A tile that begins where samples are slow begins with few of them.
 #[test]
 fn meters_remember_slow_samples() {
     let scene = scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd");
-    let film = Film::new(&scene.view.film, &FilterSampler::new(&scene.view.filter), Errors::None);
+    let film = Film::new(&scene.view, Keeps::Sums);
     let control = Control::new(&|_| ControlFlow::Continue(()), &film);
     let wave = |samples: u32, rays: u64| {
         let mut meter = Meter::new(&control);

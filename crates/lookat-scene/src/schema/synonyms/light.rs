@@ -1,6 +1,6 @@
 //! Words for `LightSource` and `AreaLightSource`.
 
-use super::{PLACE, Table};
+use super::{OLDER, PLACE, Table};
 
 const DIRECTION: &str = "write \"to\" as a point: \"from\" plus the direction";
 const POINT_LIGHTS: &[&str] = &["point", "spot", "goniometric", "projection"];
@@ -9,7 +9,8 @@ const POINT_LIGHTS: &[&str] = &["point", "spot", "goniometric", "projection"];
 pub(super) const LIGHT_SOURCE: Table = Table {
     directive: "LightSource",
     types: &[
-        (&["envmap", "environment", "constant", "sky", "skydome", "hdri", "dome", "background", "sunsky", "infinitesample"], "infinite", ""),
+        (&["envmap", "environment", "constant", "sky", "skydome", "hdri", "dome", "background", "sunsky"], "infinite", ""),
+        (&["infinitesample"], "infinite", OLDER),
         (&["directional", "sun", "parallel"], "distant", ""),
         (&["omni", "pointlight", "bulb"], "point", ""),
         (&["spotlight"], "spot", ""),

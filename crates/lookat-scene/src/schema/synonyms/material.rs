@@ -1,6 +1,6 @@
 //! Words for `Material`.
 
-use super::{EMIT, Table};
+use super::{EMIT, OLDER, Table};
 
 const NORMAL_MAP: &str = "pbrt-v3 has no normal maps; \"texture bumpmap\" is a height";
 const GLOSSY: &[&str] = &["plastic", "substrate", "uber", "translucent"];
@@ -11,7 +11,8 @@ pub(super) const TABLE: Table = Table {
     types: &[
         (&["diffuse", "lambertian", "lambert", "roughdiffuse", "orennayar"], "matte", ""),
         (&["dielectric", "thindielectric", "roughdielectric", "refractive", "transparent"], "glass", ""),
-        (&["conductor", "roughconductor", "metallic", "shinymetal", "brushedmetal", "chrome"], "metal", ""),
+        (&["conductor", "roughconductor", "metallic", "chrome"], "metal", ""),
+        (&["shinymetal", "brushedmetal"], "metal", OLDER),
         (&["roughplastic", "coateddiffuse", "phong", "blinn", "glossy", "glossydiffuse"], "plastic", ""),
         // RGB of metals: Tungsten's ComplexIorData, from the spectra of refractiveindex.info.
         (&["gold", "au"], "metal", "gold has \"rgb eta\" [.143 .375 1.44] \"rgb k\" [3.98 2.39 1.60]"),

@@ -1,6 +1,6 @@
 //! Words for the directives before `WorldBegin`.
 
-use super::{PLACE, SAMPLES, Table};
+use super::{OLDER, PLACE, SAMPLES, Table};
 
 const LOOKAT: &str =
     "write LookAt before Camera, with the eye, the point to look at and the up vector, three numbers each";
@@ -81,7 +81,8 @@ pub(super) const SAMPLER: Table = Table {
     directive: "Sampler",
     types: &[
         (&["independent", "uniform"], "random", ""),
-        (&["ldsampler", "hammersley", "bestcandidate", "adaptive"], "halton", ""),
+        (&["ldsampler", "hammersley"], "halton", ""),
+        (&["bestcandidate", "adaptive"], "halton", OLDER),
         (&["zsobol", "paddedsobol", "pmj02bn", "pmj", "bluenoise", "orthogonal"], "sobol", ""),
         (&["multijitter", "jittered", "grid"], "stratified", ""),
     ],
@@ -98,13 +99,15 @@ pub(super) const SAMPLER: Table = Table {
 pub(super) const INTEGRATOR: Table = Table {
     directive: "Integrator",
     types: &[
-        (&["pathtracer", "pathtracing", "simplepath", "gi", "irradiancecache", "igi", "glossyprt", "diffuseprt", "useprobes", "dipolesubsurface"], "path", ""),
+        (&["pathtracer", "pathtracing", "simplepath", "gi"], "path", ""),
+        (&["irradiancecache", "igi", "glossyprt", "diffuseprt", "useprobes", "dipolesubsurface"], "path", OLDER),
         (&["direct"], "directlighting", ""),
         (&["ao", "ambient", "occlusion"], "ambientocclusion", ""),
         (&["volpathmis", "volpathsimple", "simplevolpath", "volumetricpath"], "volpath", ""),
         (&["bidirectional", "ptracer"], "bdpt", ""),
         (&["pssmlt", "metropolis"], "mlt", ""),
-        (&["photonmap", "exphotonmap", "photonmapper", "ppm"], "sppm", ""),
+        (&["photonmapper", "ppm"], "sppm", ""),
+        (&["photonmap", "exphotonmap"], "sppm", OLDER),
     ],
     parameters: &[
         (&[], &["depth", "bounces", "maxbounces", "raydepth", "recursion", "maxraydepth"], "maxdepth", ""),
@@ -120,7 +123,8 @@ pub(super) const INTEGRATOR: Table = Table {
 pub(super) const ACCELERATOR: Table = Table {
     directive: "Accelerator",
     types: &[
-        (&["grid", "octree", "embree", "sah"], "bvh", ""),
+        (&["octree", "embree", "sah"], "bvh", ""),
+        (&["grid"], "bvh", OLDER),
     ],
     parameters: &[
         (&[], &["refineimmediately"], "", "an option of an older pbrt: leave it out"),

@@ -45,7 +45,8 @@ impl Opened {
     /// Prepares a scene. Takes `before` over, and gives the rest of its memory back.
     pub fn new(mut loaded: Loaded, before: &mut Option<Opened>) -> Result<Opened, String> {
         let scene = loaded.scene.take().ok_or_else(String::new)?;
-        let charge = charge_memory(&scene, &Settings::default(), &loaded.memory)?;
+        let charge = charge_memory(&scene, &Settings::default(), &loaded.memory);
+        let charge = charge.map_err(|failure| failure.message)?;
         let (mut has_new_camera, mut messages) = (false, None);
         let prepared = match before.take().map(|before| (before.prepared, before.scene, before.messages)) {
             Some((mut prepared, before, old)) => {
