@@ -247,14 +247,16 @@ pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Bytes of a pixel on a film while it is rendered, and of its values in the picture.
-pub(crate) fn pixel_bytes(keeps: Keeps) -> usize {
+/// Bytes of a pixel on a film while it is rendered, and of its values in the picture and in the copy that is written: until then, the
+/// memory of the film is not given back.
+pub(crate) fn pixel_bytes(keeps: Keeps, is_shared: bool) -> usize {
+    let spreads = if is_shared { 2 } else { 1 };
     let sums = match keeps {
         Keeps::Sums => size_of::<Sum>(),
         Keeps::Passes => 2 * size_of::<Sum>(),
-        Keeps::Spreads => 2 * size_of::<Sum>() + 2 * size_of::<Spread>() + 2 * size_of::<PixelError>(),
+        Keeps::Spreads => 2 * size_of::<Sum>() + spreads * size_of::<Spread>() + 2 * size_of::<PixelError>(),
     };
-    sums + size_of::<u32>() + size_of::<[f32; 3]>()
+    sums + size_of::<u32>() + 2 * size_of::<[f32; 3]>()
 }
 
 /// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.
