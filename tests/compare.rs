@@ -54,7 +54,8 @@ impl Folder {
         let pixels: Vec<[f32; 3]> =
             smooth().iter().map(|pixel| pixel.map(|value| value + more + 0.01 * noise())).collect();
         let mut image = Image::from_rgb(WINDOW, WINDOW, &pixels);
-        let error = PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16 };
+        let error =
+            PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16, ..PixelError::default() };
         image.add_errors(&[error; 192]);
         image.write(&self.path(name)).unwrap();
     }
@@ -214,7 +215,10 @@ fn rare_light_is_undecided() {
     let window = Window { x: 0, y: 0, width: 64, height: 48 };
     let mut pixels = vec![[0.5; 3]; 64 * 48];
     let mut image = Image::from_rgb(window, window, &pixels);
-    image.add_errors(&[PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16 }; 64 * 48]);
+    image.add_errors(
+        &[PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16, ..PixelError::default() };
+            64 * 48],
+    );
     image.write(&folder.path("flat.exr")).unwrap();
     let plain = pixels.clone();
     pixels[..16 * 64].iter_mut().step_by(67).for_each(|pixel| *pixel = [30.0; 3]);
@@ -324,8 +328,10 @@ fn limits_of_what_cannot_be_measured_are_trouble() {
     );
     // As a render leaves them that is interrupted early.
     let mut image = Image::from_rgb(WINDOW, WINDOW, &smooth());
-    let error = PixelError { standard_error: [f32::INFINITY; 3], samples: 4, replicates: 1 };
-    let mut errors = [PixelError { standard_error: [0.1; 3], samples: 32, replicates: 16 }; 192];
+    let error =
+        PixelError { standard_error: [f32::INFINITY; 3], samples: 4, replicates: 1, ..PixelError::default() };
+    let mut errors =
+        [PixelError { standard_error: [0.1; 3], samples: 32, replicates: 16, ..PixelError::default() }; 192];
     errors[7] = error;
     image.add_errors(&errors);
     image.write(&folder.path("partial.exr")).unwrap();

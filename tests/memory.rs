@@ -24,7 +24,7 @@ fn picture(side: u32, seed: u32) -> Image {
     let pixels: Vec<[f32; 3]> =
         (0..side * side).map(|at| [value(at), value(at + 1), value(at + 2)]).collect();
     let mut image = Image::from_rgb(window, window, &pixels);
-    let error = PixelError { standard_error: [0.1; 3], samples: 64, replicates: 8 };
+    let error = PixelError { standard_error: [0.1; 3], samples: 64, replicates: 8, ..PixelError::default() };
     image.add_errors(&vec![error; pixels.len()]);
     image
 }

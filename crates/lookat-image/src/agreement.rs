@@ -1,6 +1,6 @@
 //! Whether two noisy pictures show the same: tests of their means, of tiles and of pixels.
 //!
-//! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel.
+//! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel, or as far as [`Shared`](crate::Shared) says.
 
 mod feature;
 mod noise;
@@ -10,7 +10,7 @@ mod tests;
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use self::noise::{Difference, Noise};
+use self::noise::{Difference, Noise, Variance};
 use self::tail::{FINITE_VARIANCE, tail_index};
 use crate::{Aligned, Window};
 
@@ -256,17 +256,16 @@ fn in_tile(tile: Window, pair: &Aligned) -> impl Iterator<Item = usize> {
 
 /// Tests the mean of a part of the pictures.
 fn test_mean(pixels: &[usize], differences: &[Difference], channel: usize, window: Window) -> Test {
-    let (mut value, mut variance, mut spread, mut rounding) = (0.0, 0.0, 0.0, 0.0);
+    let (mut value, mut variance, mut rounding) = (0.0, Variance::default(), 0.0);
     for difference in pixels.iter().map(|pixel| &differences[*pixel]) {
         value += difference.value;
-        variance += difference.variance;
-        spread += difference.spread;
+        variance = variance.plus(difference.in_mean);
         rounding += difference.rounding;
     }
     let count = window.area() as f64;
-    let standard_error = (variance + rounding * rounding).sqrt() / count;
+    let standard_error = (variance.value + rounding * rounding).sqrt() / count;
     let difference = value / count;
-    let p = two_sided(difference / standard_error, variance * variance / spread);
+    let p = two_sided(difference / standard_error, variance.freedom());
     let tail_index = tail_index(pixels.iter().map(|pixel| differences[*pixel].value));
     Test { channel, window, difference, standard_error, p, tail_index, p_without_rare: p }
 }
@@ -278,8 +277,11 @@ fn test_paired(differences: &[Difference], channel: usize, window: Window) -> Op
     let mean = |value: fn(&Difference) -> f64| pixels.iter().map(|pixel| value(pixel)).sum::<f64>() / count;
     let (difference, rounding) = (mean(|pixel| pixel.value), mean(|pixel| pixel.rounding));
     let squares = pixels.iter().map(|pixel| (pixel.value - difference).powi(2)).sum::<f64>();
-    let standard_error = (squares / (count * (count - 1.0)) + rounding.powi(2)).sqrt();
-    let p = two_sided(difference / standard_error, count - 1.0);
+    let area = mean(|pixel| pixel.noise_area);
+    let shared = mean(|pixel| pixel.in_mean.value) / mean(|pixel| pixel.variance.value);
+    let shared = if shared.is_finite() { shared } else { area };
+    let standard_error = (shared * squares / (count * (count - 1.0)) + rounding.powi(2)).sqrt();
+    let p = two_sided(difference / standard_error, (count - 1.0) / area);
     let tail_index = tail_index(pixels.iter().map(|pixel| pixel.value));
     let test = Test { channel, window, difference, standard_error, p, tail_index, p_without_rare: p };
     (pixels.len() >= FEWEST_PIXELS).then_some(test)
@@ -290,20 +292,20 @@ fn test_pixels(differences: &[Difference], channel: usize) -> Option<PixelTest> 
     let mut sums = [0.0; 3];
     let mut pixels = 0;
     for pixel in differences {
-        let n = pixel.freedom();
+        let n = pixel.variance.freedom();
         // The variance of t squared is finite above 4; black and rounded pixels have nothing to say.
         if !pixel.is_even
             || !pixel.is_settled
             || n.is_nan()
             || n <= 4.5
-            || pixel.variance < pixel.rounding.powi(2)
+            || pixel.variance.value < pixel.rounding.powi(2)
         {
             continue;
         }
         let mean = n / (n - 2.0);
-        sums[0] += pixel.value.powi(2) / (pixel.variance + pixel.rounding.powi(2));
+        sums[0] += pixel.value.powi(2) / (pixel.variance.value + pixel.rounding.powi(2));
         sums[1] += mean;
-        sums[2] += 2.0 * mean.powi(2) * (n - 1.0) / (n - 4.0);
+        sums[2] += pixel.noise_area * 2.0 * mean.powi(2) * (n - 1.0) / (n - 4.0);
         pixels += 1;
     }
     let [sum, expected, variance] = sums;

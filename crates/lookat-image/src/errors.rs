@@ -12,16 +12,34 @@ pub struct PixelError {
     pub samples: u32,
     /// Independent estimates that the samples were split into.
     pub replicates: u32,
+    /// What neighbors have in common. `None`, the default, where each sample counts for one pixel.
+    pub shared: Option<Shared>,
+}
+
+/// What pixels have in common whose filter reaches the samples of others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shared {
+    /// The standard errors of the mean of the samples in the pixel itself, without the filter. A mean over many pixels has the error
+    /// that independent pixels with these errors would give it.
+    pub unfiltered: [f32; 3],
+    /// The noise-equivalent area of the filter in pixels, at least 1: the square of its integral over the integral of its square. Of so
+    /// many pixels about one is independent.
+    pub noise_area: f32,
 }
 
 /// The channels of a picture that hold them.
 const NAMES: [&str; 5] = ["stderr.R", "stderr.G", "stderr.B", "count.samples", "count.replicates"];
+/// And those of [`Shared`].
+const SHARED_NAMES: [&str; 4] = ["unfiltered.R", "unfiltered.G", "unfiltered.B", "count.noise-area"];
 
 impl Image {
-    /// Adds the layers `stderr` (channels R, G and B) and `count` (channels `samples` and `replicates`). `errors` has one
-    /// entry for each pixel of the data window, row by row.
+    /// Adds the layers `stderr` (channels R, G and B) and `count` (channels `samples` and `replicates`); where samples are shared, also
+    /// `unfiltered` (R, G and B) and the channel `noise-area` of `count`. `errors` has one entry for each pixel of the data window, row
+    /// by row.
     pub fn add_errors(&mut self, errors: &[PixelError]) {
-        let planes = NAMES.iter().enumerate().map(|(i, name)| Channel {
+        let is_shared = errors.iter().any(|error| error.shared.is_some());
+        let names = NAMES.iter().chain(SHARED_NAMES.iter().filter(|_| is_shared));
+        let planes = names.enumerate().map(|(i, name)| Channel {
             name: name.to_string(),
             samples: errors.iter().map(|error| error.values()[i]).collect(),
         });
@@ -34,26 +52,48 @@ impl Image {
         let [r, g, b, samples, replicates] = NAMES.map(|name| self.channel(name));
         let (r, g, b, samples, replicates) = (r?, g?, b?, samples?, replicates?);
         let right = |error: f32| if error >= 0.0 { error } else { f32::INFINITY };
+        let [own_r, own_g, own_b, areas] = SHARED_NAMES.map(|name| self.channel(name));
+        let shared = |i: usize| {
+            let unfiltered = [own_r?[i], own_g?[i], own_b?[i]].map(right);
+            Some(Shared { unfiltered, noise_area: areas?[i].max(1.0) })
+        };
         let pixel = |i: usize| PixelError {
             standard_error: [r[i], g[i], b[i]].map(right),
             // Of what is no number or negative it makes 0.
             samples: samples[i] as u32,
             replicates: replicates[i] as u32,
+            shared: shared(i),
         };
         Some((0..r.len()).map(pixel).collect())
     }
 }
 
 impl PixelError {
+    /// The standard errors that count in a mean over many pixels.
+    pub fn of_means(&self) -> [f32; 3] {
+        self.shared.map_or(self.standard_error, |shared| shared.unfiltered)
+    }
+
+    /// All standard errors: red, green and blue of the pixel, then those of [`Shared`].
+    pub(crate) fn each_mut(&mut self) -> impl Iterator<Item = &mut f32> {
+        self.standard_error.iter_mut().chain(self.shared.iter_mut().flat_map(|shared| &mut shared.unfiltered))
+    }
+
+    /// Of how many pixels about one is independent.
+    pub fn noise_area(&self) -> f32 {
+        self.shared.map_or(1.0, |shared| shared.noise_area)
+    }
+
     /// Whether the error can be used, and rests on so many samples.
     #[cfg(feature = "compare")]
     pub(crate) fn is_known(&self, samples: u32) -> bool {
         self.replicates >= 2 && self.samples >= samples && self.standard_error.iter().all(|e| e.is_finite())
     }
 
-    fn values(&self) -> [f32; 5] {
+    fn values(&self) -> [f32; 9] {
         let [r, g, b] = self.standard_error;
-        [r, g, b, self.samples as f32, self.replicates as f32]
+        let ([own_r, own_g, own_b], area) = (self.of_means(), self.noise_area());
+        [r, g, b, self.samples as f32, self.replicates as f32, own_r, own_g, own_b, area]
     }
 }
 
@@ -67,10 +107,26 @@ mod tests {
         let window = Window { x: 3, y: 4, width: 2, height: 1 };
         let mut image = Image::from_rgb(window, window, &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
         assert_eq!(image.errors(), None);
+        let shared = Shared { unfiltered: [0.75, 0.5, 0.25], noise_area: 3.5 };
         let errors = [
-            PixelError { standard_error: [0.5, 0.25, 0.0], samples: 100, replicates: 16 },
-            PixelError { standard_error: [f32::INFINITY; 3], samples: 3, replicates: 1 },
+            PixelError {
+                standard_error: [0.5, 0.25, 0.0],
+                samples: 100,
+                replicates: 16,
+                shared: Some(shared),
+            },
+            PixelError {
+                standard_error: [f32::INFINITY; 3],
+                samples: 3,
+                replicates: 1,
+                shared: Some(shared),
+            },
         ];
+        // Without what is shared, there are no layers of it.
+        let alone = errors.map(|error| PixelError { shared: None, ..error });
+        let mut other = image.clone();
+        other.add_errors(&alone);
+        assert_eq!((other.errors().as_deref(), other.channels.len()), (Some(&alone[..]), 8));
         image.add_errors(&errors);
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("a.exr");

@@ -72,7 +72,7 @@ pub use decoded::linear_from_srgb;
 #[cfg(feature = "compare")]
 pub use display::Encoded;
 pub use error::{ImageError, io_reason};
-pub use errors::PixelError;
+pub use errors::{PixelError, Shared};
 #[cfg(feature = "write")]
 pub use file::{TemporaryFile, TemporaryName, change_file, exit, keep_aside, write_file, write_target};
 #[cfg(feature = "compare")]

@@ -1,17 +1,21 @@
-//! The film: exact sums of samples, pixel by pixel, in tiles.
+//! The film: exact sums of weighted samples, pixel by pixel, in tiles.
 
+mod area;
+mod frame;
 pub(crate) mod sum;
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::{DVec3, Vec3};
-use lookat_image::{Image, PixelError, Window};
-use lookat_scene::PixelBounds;
+use lookat_image::{Image, PixelError, Shared, Window};
+use lookat_scene::View;
 
 use crate::color::luminance;
-use crate::filter::FilterSampler;
-pub(crate) use sum::{Pixel, Scale, Sum};
-use sum::{Products, Spread};
+use crate::filter::PixelFilter;
+pub(crate) use area::Area;
+use frame::BLOCK;
+pub(crate) use frame::Frame;
+pub(crate) use sum::{Scale, Spread, Sum};
 
 /// Replicates of each pixel when its error is asked for: with 16 of them intervals by Student's t hold what they promise,
 /// with 4 and 8 they do not.
@@ -21,111 +25,97 @@ pub const REPLICATES: u32 = 16;
 #[derive(Debug)]
 pub(crate) struct Film<'v> {
     pub of: &'v lookat_scene::Film,
+    pub filter: PixelFilter,
+    /// Pixels on a side of the tiles.
+    side: i32,
+    /// Whether it keeps errors without the filter.
+    has_unfiltered: bool,
     /// That of 1 until it is set.
     scale: OnceLock<Scale>,
-    /// The integral of the filter's absolute value over its integral.
-    pub weight: f64,
     /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
     /// calls back while it does.
     pub tiles: Vec<Mutex<Tile>>,
 }
 
-/// How the film estimates the error of its pixels.
+/// What the film keeps beside the sums of all samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Errors {
-    /// Not at all.
-    None,
-    /// By replicates whose sums are exact.
-    Exact,
-    /// By replicates whose sums are rounded.
-    Rounded,
-}
-
-impl Errors {
-    fn has_products(self, has_lobes: bool) -> bool {
-        self == Errors::Rounded || self == Errors::Exact && has_lobes
-    }
+pub(crate) enum Keeps {
+    /// Nothing.
+    Sums,
+    /// The sums of each pass over the picture, until they are merged.
+    Passes,
+    /// Those, and how far replicates lie apart.
+    Spreads,
 }
 
 /// A rectangle of the picture that one thread renders at a time.
 #[derive(Debug)]
 pub(crate) struct Tile {
-    pub bounds: PixelBounds,
-    /// All samples of each pixel, row by row.
-    all: Vec<Sum>,
-    /// Those where the filter is negative; none if it nowhere is.
-    negative: Vec<Sum>,
+    /// The pixels: none in tiles beyond the crop window.
+    pub bounds: Area,
+    /// Where its samples are taken: in these pixels, and beyond the crop window as far as the filter reaches.
+    pub sources: Area,
+    /// The samples taken in each source, row by row.
+    pub counts: Vec<u32>,
+    /// The sums of each pixel, row by row.
+    pub sums: Vec<Sum>,
+    /// Those of the pass over the picture that is not merged yet; empty where samples are added to `sums` at once.
+    pub pass: Vec<Sum>,
     /// The spread of the replicates of each pixel; empty without estimates of errors.
-    spreads: Vec<Spread>,
-    /// What the spreads need beside them; none where they need nothing.
-    products: Vec<Products>,
+    pub spreads: Vec<Spread>,
+    /// That of the samples in each pixel itself, without the filter; empty if that is no other.
+    unfiltered: Vec<Spread>,
 }
 
 impl Tile {
-    fn new(bounds: PixelBounds, has_lobes: bool, errors: Errors) -> Tile {
-        let area = bounds.area() as usize;
+    fn new(bounds: Area, sources: Area, keeps: Keeps, has_unfiltered: bool) -> Tile {
+        let of = |is_kept: bool| if is_kept { bounds.size() } else { 0 };
         Tile {
             bounds,
-            all: vec![Sum::default(); area],
-            negative: vec![Sum::default(); if has_lobes { area } else { 0 }],
-            spreads: vec![Spread::default(); if errors == Errors::None { 0 } else { area }],
-            products: vec![Products::default(); if errors.has_products(has_lobes) { area } else { 0 }],
+            sources,
+            counts: vec![0; sources.size()],
+            sums: vec![Sum::default(); bounds.size()],
+            pass: vec![Sum::default(); of(keeps != Keeps::Sums)],
+            spreads: vec![Spread::default(); of(keeps == Keeps::Spreads)],
+            unfiltered: vec![Spread::default(); of(has_unfiltered)],
         }
     }
 
-    /// Samples of a pixel.
+    /// The samples taken in a pixel.
     pub fn count(&self, at: usize) -> u32 {
-        self.all[at].count
+        self.counts[self.sources.index(self.bounds.place(at))]
     }
 
-    /// The samples of a pixel.
-    pub fn pixel(&self, at: usize) -> Pixel {
-        Pixel { all: self.all[at], negative: self.negative.get(at).copied().unwrap_or_default() }
-    }
-
-    /// The pixels, row by row.
-    pub fn pixels(&self) -> impl ExactSizeIterator<Item = Pixel> {
-        (0..self.all.len()).map(|at| self.pixel(at))
-    }
-
-    /// Adds samples to a pixel.
-    pub fn add(&mut self, at: usize, samples: &Pixel) {
-        self.all[at] += samples.all;
-        if let Some(negative) = self.negative.get_mut(at) {
-            *negative += samples.negative;
-        }
-    }
-
-    /// Takes all samples from a pixel.
-    pub fn clear(&mut self, at: usize) {
-        self.all[at] = Sum::default();
-        self.negative.get_mut(at).into_iter().for_each(|sum| *sum = Sum::default());
-    }
-
-    /// True if the film estimates errors.
-    pub fn has_spreads(&self) -> bool {
-        !self.spreads.is_empty()
-    }
-
-    /// Forgets how far the replicates of a pixel lie apart.
-    pub fn clear_spread(&mut self, at: usize) {
-        self.spreads[at] = Spread::default();
-        self.products.get_mut(at).into_iter().for_each(|spread| *spread = Products::default());
-    }
-
-    /// Adds a replicate to the spread of a pixel: the signed sum, the signed count and the count of its samples.
-    pub fn spread(&mut self, at: usize, (signed, signs, count): (DVec3, f64, u32), scale: Scale) {
-        self.spreads[at].add(signed, count, scale);
-        self.products.get_mut(at).into_iter().for_each(|lobes| lobes.add(signed, signs, count, scale));
+    /// What the film holds of a pixel, and the pass that is not merged yet.
+    fn so_far(&self, at: usize) -> Sum {
+        let mut sum = self.sums[at];
+        self.pass.get(at).into_iter().for_each(|pass| sum += *pass);
+        sum
     }
 }
 
 impl<'v> Film<'v> {
     /// A film without samples: black.
-    pub fn new(of: &'v lookat_scene::Film, filter: &FilterSampler, errors: Errors) -> Self {
-        let weight = filter.weight();
-        let tile = |bounds| Mutex::new(Tile::new(bounds, weight != 1.0, errors));
-        Film { of, scale: OnceLock::new(), weight, tiles: tiles(of.crop).map(tile).collect() }
+    pub fn new(view: &'v View, keeps: Keeps) -> Self {
+        let filter = PixelFilter::new(&view.filter);
+        let crop = Area::of(view.film.crop);
+        let side = tile_side(crop);
+        let has_unfiltered = keeps == Keeps::Spreads && filter.is_shared();
+        let tiles = tiles(crop.grown(filter.reach()), side);
+        let tiles = tiles
+            .map(|sources| Mutex::new(Tile::new(sources.intersection(crop), sources, keeps, has_unfiltered)))
+            .collect();
+        Film { of: &view.film, filter, side, has_unfiltered, scale: OnceLock::new(), tiles }
+    }
+
+    /// The pixels of the picture.
+    pub fn crop(&self) -> Area {
+        Area::of(self.of.crop)
+    }
+
+    /// Where samples are taken.
+    pub fn sources(&self) -> Area {
+        self.crop().grown(self.filter.reach())
     }
 
     /// The scale of all sums.
@@ -138,23 +128,65 @@ impl<'v> Film<'v> {
         let _ = self.scale.set(scale);
     }
 
-    /// The pixels so far, tile by tile.
-    pub fn pixels(&self) -> impl Iterator<Item = Pixel> {
-        self.tiles.iter().flat_map(|tile| lock(tile).pixels().collect::<Vec<_>>())
+    /// Adds the samples of a frame.
+    pub fn add(&self, frame: &Frame) {
+        let scale = self.scale();
+        for at in self.tiles_of(frame.area.grown(self.filter.reach())) {
+            let Tile { bounds, sources, counts, sums, pass, unfiltered, .. } = &mut *lock(&self.tiles[at]);
+            let into = if pass.is_empty() { sums } else { pass };
+            for (block, sums) in frame.sums() {
+                let part = block.intersection(*bounds);
+                for y in (part.y0..part.y1).filter(|_| part.width() > 0) {
+                    let (own, from) = (bounds.index([part.x0, y]), block.index([part.x0, y]));
+                    for (into, sum) in into[own..][..part.width()].iter_mut().zip(&sums[from..]) {
+                        *into += Sum::new(*sum, scale);
+                    }
+                }
+            }
+            for place in sources.intersection(frame.area).places() {
+                let at = frame.area.index(place);
+                counts[sources.index(place)] += frame.counts[at];
+                if bounds.contains(place) && !unfiltered.is_empty() && frame.counts[at] > 0 {
+                    unfiltered[bounds.index(place)].add(frame.unfiltered[at], frame.counts[at]);
+                }
+            }
+        }
     }
 
-    /// The value of a pixel.
-    pub fn value(&self, pixel: &Pixel) -> DVec3 {
-        pixel.value(self.weight, self.scale())
+    /// The numbers of the tiles that an area has pixels or sources of.
+    fn tiles_of(&self, area: Area) -> impl Iterator<Item = usize> + use<> {
+        let (side, all) = (self.side, self.sources());
+        let area = area.intersection(all);
+        let range = move |from: i32, to: i32, start: i32| {
+            let start = start.div_euclid(side);
+            from.div_euclid(side) - start..(to - 1).div_euclid(side) - start + 1
+        };
+        let across = range(all.x0, all.x1, all.x0).end;
+        let (columns, rows) = (range(area.x0, area.x1, all.x0), range(area.y0, area.y1, all.y0));
+        rows.flat_map(move |row| columns.clone().map(move |column| (row * across + column) as usize))
+    }
+
+    /// The values of the pixels so far, tile by tile.
+    pub fn values(&self) -> impl Iterator<Item = DVec3> {
+        let of_tile = |tile: &Mutex<Tile>| {
+            let tile = lock(tile);
+            (0..tile.bounds.size()).map(|at| tile.so_far(at).mean(self.scale())).collect::<Vec<_>>()
+        };
+        self.tiles.iter().flat_map(of_tile)
     }
 
     /// The error of a pixel of a tile with spreads.
     pub fn error(&self, tile: &Tile, at: usize) -> PixelError {
-        let (pixel, spread, lobes) = (tile.pixel(at), tile.spreads[at], tile.products.get(at));
+        let spread = &tile.spreads[at];
+        let shared = tile.unfiltered.get(at).map(|unfiltered| Shared {
+            unfiltered: unfiltered.standard_error().to_array(),
+            noise_area: self.filter.noise_area() as f32,
+        });
         PixelError {
-            standard_error: spread.standard_error(lobes, &pixel, self.weight, self.scale()).to_array(),
-            samples: pixel.all.count,
+            standard_error: spread.standard_error().to_array(),
+            samples: spread.samples,
             replicates: spread.replicates,
+            shared,
         }
     }
 
@@ -170,31 +202,37 @@ impl<'v> Film<'v> {
 
     /// The picture so far; `with_errors` adds the layers of its error if there are spreads.
     pub fn develop(&self, with_errors: bool) -> Image {
-        let crop = self.of.crop;
-        let area = crop.area() as usize;
-        let mut planes = [(); 3].map(|()| vec![0.0; area]);
+        let crop = self.crop();
+        let mut planes = [(); 3].map(|()| vec![0.0; crop.size()]);
         let mut errors = Vec::new();
         for tile in &self.tiles {
             let tile = lock(tile);
-            for (at, pixel) in indices(tile.bounds, crop).zip(tile.pixels()) {
+            for (own, place) in tile.bounds.places().enumerate() {
                 // pbrt-v3 writes nothing below black, which filters with negative lobes give.
-                let value = self.value(&pixel).max(DVec3::ZERO) * self.of.scale;
+                let value = tile.so_far(own).mean(self.scale()).max(DVec3::ZERO) * self.of.scale;
                 let value = value.clamp(DVec3::splat(f32::MIN.into()), DVec3::splat(f32::MAX.into()));
                 let value = value.as_vec3().to_array();
+                let at = crop.index(place);
                 planes.iter_mut().zip(value).for_each(|(plane, value)| plane[at] = value);
             }
             if !with_errors || tile.spreads.is_empty() {
                 continue;
             }
-            errors.resize(area, PixelError::default());
-            for (own, at) in indices(tile.bounds, crop).enumerate() {
+            errors.resize(crop.size(), PixelError::default());
+            for (own, place) in tile.bounds.places().enumerate() {
                 let error = self.error(&tile, own);
-                let standard_error = error.standard_error.map(|error| error * self.of.scale.abs() as f32);
-                errors[at] = PixelError { standard_error, ..error };
+                let scaled = |errors: [f32; 3]| errors.map(|error| error * self.of.scale.abs() as f32);
+                let shared = |shared: Shared| Shared { unfiltered: scaled(shared.unfiltered), ..shared };
+                errors[crop.index(place)] = PixelError {
+                    standard_error: scaled(error.standard_error),
+                    shared: error.shared.map(shared),
+                    ..error
+                };
             }
         }
         let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
-        let data = window(crop.x0, crop.y0, crop.width(), crop.height());
+        let of = self.of.crop;
+        let data = window(of.x0, of.y0, of.width(), of.height());
         let display = window(0, 0, self.of.resolution[0], self.of.resolution[1]);
         let mut image = Image::from_planes(data, display, planes);
         if !errors.is_empty() {
@@ -209,51 +247,130 @@ pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Bytes of a pixel on a film while it is rendered, and of its values in the picture.
-pub(crate) fn pixel_bytes(has_lobes: bool, errors: Errors) -> usize {
-    let sums = if has_lobes { size_of::<Pixel>() } else { size_of::<Sum>() };
-    let spreads = if errors == Errors::None { 0 } else { size_of::<Spread>() + 2 * size_of::<PixelError>() };
-    let products = if errors.has_products(has_lobes) { size_of::<Products>() } else { 0 };
-    sums + size_of::<[f32; 3]>() + spreads + products
+/// Bytes of a pixel on a film while it is rendered, and of its values in the picture and in the copy that is written: until then, the
+/// memory of the film is not given back.
+pub(crate) fn pixel_bytes(keeps: Keeps, is_shared: bool) -> usize {
+    let spreads = if is_shared { 2 } else { 1 };
+    let sums = match keeps {
+        Keeps::Sums => size_of::<Sum>(),
+        Keeps::Passes => 2 * size_of::<Sum>(),
+        Keeps::Spreads => 2 * size_of::<Sum>() + spreads * size_of::<Spread>() + 2 * size_of::<PixelError>(),
+    };
+    sums + size_of::<u32>() + 2 * size_of::<[f32; 3]>()
 }
 
 /// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.
-pub(crate) fn tile_side(crop: PixelBounds) -> u32 {
-    const FEWEST: u64 = 64;
-    [16, 8, 4, 2].into_iter().find(|side| crop.area() >= FEWEST * side * side).unwrap_or(1) as u32
+fn tile_side(crop: Area) -> i32 {
+    const FEWEST: usize = 64;
+    [16, 8].into_iter().find(|side| crop.size() >= FEWEST * side * side).map_or(BLOCK, |side| side as i32)
 }
 
-/// Cuts the crop window into tiles, row by row.
-fn tiles(crop: PixelBounds) -> impl Iterator<Item = PixelBounds> {
-    let side = tile_side(crop);
-    let starts = move |from: u32, to: u32| (from..to).step_by(side as usize);
-    starts(crop.y0, crop.y1).flat_map(move |y0| starts(crop.x0, crop.x1).map(move |x0| (x0, y0))).map(
-        move |(x0, y0)| PixelBounds { x0, y0, x1: (x0 + side).min(crop.x1), y1: (y0 + side).min(crop.y1) },
-    )
-}
-
-/// Pixels, row by row.
-pub(crate) fn places(bounds: PixelBounds) -> impl Iterator<Item = [u32; 2]> {
-    let PixelBounds { x0, y0, x1, y1 } = bounds;
-    (y0..y1).flat_map(move |y| (x0..x1).map(move |x| [x, y]))
-}
-
-/// Where these pixels are among those of a picture, row by row.
-pub(crate) fn indices(bounds: PixelBounds, picture: PixelBounds) -> impl Iterator<Item = usize> {
-    let across = picture.width() as usize;
-    places(bounds).map(move |[x, y]| (y - picture.y0) as usize * across + (x - picture.x0) as usize)
+/// Cuts an area into tiles, row by row. They are aligned to the full picture, as blocks are.
+fn tiles(area: Area, side: i32) -> impl Iterator<Item = Area> {
+    let starts = move |from: i32, to: i32| {
+        (from.div_euclid(side)..(to - 1).div_euclid(side) + 1).map(move |at| at * side)
+    };
+    starts(area.y0, area.y1)
+        .flat_map(move |y0| {
+            starts(area.x0, area.x1).map(move |x0| Area { x0, y0, x1: x0 + side, y1: y0 + side })
+        })
+        .map(move |tile| tile.intersection(area))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
+
+    use glam::DVec2;
+
     use super::*;
+    use crate::render::{Settings, Stop, render};
+    use crate::testing::scene;
 
     #[test]
-    fn tiles_cover_the_crop_window_once() {
-        for (x1, y1, side) in [(70, 24, 4), (6, 8, 1), (6, 2000, 4), (133, 135, 16), (5, 7, 1)] {
-            let crop = PixelBounds { x0: 5, y0: 7, x1, y1 };
-            let area: u64 = tiles(crop).map(|bounds| bounds.area()).sum();
-            assert_eq!((area, tile_side(crop)), (crop.area(), side));
+    fn tiles_cover_an_area_once() {
+        for (x1, y1) in [(70, 24), (6, 8), (6, 2000), (133, 135), (5, 7)] {
+            let area = Area { x0: -5, y0: -7, x1, y1 };
+            let size: usize = tiles(area, 8).map(Area::size).sum();
+            assert_eq!(size, area.size());
+        }
+    }
+
+    /// A crop window has the pixels of the whole, of any filter, tile by tile: with layers, with errors, and where samples are shared out.
+    #[test]
+    fn crops_equal_the_whole() {
+        let render = |filter: &str, crop: &str, stop: Stop| {
+            let scene = scene(&format!(
+                "LookAt 0 0 -4 0 0 0 0 1 0 Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 32 {crop}
+                Camera \"perspective\" Sampler \"sobol\" \"integer pixelsamples\" 20 PixelFilter {filter}
+                Integrator \"path\" WorldBegin LightSource \"infinite\" \"rgb L\" [.5 1 2]
+                AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" .3 WorldEnd"
+            ));
+            let settings = Settings { stop, ..Settings::default() };
+            render(&scene, &settings, &|_| ControlFlow::Continue(())).image
+        };
+        for filter in [
+            "\"box\"",
+            "\"gaussian\"",
+            "\"mitchell\" \"float xwidth\" 1.2",
+            "\"sinc\"",
+            "\"box\" \"float ywidth\" 7",
+        ] {
+            for error_layers in [false, true] {
+                let stop = Stop::Samples { error_layers };
+                let whole = render(filter, "", stop);
+                let part = render(filter, "\"float cropwindow\" [.25 .75 .5 1]", stop);
+                for (whole, part) in whole.channels.iter().zip(&part.channels) {
+                    let rows = whole.samples.chunks(48).skip(16).map(|row| &row[12..36]);
+                    assert!(rows.eq(part.samples.chunks(24)), "{filter} {}", whole.name);
+                }
+            }
+        }
+    }
+
+    /// One sample lights the pixels that its filter reaches, by their weights; a flat picture stays flat.
+    #[test]
+    fn pixels_are_ratios_of_weighted_sums() {
+        let scene = scene(
+            "Film \"image\" \"integer xresolution\" 9 \"integer yresolution\" 9 Camera \"perspective\"
+            PixelFilter \"mitchell\" WorldBegin Shape \"sphere\" WorldEnd",
+        );
+        let film = Film::new(&scene.view, Keeps::Sums);
+        // Samples of a flat picture everywhere, and a bright one.
+        let bright = ([4, 5], DVec2::new(0.9, 0.3));
+        let places: Vec<([i32; 2], DVec2, f64)> = film
+            .sources()
+            .places()
+            .map(|source| (source, DVec2::new(0.25, 0.5), 3.0))
+            .chain([(bright.0, bright.1, 100.0)])
+            .collect();
+        let mut frame = Frame::default();
+        frame.restart(&film, film.sources());
+        for (source, place, value) in &places {
+            frame.add(&film.filter, *source, *place, DVec3::splat(*value).extend(1.0));
+        }
+        film.add(&frame);
+        let image = film.develop(false).rgb().unwrap();
+        for (place, found) in film.crop().places().zip(image) {
+            let mut sum = [0.0; 2];
+            for ([x, y], square, value) in &places {
+                let off =
+                    [f64::from(place[0] - x) + 0.5 - square.x, f64::from(place[1] - y) + 0.5 - square.y];
+                let mitchell = |x: f64| match x.abs() {
+                    x if x < 1.0 => 7.0 * x.powi(3) - 12.0 * x * x + 16.0 / 3.0,
+                    x if x < 2.0 => -7.0 / 3.0 * x.powi(3) + 12.0 * x * x - 20.0 * x + 32.0 / 3.0,
+                    _ => 0.0,
+                };
+                let weight = mitchell(off[0]) * mitchell(off[1]);
+                sum = [sum[0] + weight * value, sum[1] + weight];
+            }
+            let expected = (sum[0] / sum[1]).max(0.0) as f32;
+            assert!(
+                (found[0] - expected).abs() < 1e-5 * expected.max(1.0),
+                "{place:?}: {found:?} {expected}"
+            );
+            let is_far = place[0].abs_diff(4) > 2 || place[1].abs_diff(5) > 2;
+            assert!(!is_far || found == [3.0; 3], "{place:?}");
         }
     }
 }

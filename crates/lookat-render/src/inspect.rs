@@ -5,7 +5,7 @@ use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, View};
 
 use crate::bsdf::most_lobes;
 use crate::bvh::Node;
-use crate::filter::FilterSampler;
+use crate::filter::PixelFilter;
 use crate::integrator::{Draw, SceneIntegrator, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Prepared;
@@ -21,8 +21,8 @@ pub struct Inspection {
     pub film_bytes: u64,
     /// True if camera rays start on a lens.
     pub has_lens: bool,
-    /// True if tables give the positions in a pixel: the filter is not constant.
-    pub has_filter_table: bool,
+    /// True if the filter gives a sample to several pixels.
+    pub shares_samples: bool,
     /// The elements of the world.
     pub world: Elements,
     /// The elements of each object that has instances.
@@ -118,7 +118,7 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
     Inspection {
         film_bytes: film_bytes(view, &Settings::default()),
         has_lens: view.camera.lens.is_some(),
-        has_filter_table: FilterSampler::new(&view.filter).has_tables(),
+        shares_samples: PixelFilter::new(&view.filter).is_shared(),
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
         has_cutouts: traceable.has_cutouts(),
@@ -134,10 +134,11 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
 
 /// How lights are chosen, the sample dimensions at each surface, and the most surfaces of a path.
 fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) -> (Choice, Vec<Draw>, u32) {
-    let one = |choice| if lights.len() < 2 { Choice::Nothing } else { Choice::One(lights.rule(choice)) };
+    let one =
+        |choice| if lights.is_choice(choice) { Choice::One(lights.rule(choice)) } else { Choice::Nothing };
     match *integrator {
         Integrator::Path { max_depth, light_choice, .. } => {
-            (one(light_choice), path::draws(max_depth, lights), max_depth)
+            (one(light_choice), path::draws(max_depth, lights, light_choice), max_depth)
         }
         Integrator::DirectLighting { strategy, max_depth } => {
             let choice = match strategy {

@@ -3,23 +3,30 @@
 mod choice;
 mod environment;
 mod facing;
+mod leaves;
 mod lune;
 mod mesh;
 mod point;
 mod receiver;
 mod sample;
+mod spheres;
 mod surface;
+mod tree;
+
+use std::array::from_fn;
+use std::sync::OnceLock;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Light, Transform, World};
 
-use crate::number::{Colors, Vec3x8, bits};
+use crate::number::{Colors, LANES, Vec3x8, bits};
 use crate::ray::ElementId;
 use crate::surface::Surface;
 use crate::traceable::Traceable;
 pub(crate) use choice::{Chosen, LightSampler};
 use environment::{Environment, EnvironmentSample};
+use leaves::Leaves;
 pub(crate) use lune::Lunes;
 use point::{PointLight, Spread};
 pub(crate) use receiver::Receivers;
@@ -42,6 +49,12 @@ pub(crate) struct LightTable {
     has_surfaces: bool,
     /// The sum of what comes alike from all directions in which there is nothing.
     background: Vec3,
+    /// The lights without a place, such as skies, which are in no tree.
+    beside: Vec<usize>,
+    /// Whether "spatial" asks a tree.
+    needs_tree: bool,
+    /// The tree, once it has been asked.
+    leaves: OnceLock<Leaves>,
 }
 
 /// A light, relative to the origin.
@@ -78,12 +91,15 @@ impl LightTable {
         LightTable {
             power_cdf: choice::cumulated(&power_shares[..first_sky]),
             power_shares,
+            beside: choice::beside(&lights),
+            needs_tree: choice::needs_tree(&lights),
             lights,
             first_sky,
             uneven,
             has_surfaces: of_primitive.iter().any(Option::is_some),
             of_primitive,
             background,
+            leaves: OnceLock::new(),
         }
     }
 
@@ -154,14 +170,15 @@ impl LightTable {
         sum
     }
 
-    /// Directions towards a light. `leaving`: where the surface is the light itself.
+    /// Directions towards a light. `leaving`: where the surface is the light itself. `triangles`: the triangles of a light whose
+    /// triangles are chosen one by one.
     #[inline(always)]
     pub fn sample<S: Simd>(
         &self,
         simd: S,
         light: usize,
         (at, leaving): (&Receivers<S>, mask64x8<S>),
-        u: [f64x8<S>; 2],
+        (triangles, u): (Option<f64x8<S>>, [f64x8<S>; 2]),
     ) -> LightSample<S> {
         let all = bits(simd, 0xff);
         match &self.lights[light] {
@@ -181,7 +198,49 @@ impl LightTable {
                 let EnvironmentSample { wi, radiance, pdf } = environment.sample(simd, at.lunes.as_ref(), u);
                 LightSample::with_pdf(all, radiance, pdf, at.surfaces.leave(wi))
             }
-            SceneLight::Surface(surface) => surface.sample(simd, (at, leaving), u),
+            SceneLight::Surface(surface) => surface.sample(simd, (at, leaving), (triangles, u)),
+        }
+    }
+
+    /// True if [`LightTable::sample_alike`] samples these two together.
+    pub fn are_alike(&self, a: usize, b: usize) -> bool {
+        match (&self.lights[a], &self.lights[b]) {
+            (SceneLight::Point(a), SceneLight::Point(b)) => a.is_even() && b.is_even(),
+            (SceneLight::Surface(a), SceneLight::Surface(b)) => a.sphere().is_some() && b.sphere().is_some(),
+            _ => false,
+        }
+    }
+
+    /// As [`LightTable::sample`], of one light for each point. `alike`: those of which this is asked, which must be alike.
+    #[inline(always)]
+    pub fn sample_alike<S: Simd>(
+        &self,
+        simd: S,
+        (lights, alike): (f64x8<S>, mask64x8<S>),
+        (at, leaving): (&Receivers<S>, mask64x8<S>),
+        u: [f64x8<S>; 2],
+    ) -> LightSample<S> {
+        let mask = alike.to_bitmask();
+        let first = mask.trailing_zeros() as usize;
+        let number = |lane: usize| lights[if mask >> lane & 1 == 1 { lane } else { first }] as usize;
+        let number = from_fn::<usize, LANES, _>(number);
+        match &self.lights[number[0]] {
+            SceneLight::Point(one) => {
+                let light =
+                    |number| if let SceneLight::Point(own) = &self.lights[number] { own } else { one };
+                PointLight::sample_even(simd, number.map(light), at)
+            }
+            SceneLight::Surface(one) => {
+                let light =
+                    |number| if let SceneLight::Surface(own) = &self.lights[number] { own } else { one };
+                SurfaceLight::sample_spheres(
+                    simd,
+                    (number.map(|number| &**light(number)), alike),
+                    (at, leaving),
+                    u,
+                )
+            }
+            _ => self.sample(simd, number[0], (at, leaving), (None, u)),
         }
     }
 
@@ -200,10 +259,16 @@ impl LightTable {
     }
 
     /// Density by solid angle with which [`LightTable::sample`] finds, from the point `from`, the point `hit` of a light, in
-    /// direction `d`.
-    pub fn surface_pdf(&self, light: usize, from: DVec3, d: DVec3, hit: &Surface) -> f64 {
+    /// direction `d`. `of_triangle`: if its triangle has been chosen.
+    pub fn surface_pdf(
+        &self,
+        light: usize,
+        from: DVec3,
+        d: DVec3,
+        (hit, of_triangle): (&Surface, bool),
+    ) -> f64 {
         match &self.lights[light] {
-            SceneLight::Surface(surface) => surface.pdf(from, d, hit).unwrap_or(0.0),
+            SceneLight::Surface(surface) => surface.pdf(from, d, (hit, of_triangle)).unwrap_or(0.0),
             _ => 0.0,
         }
     }

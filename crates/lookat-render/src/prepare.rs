@@ -116,10 +116,12 @@ fn relative_to(world: &Arc<World>, origin: DVec3) -> (Traceable, LightTable) {
 /// About the most bytes that preparing a world takes: trees while they are built, and tables of lights. By measurement.
 pub fn preparation_bytes(world: &World) -> u64 {
     const TRIANGLE: u64 = 250;
-    const GLOWING_TRIANGLE: u64 = 100;
+    const GLOWING_TRIANGLE: u64 = 350;
     const QUADRIC: u64 = 500;
     const CURVE_PIECE: u64 = 500;
     const INSTANCE: u64 = 480;
+    /// A leaf of the tree of lights, and what is said of it.
+    const LIGHT: u64 = 500;
     /// Of a light with a picture.
     const TABLE: u64 = 80_000_000;
     let of_shape = |primitive: &Primitive| match &primitive.shape {
@@ -133,6 +135,7 @@ pub fn preparation_bytes(world: &World) -> u64 {
     let has_table = |light: &&Light| matches!(light, Light::Environment { .. });
     world.shapes().map(of_shape).sum::<u64>()
         + INSTANCE * world.instances.len() as u64
+        + LIGHT * world.lights.len() as u64
         + TABLE * world.lights.iter().filter(has_table).count() as u64
 }
 

@@ -24,8 +24,7 @@ use std::time::{Duration, Instant};
 use lookat_image::Image;
 use lookat_scene::{Scene, View};
 
-use crate::film::{Errors, Film};
-use crate::filter::FilterSampler;
+use crate::film::{Film, Keeps, lock};
 use crate::integrator::Profiler;
 use crate::prepare::Prepared;
 use crate::threads;
@@ -195,11 +194,10 @@ impl Prepared {
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Option<Image> {
         on_threads(settings, || {
-            let filter = FilterSampler::new(&view.filter);
-            let film = Film::new(&view.film, &filter, Errors::None);
+            let film = Film::new(view, Keeps::Sums);
             let control = Control::new(progress, &film);
             let nominal = settings.stop.nominal_samples(view);
-            let context = Context::new(self, view, nominal, (&filter, &film, &control));
+            let context = Context::new(self, view, nominal, (&film, &control));
             let mut image = film.develop(false);
             layers::add(&context, view, settings, &mut image).then_some(image)
         })
@@ -234,25 +232,24 @@ fn run<R>(
     finish: impl FnOnce(bool, Develop) -> R,
 ) -> R {
     let Settings { seed, stop, .. } = *settings;
-    let filter = FilterSampler::new(&view.filter);
-    let film = Film::new(&view.film, &filter, stop.errors());
+    let film = Film::new(view, stop.keeps());
     let control = Control { deadline, profilers, ..Control::new(progress, &film) };
-    let mut context = Context::new(prepared, view, stop.nominal_samples(view), (&filter, &film, &control));
+    let mut context = Context::new(prepared, view, stop.nominal_samples(view), (&film, &control));
     context.expose();
     let sampler = stop.sampler(view);
     let target = match stop {
-        Stop::TargetError { target, limit, .. } => {
-            let mut target = Target::new(sampler, seed, &target, limit.is_some());
-            let parts = rounds::render(&context, seed, &mut target);
+        Stop::TargetError { target, .. } => {
+            let mut target = Target::new(sampler, seed, &target);
+            let parts = rounds::render(&context, &mut target);
             Some(target.reached(&film, &parts))
         }
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => {
             let is_open = matches!(stop, Stop::Time { .. });
-            rounds::render(&context, seed, &mut Adaptive::new(view.film.crop, sampler, seed, is_open));
+            rounds::render(&context, &mut Adaptive::new(&film, sampler, seed, is_open));
             None
         }
         Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => {
-            rounds::render(&context, seed, &mut Fixed::new(sampler, seed, stop.errors() != Errors::None));
+            rounds::render(&context, &mut Fixed::new(sampler, seed, stop.has_error_layers()));
             None
         }
     };
@@ -264,11 +261,13 @@ impl Film<'_> {
     /// Adds how many samples the pixels have.
     fn count(&self, statistics: Statistics) -> Statistics {
         let none = Statistics { samples: 0, least: u32::MAX, most: 0, ..statistics };
-        self.pixels().map(|pixel| pixel.all.count).fold(none, |sum, count| Statistics {
-            samples: sum.samples + u64::from(count),
-            least: sum.least.min(count),
-            most: sum.most.max(count),
-            ..sum
+        self.tiles.iter().fold(none, |mut sum, tile| {
+            let tile = lock(tile);
+            sum.samples += tile.counts.iter().copied().map(u64::from).sum::<u64>();
+            for count in (0..tile.bounds.size()).map(|at| tile.count(at)) {
+                (sum.least, sum.most) = (sum.least.min(count), sum.most.max(count));
+            }
+            sum
         })
     }
 }

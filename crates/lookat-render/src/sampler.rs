@@ -21,7 +21,7 @@ use permute::permute;
 use sobol::Shuffled;
 
 /// A camera sample: a seed, a pixel, and which of its samples.
-pub(crate) type Sample = (u64, [u32; 2], u32);
+pub(crate) type Sample = (u64, [i32; 2], u32);
 
 /// Numbers for camera samples of any pixels, eight of which are had at a time. Each call takes the next dimensions.
 #[derive(Debug, Clone)]
@@ -240,7 +240,8 @@ impl Points {
 }
 
 /// The seed of a pixel.
-fn of_pixel(seed: u64, pixel: [u32; 2]) -> u64 {
+fn of_pixel(seed: u64, pixel: [i32; 2]) -> u64 {
+    let pixel = pixel.map(i32::cast_unsigned);
     mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ (u64::from(pixel[0]) | u64::from(pixel[1]) << 32))
 }
 

@@ -44,6 +44,11 @@ pub enum FilterKind {
 impl Filter {
     /// The default of pbrt-v3.
     pub const BOX: Filter = Filter { radius: DVec2::splat(0.5), kind: FilterKind::Box };
+
+    /// How many pixels away, across and down, a sample in a pixel still counts.
+    pub fn reach(&self) -> [u32; 2] {
+        self.radius.to_array().map(|radius| (radius - 0.5).ceil().max(0.0) as u32)
+    }
 }
 
 pub(crate) const ALPHA_RANGE: Range = Range::from_to(1e-6, 1e4);

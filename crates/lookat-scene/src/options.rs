@@ -16,7 +16,7 @@ use crate::load_options::LoadOptions;
 use crate::params::Params;
 use crate::places::Places;
 use crate::report::Report;
-use crate::sampler::{self, Sampler, SamplerKind};
+use crate::sampler::{self, Sampler};
 use crate::{Transform, View};
 
 /// The last option of each kind, as written.
@@ -93,7 +93,6 @@ impl Options {
             filter::filter(&mut Params::new("PixelFilter", entity(self.filter, "box"), files, report));
         let params = &mut Params::new("Sampler", entity(self.sampler, "halton"), files, report);
         let sampler = sampler::sampler(params);
-        warn_of_centers(sampler, filter, params);
         let params = &mut Params::new("Integrator", entity(self.integrator, "path"), files, report);
         let passes_boundaries = integrator::passes_boundaries(params.kind());
         let substituted = Some(params.kind_text()).filter(|kind| integrator::is_substituted(&kind.value));
@@ -141,17 +140,5 @@ impl Options {
             (EntityKind::Integrator, self.integrator.is_some()),
         ];
         given.into_iter().filter(|(_, is_given)| !is_given).map(|(kind, _)| kind).collect()
-    }
-}
-
-/// Warns about center samples with a wide filter: pbrt-v3 adds each sample to all pixels within the width of the
-/// filter.
-fn warn_of_centers(sampler: Option<Sampler>, filter: Option<Filter>, params: &mut Params) {
-    let at_centers =
-        matches!(sampler, Some(Sampler { kind: SamplerKind::Halton { pixel_center: true }, .. }));
-    if at_centers && filter.is_some_and(|filter| filter.radius.max_element() > 0.5) {
-        let message =
-            "pbrt-v3 blurs this picture: the PixelFilter also adds the center samples of neighboring pixels";
-        params.warn("samplepixelcenter", message, "use PixelFilter \"box\": lookat and pbrt-v3 then agree");
     }
 }

@@ -121,7 +121,7 @@ impl<'s> Inspected<'s> {
         let has = |draw: &str| it.draws.iter().any(|drawn| drawn.of == draw);
         let mut absent = vec![
             (!it.has_lens, "lens samples"),
-            (!it.has_filter_table, "filter tables"),
+            (!it.shares_samples, "samples of several pixels"),
             (it.world.nodes == 0, "a tree"),
             (it.world.instances == 0, "instances"),
             (!it.has_cutouts, "holes"),
@@ -158,7 +158,7 @@ impl<'s> Inspected<'s> {
                 "crop": [scene.view.film.crop.width(), scene.view.film.crop.height()],
                 "samples_per_pixel": samples,
                 "samples": scene.view.film.crop.area() * u64::from(samples),
-                "filter": filter_name(scene), "has_table": it.has_filter_table,
+                "filter": filter_name(scene), "shares_samples": it.shares_samples,
             },
             "camera": {
                 "projection": projection_name(scene), "has_lens": it.has_lens,

@@ -19,8 +19,8 @@ const FEWEST_SAMPLES: u32 = 32;
 /// With fewer samples than these, replicates are too few samples each for tests of single pixels: those of filters with
 /// negative lobes gave false alarms in 5 of 100 pairs of pictures with 32.
 const SETTLED: u32 = 64;
-/// How much larger the error of a mean of pixels may be than that of independent ones, because filters of several pixels
-/// make neighbors alike.
+/// How much larger the error of a mean of pixels of another renderer may be than that of independent ones, because filters of several
+/// pixels make neighbors alike: at least.
 const FILTERED: f32 = 2.0;
 
 /// An event that is not met in n samples has a probability of at most this over n, with a confidence of 95 % (Hanley and
@@ -38,9 +38,12 @@ const MOST_OF_TILE: f64 = 4.0;
 pub(super) struct Difference {
     /// Actual minus expected.
     pub value: f64,
-    pub variance: f64,
-    /// The sum of what the variance consists of, squared, by the degrees of freedom of each (Welch and Satterthwaite).
-    pub spread: f64,
+    /// Of the pixel.
+    pub variance: Variance,
+    /// What it adds to that of a mean of pixels: another one where neighbors share samples.
+    pub in_mean: Variance,
+    /// Of how many pixels about one is independent.
+    pub noise_area: f64,
     /// What rounding may do, which is alike in neighbors.
     pub rounding: f64,
     /// Whether both have about as many samples, so that their difference is not skewed. Not if one is not known.
@@ -49,10 +52,26 @@ pub(super) struct Difference {
     pub is_settled: bool,
 }
 
-impl Difference {
-    /// The degrees of freedom of the variance.
-    pub fn freedom(&self) -> f64 {
-        self.variance * self.variance / self.spread
+/// The variance of a sum.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Variance {
+    pub value: f64,
+    /// The sum of what it consists of, squared, by the degrees of freedom of each (Welch and Satterthwaite).
+    spread: f64,
+}
+
+impl Variance {
+    fn new(value: f64, freedom: f64) -> Variance {
+        Variance { value, spread: value * value / freedom }
+    }
+
+    pub fn plus(self, other: Variance) -> Variance {
+        Variance { value: self.value + other.value, spread: self.spread + other.spread }
+    }
+
+    /// Its degrees of freedom.
+    pub fn freedom(self) -> f64 {
+        self.value * self.value / self.spread
     }
 }
 
@@ -140,26 +159,37 @@ impl Noise {
         let (colors, expected_colors) = (pair.actual[pixel], pair.expected[pixel]);
         let (a, b) = (f64::from(colors[channel]), f64::from(expected_colors[channel]));
         let (a_error, b_error) = (&self.actual[pixel], &self.expected[pixel]);
-        let freedom = |error: &PixelError| f64::from(error.replicates - 1);
-        let [a_variance, mut b_variance] = self.variances(pixel, channel);
-        let mut value = a - b;
-        if !self.expected_is_known {
-            value = value.max(-bound);
-            // The variance of a mean, of which events of that probability make up all.
-            b_variance = b_variance.max(value * value / RULE_OF_THREE);
-        }
+        let [a_freedom, b_freedom] = [a_error, b_error].map(|error| f64::from(error.replicates - 1));
+        let [a_variance, b_variance] = self.variances(pixel, channel);
+        let value = if self.expected_is_known { a - b } else { (a - b).max(-bound) };
+        // The variance of a mean, of which events of that probability make up all.
+        let rare = if self.expected_is_known { 0.0 } else { value * value / RULE_OF_THREE };
+        let variance = |a_variance: f64, b_variance: f64| {
+            Variance::new(a_variance, a_freedom).plus(Variance::new(b_variance.max(rare), b_freedom))
+        };
         let brightest =
             colors.iter().chain(&expected_colors).fold(0.0_f32, |most, value| most.max(value.abs()));
         let rounding = self.rounding * a.abs().max(b.abs());
         Difference {
             value,
-            variance: a_variance + b_variance,
-            spread: a_variance.powi(2) / freedom(a_error) + b_variance.powi(2) / freedom(b_error),
+            variance: variance(a_variance, b_variance),
+            in_mean: variance(
+                a_variance * in_means(a_error, channel),
+                b_variance * in_means(b_error, channel),
+            ),
+            noise_area: f64::from(a_error.noise_area().max(b_error.noise_area())),
             rounding: self.step.max(rounding).max(self.mixed_rounding * f64::from(brightest)),
             is_even: self.expected_is_known && (0.5..=2.0).contains(&self.ratio(pixel)),
             is_settled: a_error.samples.min(b_error.samples) >= SETTLED,
         }
     }
+}
+
+/// How many times larger the variance of a pixel counts in a mean over many pixels.
+fn in_means(error: &PixelError, channel: usize) -> f64 {
+    let [own, filtered] = [error.of_means(), error.standard_error].map(|error| f64::from(error[channel]));
+    // Where nothing is known of it, at most by so much.
+    if filtered > 0.0 { (own / filtered).powi(2) } else { error.noise_area().into() }
 }
 
 /// Estimates the standard errors of an expected picture without error layers. They are the actual picture's errors, scaled so that
@@ -168,7 +198,7 @@ impl Noise {
 fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     let factor = noisier(pair, actual) as f32;
     let mut errors = actual.to_vec();
-    errors.iter_mut().flat_map(|error| &mut error.standard_error).for_each(|error| *error *= factor);
+    errors.iter_mut().flat_map(PixelError::each_mut).for_each(|error| *error *= factor);
     for tile in tiles(pair) {
         for channel in 0..3 {
             let at = |pixel: usize| pair.actual[pixel][channel] - pair.expected[pixel][channel];
@@ -176,10 +206,16 @@ fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
                 in_tile(tile, pair).map(|pixel| f64::from(actual[pixel].standard_error[channel]).powi(2));
             let own = own.sum::<f64>() / tile.area() as f64;
             let all = f64::from(scatter(in_tile(tile, pair).map(at).collect())).powi(2);
-            let others = FILTERED * (all - own).max(0.0).sqrt() as f32;
+            let others = (all - own).max(0.0).sqrt() as f32;
             for pixel in in_tile(tile, pair) {
-                let error = &mut errors[pixel].standard_error[channel];
-                *error = error.max(others);
+                let filtered = (FILTERED / errors[pixel].noise_area().sqrt()).max(1.0);
+                let error = &mut errors[pixel];
+                let more = (filtered * others / error.standard_error[channel]).max(1.0);
+                if more.is_finite() {
+                    error.each_mut().skip(channel).step_by(3).for_each(|error| *error *= more);
+                } else {
+                    error.standard_error[channel] = filtered * others;
+                }
             }
         }
     }

@@ -15,7 +15,10 @@ fn values(step: usize) -> Vec<[f32; 3]> {
 
 fn errors(step: usize, factor: f32, samples: u32) -> Vec<PixelError> {
     let errors = pixels(|i, c| (0.05 + 0.01 * ((i * (5 + step) + c) % 7) as f64) as f32 * factor);
-    errors.into_iter().map(|standard_error| PixelError { standard_error, samples, replicates: 16 }).collect()
+    errors
+        .into_iter()
+        .map(|standard_error| PixelError { standard_error, samples, replicates: 16, ..PixelError::default() })
+        .collect()
 }
 
 /// Two pictures of noise, of 64 and 128 samples; the first one is brighter in the green of the first tile.
@@ -80,7 +83,8 @@ fn without_errors_nothing_is_told() {
     refuses(&Aligned { actual_errors: None, ..sample() }, Untestable::NoErrors);
     refuses(&Aligned { precision: Precision::Integer, ..sample() }, Untestable::Rounded);
     // One pixel is enough.
-    let unknown = PixelError { standard_error: [f32::INFINITY; 3], samples: 1, replicates: 1 };
+    let unknown =
+        PixelError { standard_error: [f32::INFINITY; 3], samples: 1, replicates: 1, ..PixelError::default() };
     let mut pair = sample();
     pair.expected_errors.as_mut().unwrap()[7] = unknown;
     refuses(&pair, Untestable::Expected { pixels: 1 });
@@ -91,7 +95,7 @@ fn without_errors_nothing_is_told() {
 /// Noise of the expected picture that is not known shows in how the differences scatter; the mean of a tile does not.
 #[test]
 fn unknown_noise_is_seen_in_the_scatter() {
-    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
+    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16, ..PixelError::default() };
     let mut pair = Aligned { actual_errors: Some(vec![still; PIXELS]), expected_errors: None, ..sample() };
     pair.actual = vec![[1.0, 2.0, 3.0]; PIXELS];
     let found = agreement(&pair).unwrap();
@@ -150,7 +154,7 @@ fn few_samples_are_not_believed() {
 /// What a reference has met in one pixel, renders may miss; not in a dozen of one tile.
 #[test]
 fn rare_events_of_a_reference_without_errors_are_no_difference() {
-    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
+    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16, ..PixelError::default() };
     let mut pair = Aligned { actual_errors: Some(vec![still; PIXELS]), expected_errors: None, ..sample() };
     pair.actual = vec![[0.0; 3]; PIXELS];
     pair.expected.clone_from(&pair.actual);
@@ -176,7 +180,7 @@ fn rare_events_of_a_reference_without_errors_are_no_difference() {
 /// A feature that the actual picture lacks, in pixels that know no light: no number of samples would ever decide.
 #[test]
 fn a_feature_is_no_rare_light() {
-    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
+    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16, ..PixelError::default() };
     let black = vec![[0.0; 3]; PIXELS];
     let holds = |value: &dyn Fn(f64, f64) -> f32| {
         let expected = (0..PIXELS)
@@ -241,7 +245,7 @@ fn a_bias_is_found_among_rare_events() {
 /// The film of another renderer sums XYZ: a dark channel is rounded as the brightest one.
 #[test]
 fn rounding_is_that_of_the_brightest_channel() {
-    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
+    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16, ..PixelError::default() };
     let errors = Some(vec![still; PIXELS]);
     let mut pair = Aligned { actual_errors: errors.clone(), expected_errors: None, ..sample() };
     pair.actual.fill([0.0, 0.9, 0.0]);
@@ -270,7 +274,7 @@ fn noise_in_common_cancels() {
 /// Values without noise may differ by rounding, and by no more.
 #[test]
 fn rounding_is_no_difference() {
-    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
+    let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16, ..PixelError::default() };
     let errors = Some(vec![still; PIXELS]);
     let pair = |factor: f32, expected_errors: &Option<Vec<PixelError>>| {
         let mut pair = sample();

@@ -96,7 +96,7 @@ mod tests {
             })
             .collect();
         let base = &inspected[0].1;
-        assert!(!base.has_lens && !base.has_filter_table && !base.has_cutouts && base.world.instances == 0);
+        assert!(!base.has_lens && !base.shares_samples && !base.has_cutouts && base.world.instances == 0);
         assert_eq!(
             base.surfaces.as_ref().map(|surfaces| (surfaces.most_lobes, surfaces.coordinates)),
             Some((1, 0))

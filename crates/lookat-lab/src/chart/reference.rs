@@ -112,7 +112,12 @@ mod tests {
         let mut image = Image::from_rgb(part, display, &[[0.5; 3]; 6]);
         let fits = fitted(&image, &film).unwrap();
         assert_eq!((fits.pixels.len(), fits.noise, fits.rounded), (6, None, false));
-        let error = |standard_error| PixelError { standard_error, samples: 16, replicates: 16 };
+        let error = |standard_error| PixelError {
+            standard_error,
+            samples: 16,
+            replicates: 16,
+            ..PixelError::default()
+        };
         image.add_errors(&[[error([3.0; 3]); 3], [error([4.0; 3]); 3]].concat());
         assert_eq!(fitted(&image, &film).unwrap().noise, Some(12.5_f64.sqrt()));
         // The crop window alone, as formats other than .exr have it.

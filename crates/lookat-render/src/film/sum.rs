@@ -1,290 +1,168 @@
-//! Exact sums of samples: in fixed point, so that partial sums give the same bits in any order.
+//! Exact sums of weighted samples: in fixed point, so that partial sums give the same bits in any order.
 
 use std::array::from_fn;
 use std::ops::AddAssign;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, DVec4, Vec3};
 
-/// The unit of fixed-point sums. A sample is exact if it is brighter than 2^-28 of the scene's brightness, and counts as at
-/// most 2^31 times as bright as that. 2^30 such samples are no overflow.
-#[derive(Debug, Clone, Copy)]
+/// The unit of fixed-point sums of radiance. A sample is exact if it is brighter than 2^-28 of the scene's brightness, and counts as at
+/// most 2^31 times as bright as that.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scale {
     /// A power of two.
     brightness: f64,
-    /// The brightest sample.
-    most: f64,
     /// High units in a radiance of 1.
     high: f64,
 }
 
-/// Bits after the point of a high unit, in units of the brightness: what the 31 bits of a sample before the point, 30 for the
-/// count and a sign leave.
-const FRACTION: i32 = 1;
-/// A high unit is 2^51 low units. [`rounded`] is exact up to that size.
+/// High units in a brightness, and in a weight of 1. Of 63 bits, 31 are before the point of the brightest sample and 30 for their number.
+const HIGH: f64 = 2.0;
+/// A high unit is 2^51 low units: [`rounded`] is exact up to that size.
 const LOW: i32 = 51;
 const LOW_UNITS: f64 = (1_u64 << LOW) as f64;
 /// The brightest sample, in units of the brightness.
 const MOST: f64 = (1_u64 << 31) as f64;
-/// Samples until low units are carried over.
-const CARRY: u32 = 1 << 12;
-/// Bits after the point of a square. A sum of squares from 2^63 on is not known.
-const SQUARE_FRACTION: i32 = 64;
 
-/// Added to a number below 2^51, it leaves the nearest integer in the lowest bits.
-const MAGIC: f64 = 1.5 * (1_u64 << 52) as f64;
-
-/// The nearest integer, as a float and as itself. Faster than `as`, which looks for what no `i64` holds.
+/// The nearest integer of a number up to 2^51. Faster than `as`, which looks for what no `i64` holds.
 #[inline(always)]
-fn rounded(x: f64) -> (f64, i64) {
-    let sum = x + MAGIC;
-    (sum - MAGIC, sum.to_bits().wrapping_sub(MAGIC.to_bits()) as i64)
+fn rounded(x: f64) -> i64 {
+    /// Added to such a number, it leaves the nearest integer in the lowest bits.
+    const MAGIC: f64 = 1.5 * (1_u64 << 52) as f64;
+    (x + MAGIC).to_bits().wrapping_sub(MAGIC.to_bits()) as i64
 }
 
 impl Scale {
     /// That of a brightness of 1.
-    pub const ONE: Scale = Scale { brightness: 1.0, most: MOST, high: (1_u64 << FRACTION) as f64 };
+    pub const ONE: Scale = Scale { brightness: 1.0, high: HIGH };
 
     /// For samples of about this brightness: more than 0 and finite.
     pub fn new(brightness: f64) -> Scale {
         // Powers of two between which no product below leaves `f64`.
         let brightness = libm::exp2(libm::log2(brightness).round().clamp(-400.0, 400.0));
-        Scale { brightness, most: MOST * brightness, high: 2_f64.powi(FRACTION) / brightness }
+        Scale { brightness, high: HIGH / brightness }
     }
 
     /// Whether a sample is too bright for its sum.
     #[inline(always)]
     pub fn clamps(self, radiance: Vec3) -> bool {
-        f64::from(radiance.abs().max_element()) > self.most
+        f64::from(radiance.abs().max_element()) > MOST * self.brightness
     }
 
-    /// High and low units.
+    /// A sample no brighter than its sum holds.
     #[inline(always)]
-    fn fixed(self, x: f32) -> [i64; 2] {
-        let units = f64::from(x).clamp(-self.most, self.most) * self.high;
-        let (whole, high) = rounded(units);
-        [high, rounded((units - whole) * LOW_UNITS).1]
-    }
-
-    fn value(self, [high, low]: [i64; 2]) -> f64 {
-        let fixed = (i128::from(high) << LOW) + i128::from(low);
-        fixed as f64 / LOW_UNITS / self.high
-    }
-
-    /// A product of two radiances.
-    fn fixed_square(self, x: f64) -> i128 {
-        (x / self.brightness / self.brightness * 2_f64.powi(SQUARE_FRACTION)) as i128
-    }
-
-    /// Infinite for a sum that has left the range.
-    fn square(self, fixed: i128) -> f64 {
-        if fixed == i128::MAX {
-            return f64::INFINITY;
-        }
-        fixed as f64 * 2_f64.powi(-SQUARE_FRACTION) * self.brightness * self.brightness
+    pub fn clamped(self, radiance: Vec3) -> DVec3 {
+        let most = DVec3::splat(MOST * self.brightness);
+        radiance.as_dvec3().clamp(-most, most)
     }
 }
 
-/// The sum of samples, and their number.
+/// A sum of samples times their weights, and of the weights.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Sum {
-    /// Of each channel: units of [`Scale`].
-    high: [i64; 3],
-    low: [i64; 3],
-    pub count: u32,
+    /// Red, green, blue in units of [`Scale`], and the weight: high units, and from 0 to 2^51 low ones of 2^51 to a high unit.
+    high: [i64; 4],
+    low: [i64; 4],
 }
 
 impl Sum {
-    /// Adds a sample.
+    /// The sum of weighted radiance, and the weight in `w`.
     #[inline(always)]
-    pub fn add(&mut self, radiance: Vec3, scale: Scale) {
-        for (channel, x) in radiance.to_array().into_iter().enumerate() {
-            let [high, low] = scale.fixed(x);
-            self.high[channel] += high;
-            self.low[channel] += low;
+    pub fn new(weighted: DVec4, scale: Scale) -> Sum {
+        let mut sum = Sum::default();
+        for (channel, x) in weighted.to_array().into_iter().enumerate() {
+            let units = x * if channel < 3 { scale.high } else { HIGH };
+            let high = units as i64;
+            sum.high[channel] = high;
+            sum.low[channel] = rounded((units - high as f64) * LOW_UNITS);
         }
-        self.count += 1;
-        if self.count.is_multiple_of(CARRY) {
-            self.carry();
-        }
+        sum.carry();
+        sum
+    }
+
+    /// As given to [`Sum::new`].
+    pub fn weighted(&self, scale: Scale) -> DVec4 {
+        let value = |channel: usize| {
+            let fixed = (i128::from(self.high[channel]) << LOW) + i128::from(self.low[channel]);
+            fixed as f64 / LOW_UNITS / if channel < 3 { scale.high } else { HIGH }
+        };
+        DVec4::from(from_fn(value))
+    }
+
+    /// The weighted mean: the filtered value of a pixel. 0 without weight.
+    pub fn mean(&self, scale: Scale) -> DVec3 {
+        let sum = self.weighted(scale);
+        if sum.w == 0.0 { DVec3::ZERO } else { sum.truncate() / sum.w }
     }
 
     /// Makes high units of low ones. Equal sums then have equal bits.
+    #[inline(always)]
     fn carry(&mut self) {
         for (high, low) in self.high.iter_mut().zip(&mut self.low) {
             *high += *low >> LOW;
             *low &= (1 << LOW) - 1;
         }
     }
-
-    pub fn radiance(&self, scale: Scale) -> DVec3 {
-        from_fn(|channel| scale.value([self.high[channel], self.low[channel]])).into()
-    }
 }
 
 impl AddAssign for Sum {
-    fn add_assign(&mut self, mut other: Self) {
-        other.carry();
-        for channel in 0..3 {
-            self.high[channel] += other.high[channel];
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        for channel in 0..4 {
+            self.high[channel] = self.high[channel].saturating_add(other.high[channel]);
             self.low[channel] += other.low[channel];
         }
-        self.count += other.count;
         self.carry();
     }
 }
 
-/// The samples of a pixel: all, and those where the filter is negative among them.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Pixel {
-    pub all: Sum,
-    pub negative: Sum,
-}
-
-impl Pixel {
-    /// Adds a sample.
-    #[inline(always)]
-    pub fn add(&mut self, radiance: Vec3, is_negative: bool, scale: Scale) {
-        self.all.add(radiance, scale);
-        if is_negative {
-            self.negative.add(radiance, scale);
-        }
-    }
-
-    /// The sum of the samples, those where the filter is negative subtracted.
-    pub fn signed(&self, scale: Scale) -> DVec3 {
-        self.all.radiance(scale) - 2.0 * self.negative.radiance(scale)
-    }
-
-    /// The number of samples, likewise.
-    pub fn signs(&self) -> f64 {
-        f64::from(self.all.count) - 2.0 * f64::from(self.negative.count)
-    }
-
-    /// The filtered value. `weight` is the integral of the filter's absolute value over its integral.
-    ///
-    /// The plain estimate is `weight * signed / count`. For a filter that is partly negative it is noisy even where the
-    /// picture is flat; so the noise of the weights alone, which is known, is taken out of it, scaled by the mean. Where
-    /// the filter is nowhere negative the mean is left.
-    pub fn value(&self, weight: f64, scale: Scale) -> DVec3 {
-        if self.all.count == 0 {
-            return DVec3::ZERO;
-        }
-        let count = f64::from(self.all.count);
-        let mean_weight = weight * self.signs() / count;
-        self.signed(scale) * (weight / count) - self.all.radiance(scale) / count * (mean_weight - 1.0)
-    }
-
-    /// The variance of the samples, added up over the channels; `squares` is the sum of their squared lengths. 0 where there
-    /// are less than two.
-    pub fn variance(&self, squares: f64, scale: Scale) -> f64 {
-        if self.all.count < 2 {
-            return 0.0;
-        }
-        let count = f64::from(self.all.count);
-        // Rounding may leave less than nothing.
-        ((squares - self.all.radiance(scale).length_squared() / count) / (count - 1.0)).max(0.0)
-    }
-}
-
-impl AddAssign for Pixel {
-    fn add_assign(&mut self, other: Self) {
-        self.all += other.all;
-        self.negative += other.negative;
-    }
-}
-
-/// How far the replicates of a pixel lie apart: independent estimates of its value, of nearly equal numbers of samples.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// How far the replicates of a pixel lie apart: independent estimates of its value, each a weighted sum. They are added in a fixed order.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Spread {
-    /// The sum over replicates of S S / n, of the signed sum S and the count n of their samples.
-    squares: [i128; 3],
+    /// About the value of the pixel: sums of what differs from it do not lose their digits.
+    near: DVec3,
+    /// With the weight W of a replicate and the difference D between its sum and W times `near`: the sums of D and W, of D D, of D W
+    /// and of W W.
+    off: DVec3,
+    weight: f64,
+    squares: DVec3,
+    products: DVec3,
+    weights: f64,
     pub replicates: u32,
-}
-
-/// What a [`Spread`] needs beside it where the filter has negative lobes, or where replicates are rounded: the sums of S Z / n and
-/// Z Z / n, with the signed count Z. Elsewhere they are the sum and the count of all samples.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Products {
-    products: [i128; 3],
-    signs: i128,
-}
-
-/// Bits after the point of a sum of signs: at most 2^30 before it.
-const SIGN_FRACTION: i32 = 64;
-
-fn add(sums: &mut [i128; 3], more: [i128; 3]) {
-    sums.iter_mut().zip(more).for_each(|(sum, more)| *sum = sum.saturating_add(more));
+    /// The samples of the pixel itself in all of them.
+    pub samples: u32,
 }
 
 impl Spread {
-    /// Adds a replicate of `count` samples, with their signed sum.
-    pub fn add(&mut self, signed: DVec3, count: u32, scale: Scale) {
-        let square = |x: f64| scale.fixed_square(x * x / f64::from(count));
-        add(&mut self.squares, signed.to_array().map(square));
+    /// Adds a replicate: its weighted sum and the samples of the pixel itself.
+    pub fn add(&mut self, sum: DVec4, samples: u32) {
+        let weight = sum.w;
+        if self.replicates == 0 && weight != 0.0 {
+            self.near = sum.truncate() / weight;
+        }
+        let off = sum.truncate() - self.near * weight;
+        self.off += off;
+        self.weight += weight;
+        self.squares += off * off;
+        self.products += off * weight;
+        self.weights += weight * weight;
         self.replicates += 1;
+        self.samples += samples;
     }
 
-    /// The standard error of [`Pixel::value`] of all replicates together; infinite for less than two.
-    ///
-    /// That value is not linear in the replicates where the filter is partly negative. This is the error of its tangent where
-    /// the mean of the weights is 1, as it is expected to be (the delta method): S - M Z times the weight, with the mean M of
-    /// all samples.
-    pub fn standard_error(
-        &self,
-        products: Option<&Products>,
-        pixel: &Pixel,
-        weight: f64,
-        scale: Scale,
-    ) -> Vec3 {
-        if self.replicates < 2 {
+    /// The standard error of the weighted mean of all replicates together; infinite for less than two, and where it is not known.
+    /// By the delta method for a ratio: replicates with the sum S and the weight W scatter by S - M W around the mean M.
+    pub fn standard_error(&self) -> Vec3 {
+        let weight = self.weight;
+        if self.replicates < 2 || weight == 0.0 {
             return Vec3::INFINITY;
         }
-        let count = f64::from(pixel.all.count);
-        let (mean, signed) = (pixel.all.radiance(scale) / count, pixel.signed(scale));
-        let (products, signs) = products.map_or((signed, count), |sums| {
-            let products = sums.products.map(|sum| scale.square(sum) / scale.brightness);
-            (products.into(), sums.signs as f64 * 2_f64.powi(-SIGN_FRACTION))
-        });
-        // A unit for each square that was rounded. Black has none.
-        let rounding = scale.square(self.replicates.into());
-        let error = |channel: usize| {
-            let mean = mean[channel];
-            let rounding = if mean == 0.0 { 0.0 } else { rounding };
-            let squares =
-                scale.square(self.squares[channel]) - 2.0 * mean * products[channel] + mean * mean * signs;
-            let left = signed[channel] - mean * pixel.signs();
-            let variance = (squares - left * left / count) / (f64::from(self.replicates - 1) * count);
-            // Rounding may leave less than nothing. `max` would make 0 of what is not known.
-            let variance = if variance < 0.0 { 0.0 } else { variance };
-            (weight * (variance + rounding / (f64::from(self.replicates - 1) * count)).sqrt()) as f32
-        };
-        let errors = Vec3::from_array(from_fn(error));
-        // What is too large for a number is not known.
+        let off = self.off / weight;
+        let squares = self.squares - 2.0 * off * self.products + off * off * self.weights;
+        let count = f64::from(self.replicates);
+        // Rounding may leave less than nothing.
+        let variance = squares.max(DVec3::ZERO) * (count / (count - 1.0)) / (weight * weight);
+        let errors = DVec3::from(variance.to_array().map(f64::sqrt)).as_vec3();
         Vec3::select(errors.is_finite_mask(), errors, Vec3::INFINITY)
-    }
-}
-
-impl AddAssign for Spread {
-    fn add_assign(&mut self, other: Self) {
-        add(&mut self.squares, other.squares);
-        self.replicates += other.replicates;
-    }
-}
-
-impl AddAssign for Products {
-    fn add_assign(&mut self, other: Self) {
-        add(&mut self.products, other.products);
-        self.signs += other.signs;
-    }
-}
-
-impl Products {
-    /// Adds a replicate of `count` samples, with their signed sum and their signed count.
-    pub fn add(&mut self, signed: DVec3, signs: f64, count: u32, scale: Scale) {
-        let count = f64::from(count);
-        let product = |x: f64| scale.fixed_square(x * scale.brightness * signs / count);
-        add(&mut self.products, signed.to_array().map(product));
-        self.signs += ((signs * signs / count) * 2_f64.powi(SIGN_FRACTION)) as i128;
     }
 }
 
@@ -296,161 +174,118 @@ mod tests {
 
     use super::*;
 
-    const SCALE: fn() -> Scale = || Scale::new(1.0);
+    /// A sample of this value.
+    fn sum(value: f64, weight: f64, scale: Scale) -> Sum {
+        Sum::new((DVec3::splat(value) * weight).extend(weight), scale)
+    }
 
     #[test]
     fn sums_are_exact() {
         for brightness in [1e-30, 1.0, 3e20] {
             let scale = Scale::new(brightness);
-            let unit = scale.brightness as f32;
-            let mut sum = Sum::default();
+            let unit = scale.brightness;
+            let mut all = Sum::default();
             // Of these, `f64` loses the small ones.
-            let samples = [1e-8, 1.0, 1e9, -1.0, -1e9].map(|x| x * unit);
-            samples.iter().for_each(|x| sum.add(Vec3::splat(*x), scale));
-            assert_eq!(sum.radiance(scale), DVec3::splat(f64::from(samples[0])), "{brightness}");
+            for x in [1e-8_f32, 1.0, 1e9, -1.0, -1e9].map(|x| f64::from(x) * unit) {
+                all += sum(x, 1.0, scale);
+            }
+            let expected = f64::from(1e-8_f32) * unit;
+            assert!((all.weighted(scale).x / expected - 1.0).abs() < 1e-6, "{brightness}");
         }
     }
 
     #[test]
     fn the_brightest_samples_do_not_overflow() {
         let scale = Scale::new(1.0);
-        assert!(scale.fixed(f32::MAX)[0].checked_mul(1 << 30).is_some());
-        for sample in [f32::MAX, 0.7, 1e-3] {
-            let mut sum = Sum::default();
-            (0..3 * CARRY + 5).for_each(|_| sum.add(Vec3::splat(sample), scale));
-            let expected = f64::from(sample).min(MOST) * f64::from(3 * CARRY + 5);
-            assert_eq!(sum.radiance(scale), DVec3::splat(expected), "{sample}");
-        }
+        let most = scale.clamped(Vec3::MAX).x;
+        assert_eq!(most, MOST);
+        assert!(scale.clamps(Vec3::MAX) && !scale.clamps(Vec3::splat(MOST as f32)));
+        // 2^30 of them.
+        let mut all = sum(most, 1.0, scale);
+        (0..30).for_each(|_| all += all);
+        assert_eq!(all.mean(scale), DVec3::splat(most));
     }
 
-    fn pixels(random: &mut Pcg64Mcg, count: usize) -> Vec<Pixel> {
-        let mut pixel = || {
-            let mut pixel = Pixel::default();
-            for _ in 0..4 {
-                // Over 12 powers of ten, as fireflies and shadows are.
-                let radiance = Vec3::splat(10_f32.powf(random.random::<f32>() * 12.0 - 6.0));
-                pixel.add(radiance, random.random::<f64>() < 0.2, SCALE());
-            }
-            pixel
-        };
-        (0..count).map(|_| pixel()).collect()
-    }
-
-    /// Samples, and replicates with their spread: any split, merged in any order, gives the same bits.
+    /// Any split, merged in any order, gives the same bits.
     #[test]
     fn partial_sums_merge_in_any_order() {
-        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let (mut random, scale) = (Pcg64Mcg::seed_from_u64(1), Scale::new(1.0));
         for _ in 0..200 {
-            let mut replicates = pixels(&mut random, 16);
-            let total = |parts: &[Pixel]| {
-                let (mut pixel, mut spreads) = (Pixel::default(), (Spread::default(), Products::default()));
-                for part in parts {
-                    pixel += *part;
-                    let (signed, count) = (part.signed(SCALE()), part.all.count);
-                    spreads.0.add(signed, count, SCALE());
-                    spreads.1.add(signed, part.signs(), count, SCALE());
-                }
-                (pixel, spreads)
+            // Over 12 powers of ten, as fireflies and shadows are.
+            let mut samples: Vec<Sum> = (0..64)
+                .map(|_| {
+                    sum(10_f64.powf(random.random::<f64>() * 12.0 - 6.0), random.random::<f64>() - 0.2, scale)
+                })
+                .collect();
+            let total = |sums: &[Sum]| {
+                sums.iter().fold(Sum::default(), |mut sum, more| {
+                    sum += *more;
+                    sum
+                })
             };
-            let expected = total(&replicates);
-            replicates.shuffle(&mut random);
-            let split = random.random_range(0..=16);
-            let (mut pixel, mut spreads) = total(&replicates[split..]);
-            let (first, others) = total(&replicates[..split]);
-            pixel += first;
-            spreads.0 += others.0;
-            spreads.1 += others.1;
-            assert_eq!((pixel, spreads), expected);
+            let expected = total(&samples);
+            samples.shuffle(&mut random);
+            let (first, others) = samples.split_at(random.random_range(0..=64));
+            let mut found = total(others);
+            found += total(first);
+            assert_eq!(found, expected);
         }
     }
 
-    #[test]
-    fn a_flat_picture_is_flat_under_any_filter() {
-        let mut pixel = Pixel::default();
-        for negative in [false, true, false, true, false, false, true, false] {
-            pixel.add(Vec3::splat(0.75), negative, SCALE());
-        }
-        assert!((pixel.value(1.3, SCALE()) - DVec3::splat(0.75)).length() < 1e-12);
+    /// The error that the spread of replicates tells.
+    fn error(replicates: &[DVec4]) -> Vec3 {
+        let mut spread = Spread::default();
+        replicates.iter().for_each(|replicate| spread.add(*replicate, 1));
+        spread.standard_error()
     }
 
     #[test]
     fn the_spread_is_that_of_the_replicates() {
-        let error = |values: &[Vec3]| {
-            let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
-            for value in values {
-                pixel.add(*value, false, SCALE());
-                spread.add(value.as_dvec3(), 1, SCALE());
-            }
-            spread.standard_error(None, &pixel, 1.0, SCALE())
-        };
-        assert_eq!(error(&[Vec3::new(1.0, 5.0, 0.0)]), Vec3::INFINITY);
+        assert_eq!(error(&[DVec4::new(1.0, 5.0, 0.0, 1.0)]), Vec3::INFINITY);
         // The variance of 1, 2 and 6 is 7.
-        let found = error(&[Vec3::new(1.0, 5.0, 0.0), Vec3::new(2.0, 5.0, 0.0), Vec3::new(6.0, 5.0, 0.0)]);
-        assert!((found - Vec3::new((7.0_f32 / 3.0).sqrt(), 0.0, 0.0)).length() < 1e-6);
+        let values = [1.0, 2.0, 6.0].map(|x| DVec4::new(x, 5.0, 0.0, 1.0));
+        assert!((error(&values) - Vec3::new((7.0_f32 / 3.0).sqrt(), 0.0, 0.0)).length() < 1e-6);
     }
 
-    /// Sums that have left their range make an error that is not known, and none of 0.
+    /// From black to what no picture has, and errors far below the value: all are known, and only those of black are 0.
     #[test]
-    fn errors_of_bright_pixels_are_not_lost() {
-        for (mean, is_known) in [(1e3_f32, true), (1e6, true), (1e9, false)] {
-            let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
-            for replicate in 0..16 {
-                let mut samples = Pixel::default();
-                let value = Vec3::splat(if replicate % 2 == 0 { 0.9 * mean } else { 1.1 * mean });
-                (0..4096).for_each(|_| samples.add(value, false, SCALE()));
-                spread.add(samples.signed(SCALE()), 4096, SCALE());
-                pixel += samples;
+    fn errors_of_dark_and_bright_pixels_are_not_lost() {
+        for mean in [0.0, 1e-12, 1e-4, 1.0, 1e6, 1e9] {
+            for relative in [0.1, 1e-6] {
+                let of = |at: usize| mean * (1.0 + if at.is_multiple_of(2) { relative } else { -relative });
+                let replicates: Vec<_> = (0..16).map(|at| DVec3::splat(of(at) * 64.0).extend(64.0)).collect();
+                let found = error(&replicates).x;
+                let expected = (relative * mean / 15_f64.sqrt()) as f32;
+                assert!(
+                    (found - expected).abs() <= 1e-3 * expected + 1e-15,
+                    "{mean} {relative}: {found} {expected}"
+                );
             }
-            let error = spread.standard_error(None, &pixel, 1.0, SCALE()).x / mean;
-            let expected = if is_known { 0.1 / 15_f32.sqrt() } else { f32::INFINITY };
-            assert!(error == expected || (error / expected - 1.0).abs() < 1e-4, "{mean}: {error} {expected}");
         }
     }
 
-    /// Squares far below the unit give an error that is too large. Only black has an error of 0.
+    /// With weights of both signs: over many pixels of random samples, the mean squared error of the values is the mean of the
+    /// squared standard errors.
     #[test]
-    fn errors_of_dark_pixels_are_not_lost() {
-        for mean in [1e-4_f32, 1e-8, 1e-10, 1e-12, 0.0] {
-            let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
-            for replicate in 0..16 {
-                let mut samples = Pixel::default();
-                let value = Vec3::splat(if replicate % 2 == 0 { 0.9 * mean } else { 1.1 * mean });
-                samples.add(value, false, SCALE());
-                spread.add(samples.signed(SCALE()), 1, SCALE());
-                pixel += samples;
-            }
-            let error = spread.standard_error(None, &pixel, 1.0, SCALE()).x;
-            let expected = 0.1 * mean / 15_f32.sqrt();
-            let excess = if mean == 0.0 { 0.0 } else { 1e-10 };
-            assert!((0.9999 * expected..=1.0001 * expected + excess).contains(&error), "{mean}: {error}");
-        }
-    }
-
-    /// Under a filter with negative lobes: over many pixels of random samples, the mean squared error of the values is the
-    /// mean of the squared standard errors.
-    #[test]
-    fn the_spread_tells_the_error_under_negative_lobes() {
-        // A fifth of the samples is negative.
-        let weight = 1.0 / (0.8 - 0.2);
+    fn the_spread_tells_the_error_under_negative_weights() {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let mut sums = [0.0; 2];
         for _ in 0..20_000 {
-            let mut pixel = Pixel::default();
-            let (mut spread, mut lobes) = (Spread::default(), Products::default());
+            let (mut all, mut spread) = (Sum::default(), Spread::default());
             for _ in 0..16 {
-                let mut replicate = Pixel::default();
-                for _ in 0..4 {
-                    let (negative, value) = (random.random::<f64>() < 0.2, random.random::<f32>());
-                    let value = Vec3::splat(3.0 + if negative { 2.0 * value } else { value });
-                    replicate.add(value, negative, SCALE());
+                let mut replicate = DVec4::ZERO;
+                for _ in 0..16 {
+                    let (is_negative, value) = (random.random::<f64>() < 0.2, random.random::<f64>());
+                    let (weight, value) =
+                        if is_negative { (-0.5, 3.0 + 2.0 * value) } else { (1.0, 3.0 + value) };
+                    replicate += (DVec3::splat(value) * weight).extend(weight);
                 }
-                spread.add(replicate.signed(SCALE()), 4, SCALE());
-                lobes.add(replicate.signed(SCALE()), replicate.signs(), 4, SCALE());
-                pixel += replicate;
+                spread.add(replicate, 16);
+                all += Sum::new(replicate, Scale::ONE);
             }
-            // The mean is 3.5 times 0.8 minus 4 times 0.2, over 0.6.
-            sums[0] += (pixel.value(weight, SCALE()).x - 2.0 / 0.6).powi(2);
-            sums[1] += f64::from(spread.standard_error(Some(&lobes), &pixel, weight, SCALE()).x).powi(2);
+            // The mean is 3.5 times 0.8 minus 4 times 0.1, over 0.7.
+            sums[0] += (all.mean(Scale::ONE).x - 2.4 / 0.7).powi(2);
+            sums[1] += f64::from(spread.standard_error().x).powi(2);
         }
         let ratio = sums[0] / sums[1];
         assert!((0.95..1.05).contains(&ratio), "{ratio}");

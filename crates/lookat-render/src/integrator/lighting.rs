@@ -55,6 +55,9 @@ pub(in crate::integrator) struct Directions<S: Simd> {
 impl<'s> Lighting<'s> {
     /// `part`: what of the BSDFs directions are sampled from.
     pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, part: Part) -> Self {
+        if let LightSamples::One(choice) = lights {
+            table.prepare(choice);
+        }
         Lighting {
             table,
             numbers: (0..table.len()).map(|light| world.number(table.curved_element(light))).collect(),
@@ -156,8 +159,8 @@ impl<S: Simd> Vertices<'_, S> {
                     };
                     if sampled.any_true() {
                         let probability = f64::from(count).simd_into(simd);
-                        let chosen =
-                            Chosen { is_there: sampled, light: (light as f64).simd_into(simd), probability };
+                        let light = (light as f64).simd_into(simd);
+                        let chosen = Chosen { is_there: sampled, light, triangle: None, probability };
                         let own = self.sampled_light(tracer, u, &chosen);
                         sum = (sum + own).or_wide(sampled, sum);
                     }
@@ -228,12 +231,27 @@ impl<S: Simd> Vertices<'_, S> {
         let (mut rest, mut before) = (chosen.is_there, None::<LightSample<S>>);
         loop {
             let light = chosen.light[rest.to_bitmask().trailing_zeros() as usize];
-            let is_same = chosen.light.simd_eq(light);
-            rest &= !is_same;
+            let mut is_same = chosen.light.simd_eq(light);
             let number = light as usize;
-            let is_own = at.surfaces.element.simd_eq(lighting.numbers[number]);
-            let leaving = is_own & at.surfaces.instance.simd_eq(WORLD);
-            let own = lighting.table.sample(simd, number, (at, leaving), u);
+            let is_alike = |lane: &usize| lighting.table.are_alike(number, chosen.light[*lane] as usize);
+            let alike = those(rest & !is_same).filter(is_alike).fold(0, |alike, lane| alike | 1 << lane);
+            let in_world = at.surfaces.instance.simd_eq(WORLD);
+            let own = match alike {
+                0 => {
+                    let leaving = in_world & at.surfaces.element.simd_eq(lighting.numbers[number]);
+                    lighting.table.sample(simd, number, (at, leaving), (chosen.triangle, u))
+                }
+                _ => {
+                    is_same = is_same & rest | bits(simd, alike);
+                    let mut numbers = at.surfaces.element;
+                    for lane in those(is_same) {
+                        numbers[lane] = lighting.numbers[chosen.light[lane] as usize];
+                    }
+                    let leaving = in_world & at.surfaces.element.simd_eq(numbers);
+                    lighting.table.sample_alike(simd, (chosen.light, is_same), (at, leaving), u)
+                }
+            };
+            rest &= !is_same;
             let samples = match before {
                 Some(before) => own.or(is_same, before),
                 None => own,
@@ -291,8 +309,9 @@ impl<S: Simd> Vertices<'_, S> {
             let all = directions.is_specular.select(1.0.simd_into(simd), count);
             let is_lit = hits.emits & active;
             if is_lit.any_true() {
-                let (mut density, mut light): (f64x8<S>, f64x8<S>) =
-                    (0.0.simd_into(simd), 0.0.simd_into(simd));
+                let none = 0.0.simd_into(simd);
+                let (mut density, mut light, mut triangle): (f64x8<S>, f64x8<S>, f64x8<S>) =
+                    (none, none, none);
                 for lane in those(is_lit) {
                     let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
                     let surface = tracer.surface(&ray, &hit);
@@ -300,10 +319,12 @@ impl<S: Simd> Vertices<'_, S> {
                     if let Some(number) = table.of_element(surface.element) {
                         let p = receivers.surfaces.p.lane(lane);
                         light[lane] = number as f64;
-                        density[lane] = table.surface_pdf(number, p, ray.d, &surface);
+                        triangle[lane] = f64::from(surface.element.index);
+                        let hit = (&surface, self.sampler.by_triangle());
+                        density[lane] = table.surface_pdf(number, p, ray.d, hit);
                     }
                 }
-                let other = density * self.samples_of(light, is_lit);
+                let other = density * self.samples_of((light, triangle), is_lit);
                 let weight = to_f32(weights(bits(simd, 0), pdf, other));
                 found = (found * weight).or_wide(!directions.is_specular, found);
             }
@@ -317,7 +338,7 @@ impl<S: Simd> Vertices<'_, S> {
                     let weighed = density.simd_gt(0.0) & !directions.is_specular & is_free;
                     let mut own = radiance;
                     if weighed.any_true() {
-                        let light = (sky as f64).simd_into(simd);
+                        let light = ((sky as f64).simd_into(simd), 0.0.simd_into(simd));
                         let other = density * self.samples_of(light, is_free);
                         let weight = to_f32(weights(bits(simd, 0xff), pdf, other));
                         own = (radiance * weight).or_wide(weighed, radiance);
@@ -330,12 +351,12 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// How many samples there are of lights, in the mean.
+    /// How many samples there are of lights or their triangles, in the mean.
     #[inline(always)]
-    fn samples_of(&self, light: f64x8<S>, active: mask64x8<S>) -> f64x8<S> {
+    fn samples_of(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
         let Lighting { table, samples, .. } = self.lighting;
         match *samples {
-            LightSamples::One(_) => self.sampler.probability(light, active),
+            LightSamples::One(_) => self.sampler.probability((light, triangle), active),
             LightSamples::Each(strategy) => {
                 let count = |lane: usize| f64::from(table.samples(light[lane] as usize, strategy));
                 f64x8::from_fn(self.simd, count)

@@ -38,13 +38,13 @@ pub(super) fn numbers(max_depth: u32) -> u32 {
 }
 
 /// What is drawn at each surface with a material, among these lights.
-pub(crate) fn draws(max_depth: u32, lights: &LightTable) -> Vec<Draw> {
+pub(crate) fn draws(max_depth: u32, lights: &LightTable, choice: LightChoice) -> Vec<Draw> {
     let draw = |of, numbers, surfaces, needed: bool| needed.then_some(Draw { of, numbers, surfaces });
     let all = 0..max_depth;
     // Where no light is sampled, another direction takes its numbers.
     let is_sampled = lights.has_extended() && !lights.leaves_all_to_directions(false);
     let draws = [
-        draw("light choice", 1, all.clone(), lights.len() > 1),
+        draw("light choice", 1, all.clone(), lights.is_choice(choice)),
         draw("light", 2, all.clone(), is_sampled),
         draw("direction", 2, all.clone(), !lights.has_extended() || is_sampled),
         draw("directions", 4, all, lights.leaves_all_to_directions(false)),
@@ -224,7 +224,8 @@ mod tests {
         );
         let lights = &Prepared::new(&scene).lights;
         for (max_depth, expected) in [(5, 5), (9, 6)] {
-            let drawn: u32 = draws(max_depth, lights).iter().map(|draw| draw.numbers).sum();
+            let drawn: u32 =
+                draws(max_depth, lights, LightChoice::Spatial).iter().map(|draw| draw.numbers).sum();
             assert_eq!((drawn, numbers(max_depth)), (expected, expected));
         }
     }

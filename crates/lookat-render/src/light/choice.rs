@@ -2,6 +2,7 @@
 
 #[cfg(test)]
 mod tests;
+mod tree;
 
 use std::f64::consts::PI;
 
@@ -9,13 +10,16 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use lookat_scene::LightChoice;
 use smallvec::SmallVec;
 
+use super::leaves::Leaves;
 use super::receiver::Receivers;
 use super::{LightTable, SceneLight};
 use crate::color::strength;
 use crate::number::{Colors, LANES, Vec3x8, bits, those, vectorized};
 use crate::traceable::Traceable;
+use tree::TreeSampler;
 
-/// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
+/// With more lights and triangles of lights than this, "spatial" asks a tree of them: else it estimates each light at each point. With
+/// more lights beside the tree, it chooses by power.
 const MANY: usize = 32;
 
 /// Lights that are chosen, and their probabilities.
@@ -25,6 +29,8 @@ pub(crate) struct Chosen<S: Simd> {
     pub is_there: mask64x8<S>,
     /// Their numbers.
     pub light: f64x8<S>,
+    /// Their triangles, where these are chosen one by one.
+    pub triangle: Option<f64x8<S>>,
     pub probability: f64x8<S>,
 }
 
@@ -37,6 +43,7 @@ pub(crate) struct LightSampler<'v, S: Simd> {
     /// With "spatial" the estimates of all lights, with "power" only of skies. Most scenes have few.
     estimates: SmallVec<[f64x8<S>; 4]>,
     total: f64x8<S>,
+    tree: Option<TreeSampler<'v, S>>,
 }
 
 impl LightTable {
@@ -53,7 +60,30 @@ impl LightTable {
 
     /// How lights are chosen where `choice` is asked for.
     pub fn rule(&self, choice: LightChoice) -> LightChoice {
-        if choice == LightChoice::Spatial && self.lights.len() > MANY { LightChoice::Power } else { choice }
+        let has_many = self.lights.len() > MANY && self.beside.len() > MANY;
+        if choice == LightChoice::Spatial && has_many { LightChoice::Power } else { choice }
+    }
+
+    /// True if there is anything to choose, where `choice` is asked for.
+    pub fn is_choice(&self, choice: LightChoice) -> bool {
+        self.len() > 1 || self.asks_tree(choice)
+    }
+
+    /// Builds the tree, if `choice` asks one. Threads that render must find it there: one that waits for it may not take over the work of
+    /// another one that does.
+    pub fn prepare(&self, choice: LightChoice) {
+        if self.asks_tree(choice) {
+            self.leaves();
+        }
+    }
+
+    fn leaves(&self) -> &Leaves {
+        self.leaves.get_or_init(|| Leaves::new(&self.lights))
+    }
+
+    /// True if lights are chosen by the tree, where `choice` is asked for.
+    fn asks_tree(&self, choice: LightChoice) -> bool {
+        self.needs_tree && self.rule(choice) == LightChoice::Spatial
     }
 
     /// Of all that are no skies.
@@ -62,13 +92,28 @@ impl LightTable {
     }
 }
 
+/// The lights that are in no tree.
+pub(super) fn beside(lights: &[SceneLight]) -> Vec<usize> {
+    (0..lights.len()).filter(|light| lights[*light].leaves() == 0).collect()
+}
+
+/// True if "spatial" asks a tree of these lights: if there are many, or triangles among them.
+pub(super) fn needs_tree(lights: &[SceneLight]) -> bool {
+    let leaves = || lights.iter().map(SceneLight::leaves);
+    leaves().any(|leaves| leaves > 1) || lights.len() > MANY && leaves().any(|leaves| leaves > 0)
+}
+
 impl<'v, S: Simd> LightSampler<'v, S> {
     #[inline(never)]
     pub fn new(simd: S, table: &'v LightTable, choice: LightChoice, at: &Receivers<S>) -> Self {
         vectorized!(simd, {
             let (rule, count) = (table.rule(choice), table.eligible_at(simd, at));
-            let mut sampler =
-                LightSampler { table, rule, count, estimates: SmallVec::new(), total: 0.0.simd_into(simd) };
+            let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
+            let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
+            if table.asks_tree(choice) {
+                sampler.tree = Some(TreeSampler::new(simd, table, count, at));
+                return sampler;
+            }
             // Without a choice there is nothing to estimate.
             if table.eligible(at.lunes.is_some()) < 2 {
                 return sampler;
@@ -101,7 +146,12 @@ impl<'v, S: Simd> LightSampler<'v, S> {
     /// The points where there is more than one light.
     #[inline(always)]
     pub fn has_choice(&self) -> mask64x8<S> {
-        self.count.simd_gt(1.0)
+        self.count.simd_gt(if self.tree.is_some() { 0.0 } else { 1.0 })
+    }
+
+    /// True if triangles of lights are chosen one by one.
+    pub fn by_triangle(&self) -> bool {
+        self.tree.is_some()
     }
 
     /// A light for each of the points that are active, by a number.
@@ -109,6 +159,9 @@ impl<'v, S: Simd> LightSampler<'v, S> {
     pub fn choose(&self, u: f64x8<S>, active: mask64x8<S>) -> Chosen<S> {
         let simd = u.token();
         vectorized!(simd, {
+            if let Some(tree) = &self.tree {
+                return tree.choose(u, active);
+            }
             let one = 1.0.simd_into(simd);
             let (mut light, mut estimate) = (0.0.simd_into(simd), one);
             let total = if self.rule == LightChoice::Uniform { self.count } else { self.total };
@@ -123,7 +176,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             }
             let probability = self.has_choice().select(share(estimate, total), one);
             let is_there = active & self.count.simd_gt(0.0) & probability.simd_gt(0.0);
-            Chosen { is_there, light, probability }
+            Chosen { is_there, light, triangle: None, probability }
         })
     }
 
@@ -165,10 +218,13 @@ impl<'v, S: Simd> LightSampler<'v, S> {
         (light, estimate)
     }
 
-    /// The probabilities with which [`LightSampler::choose`] gives lights.
+    /// The probabilities with which [`LightSampler::choose`] gives lights, or triangles of lights if it gives these.
     #[inline(always)]
-    pub fn probability(&self, light: f64x8<S>, active: mask64x8<S>) -> f64x8<S> {
+    pub fn probability(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
         let (simd, table) = (self.count.token(), self.table);
+        if let Some(tree) = &self.tree {
+            return tree.probability((light, triangle), active);
+        }
         let (one, none): (f64x8<S>, f64x8<S>) = (1.0.simd_into(simd), 0.0.simd_into(simd));
         if !self.has_choice().any_true() {
             return light.simd_lt(self.count).select(one, none);

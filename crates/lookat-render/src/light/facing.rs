@@ -4,6 +4,7 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::DVec3;
 
 use super::receiver::LEAST_COSINE;
+use super::tree::Emitter;
 use crate::number::Vec3x8;
 
 /// A patch of a shape.
@@ -44,6 +45,17 @@ impl Facing {
             height <= ROUNDING * area.sqrt() && patch.emitting.dot(mean_normal) > 1.0 - ROUNDING
         });
         Facing { mean_normal, is_flat: same.all(|is_same| is_same), sides: if two_sided { 2.0 } else { 1.0 } }
+    }
+
+    /// That of a triangle, from its normal on the side that emits; 0 where that is not the same all over it.
+    pub fn of_flat(emitting: DVec3, two_sided: bool) -> Self {
+        let sides = if two_sided { 2.0 } else { 1.0 };
+        Facing { mean_normal: emitting, is_flat: emitting != DVec3::ZERO, sides }
+    }
+
+    /// The emission of a shape within a radius of a center, with this radiance and area.
+    pub fn emitter(&self, ball: (DVec3, f64), radiance_area: (f64, f64)) -> Emitter {
+        Emitter::surface(ball, radiance_area, self.mean_normal, (self.is_flat, self.sides > 1.0))
     }
 
     /// About the share of the area that shines in direction `d` from the center, foreshortened; 0 on the dark side of what is

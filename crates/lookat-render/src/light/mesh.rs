@@ -5,6 +5,11 @@ use lookat_scene::Mesh;
 
 use crate::triangle::corners;
 
+/// The area of the triangle with these corners.
+pub(super) fn area_of([a, b, c]: [DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}
+
 /// The areas of the triangles of a mesh, summed up.
 pub(super) struct MeshAreas {
     /// The area of the triangles up to each.
@@ -17,18 +22,13 @@ impl MeshAreas {
         let (mut total, mut moment) = (0.0, DVec3::ZERO);
         let sums = (0..mesh.triangles()).map(|index| {
             let [a, b, c] = corners(mesh, index, origin);
-            let area = 0.5 * (b - a).cross(c - a).length();
+            let area = area_of([a, b, c]);
             total += area;
             moment += (a + b + c) / 3.0 * area;
             total
         });
         let areas = MeshAreas { sums: sums.collect() };
         (areas, moment / total)
-    }
-
-    /// The area of a triangle.
-    pub fn of(&self, index: usize) -> f64 {
-        self.sums[index] - if index == 0 { 0.0 } else { self.sums[index - 1] }
     }
 
     pub fn total(&self) -> f64 {

@@ -9,9 +9,10 @@ use lookat_image::MipMap;
 
 use super::receiver::Receivers;
 use super::sample::LightSample;
+use super::tree::Emitter;
 use crate::circle::longitude_latitude;
 use crate::color::strength;
-use crate::number::{Colors, V3, Vec3x8, bits, to_f32, vectorized};
+use crate::number::{Colors, LANES, V3, Vec3x8, bits, to_f32, vectorized};
 use crate::texture::imagemap::bilinear;
 use crate::trace::rays::{POINT_LIGHT, Rays};
 
@@ -52,6 +53,9 @@ pub(super) struct Seen<S: Simd> {
 /// What a projector lights has at least this z in light space, for directions of length one in the world, as in pbrt-v3.
 const NEAR: f64 = 1e-3;
 
+/// A cone is one where transformations change angles by less than this.
+const RIGID: f64 = 1e-6;
+
 /// No estimate is larger, so that their sum is finite.
 const MOST: f64 = 1e300;
 
@@ -81,13 +85,47 @@ impl PointLight {
         }
     }
 
+    /// Its emission, for the tree of lights.
+    pub fn emitter(&self) -> Emitter {
+        let point = |intensity: Vec3| Emitter::point(self.position, strength(intensity));
+        let cone = |intensity: Vec3, least_cosine: f64| {
+            let axes = self.light_from_world.transpose();
+            let axis = axes.z_axis.normalize_or(DVec3::Z);
+            // Under other transformations it is no cone.
+            let is_rigid = [axes.x_axis, axes.y_axis].iter().all(|side| {
+                let ratio = side.length_squared() / axes.z_axis.length_squared();
+                (ratio - 1.0).abs() < RIGID
+                    && side.dot(axes.z_axis).abs() < RIGID * axes.z_axis.length_squared()
+            });
+            match is_rigid {
+                true => Emitter::cone(self.position, strength(intensity), axis, least_cosine - RIGID),
+                false => point(intensity),
+            }
+        };
+        match &self.spread {
+            Spread::Even => point(self.intensity),
+            Spread::Cone { total_width, .. } => cone(self.intensity, *total_width),
+            Spread::Goniometric(map) => point(self.intensity * map.mean()),
+            Spread::Projection { map, half_size } => {
+                let mean = map.as_ref().map_or(Vec3::ONE, |map| map.mean());
+                cone(self.intensity * mean, half_size.extend(1.0).length().recip())
+            }
+        }
+    }
+
     #[inline(always)]
     fn seen<S: Simd>(&self, simd: S, p: Vec3x8<S>) -> Seen<S> {
-        let to_light = Vec3x8::splat(simd, self.position) - p;
-        let squared_distance = to_light.length_squared();
-        let (wi, is_apart) = to_light.try_normalize();
-        let intensity = Colors::splat(simd, self.intensity) * self.factor(simd, -wi);
-        Seen { is_there: is_apart & intensity.is_light(), wi, squared_distance, intensity }
+        let intensity = Colors::splat(simd, self.intensity);
+        Seen::new(
+            Vec3x8::splat(simd, self.position) - p,
+            #[inline(always)]
+            |wi| intensity * self.factor(simd, -wi),
+        )
+    }
+
+    /// True if it shines alike in all directions.
+    pub fn is_even(&self) -> bool {
+        matches!(self.spread, Spread::Even)
     }
 
     /// By what the intensity is multiplied in directions of length one from the light.
@@ -132,13 +170,39 @@ impl PointLight {
 
     #[inline(never)]
     pub fn sample<S: Simd>(&self, simd: S, at: &Receivers<S>) -> LightSample<S> {
+        vectorized!(simd, { self.seen(simd, at.surfaces.p).sample(Vec3x8::splat(simd, self.position), at) })
+    }
+
+    /// As [`PointLight::sample`], of one light for each point, which all shine alike in all directions.
+    #[inline(never)]
+    pub fn sample_even<S: Simd>(simd: S, lights: [&PointLight; LANES], at: &Receivers<S>) -> LightSample<S> {
         vectorized!(simd, {
-            let Seen { is_there, squared_distance, intensity, .. } = self.seen(simd, at.surfaces.p);
-            let way = at.surfaces.towards(Vec3x8::splat(simd, self.position));
-            let shadow = Rays { target: POINT_LIGHT.simd_into(simd), ..way };
-            let is_there = is_there & squared_distance.is_finite();
-            LightSample::of_delta(is_there, intensity.scaled(1.0 / squared_distance), shadow)
+            let (mut position, mut intensity) = (at.surfaces.p, Colors::splat(simd, Vec3::ZERO));
+            for (lane, light) in lights.iter().enumerate() {
+                position.put(lane, light.position);
+                intensity.put(lane, light.intensity);
+            }
+            Seen::new(position - at.surfaces.p, |_| intensity).sample(position, at)
         })
+    }
+}
+
+impl<S: Simd> Seen<S> {
+    /// `intensity`: towards the points, from the directions that the light comes from.
+    #[inline(always)]
+    fn new(to_light: Vec3x8<S>, intensity: impl FnOnce(Vec3x8<S>) -> Colors<S>) -> Self {
+        let squared_distance = to_light.length_squared();
+        let (wi, is_apart) = to_light.try_normalize();
+        let intensity = intensity(wi);
+        Seen { is_there: is_apart & intensity.is_light(), wi, squared_distance, intensity }
+    }
+
+    #[inline(always)]
+    fn sample(&self, position: Vec3x8<S>, at: &Receivers<S>) -> LightSample<S> {
+        let way = at.surfaces.towards(position);
+        let shadow = Rays { target: POINT_LIGHT.simd_into(self.squared_distance.token()), ..way };
+        let is_there = self.is_there & self.squared_distance.is_finite();
+        LightSample::of_delta(is_there, self.intensity.scaled(1.0 / self.squared_distance), shadow)
     }
 }
 

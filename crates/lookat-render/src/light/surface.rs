@@ -1,23 +1,25 @@
 //! Light from shapes of the world.
 
+use std::array::from_fn;
 use std::f64::consts::{PI, TAU};
+use std::iter::once;
 use std::sync::Arc;
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
 use super::facing::{Facing, Patch};
-use super::mesh::MeshAreas;
+use super::mesh::{MeshAreas, area_of};
 use super::receiver::Receivers;
 use super::sample::LightSample;
-use crate::circle::at_turn;
+use super::spheres::{OUTSIDE, Spheres};
+use super::tree::Emitter;
 use crate::color::strength;
 use crate::curved::Curved;
 use crate::cutout;
-use crate::frame::Frames;
 use crate::frame::flipped;
-use crate::number::{Colors, LANES, V3, Vec2x8, Vec3x8, bits, those, vectorized};
+use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, those, vectorized};
 use crate::ray::{ElementId, Ray};
 use crate::surface::Surface;
 use crate::surface::points::{Point, Points, Triangles, on_triangle};
@@ -62,7 +64,7 @@ impl SurfaceLight {
             (Shape::TriangleMesh(mesh), _) => {
                 let (areas, center) = MeshAreas::new(mesh, origin);
                 let (area, radius) = (areas.total(), mesh_radius(mesh, origin, center));
-                let patches = triangles(traceable, primitive, (mesh, &areas));
+                let patches = triangles((traceable.level, origin), primitive, mesh);
                 let facing = Facing::new(patches, center, two_sided);
                 (SurfaceForm::Mesh(mesh.clone(), areas), center, radius, area, facing)
             }
@@ -111,10 +113,13 @@ impl SurfaceLight {
         &self,
         simd: S,
         (at, leaving): (&Receivers<S>, mask64x8<S>),
-        u: Vec2x8<S>,
+        (triangles, u): (Option<f64x8<S>>, Vec2x8<S>),
     ) -> LightSample<S> {
         match &self.form {
-            SurfaceForm::Mesh(mesh, areas) => self.sample_mesh(simd, (mesh, areas), at, u),
+            SurfaceForm::Mesh(mesh, areas) => {
+                let triangles = triangles.filter(|_| self.is_split());
+                self.sample_mesh(simd, (mesh, areas), at, (triangles, u))
+            }
             SurfaceForm::Curved(shape) => {
                 let Some(radius) = shape.whole_sphere() else {
                     return self.sample_points(simd, shape, (at, leaving), u);
@@ -135,32 +140,61 @@ impl SurfaceLight {
         simd: S,
         (shape, radius): (&Curved, f64),
         at: &Receivers<S>,
-        [u, v]: Vec2x8<S>,
+        u: Vec2x8<S>,
     ) -> (LightSample<S>, mask64x8<S>) {
         vectorized!(simd, {
-            let to_center = Vec3x8::splat(simd, shape.center) - at.surfaces.p;
-            let distance = to_center.length_squared().sqrt();
-            let sine = radius / distance;
-            // One minus the cosine of half the angle at which the sphere is seen, without cancellation.
-            let one_minus_cos_max = sine * sine / (1.0 + (1.0 - sine * sine).max(0.0).sqrt());
-            let one_minus_cos = u * one_minus_cos_max;
-            let sin_squared = one_minus_cos * (2.0 - one_minus_cos);
-            let sin = sin_squared.max(0.0).sqrt();
-            let [x, y] = at_turn(v);
-            let local = V3 { x: x * sin, y: y * sin, z: 1.0 - one_minus_cos };
-            let wi = Frames::from_z(to_center * (1.0 / distance)).to_world(local);
-            // By the law of sines.
-            let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
-            let t_max = at.surfaces.reach(distance * local.z - half, shape.magnitude().simd_into(simd));
-            let target = self.label.simd_into(simd);
-            let shadow = Rays { t_max, target, ..at.surfaces.leave(wi) };
-            let is_outside = distance.simd_gt(radius * OUTSIDE);
-            let shines =
-                bits(simd, if self.primitive.reverse_orientation && !self.two_sided { 0 } else { 0xff });
-            let pdf = 1.0 / (one_minus_cos_max * TAU);
-            let li = Colors::splat(simd, self.radiance);
-            (LightSample::with_pdf(is_outside & shines, li, pdf, shadow), is_outside)
+            let spheres = Spheres {
+                center: Vec3x8::splat(simd, shape.center),
+                radius: radius.simd_into(simd),
+                magnitude: shape.magnitude().simd_into(simd),
+                label: self.label.simd_into(simd),
+                radiance: Colors::splat(simd, self.radiance),
+                shines: bits(simd, if self.shines_outwards() { 0xff } else { 0 }),
+            };
+            spheres.sample(at, u)
         })
+    }
+
+    /// As [`SurfaceLight::sample`], of one light for each point, which all are whole spheres. `asked`: the points of which this is asked.
+    #[inline(never)]
+    pub fn sample_spheres<S: Simd>(
+        simd: S,
+        (lights, asked): ([&SurfaceLight; LANES], mask64x8<S>),
+        (at, leaving): (&Receivers<S>, mask64x8<S>),
+        u: Vec2x8<S>,
+    ) -> LightSample<S> {
+        vectorized!(simd, {
+            let none: f64x8<S> = 0.0.simd_into(simd);
+            let (mut center, mut radiance) = (at.surfaces.p, Colors::splat(simd, Vec3::ZERO));
+            let (mut radius, mut magnitude, mut label, mut shines) = (none, none, none, 0);
+            for (lane, light) in lights.iter().enumerate() {
+                let Some((shape, own_radius)) = light.sphere() else { continue };
+                center.put(lane, shape.center);
+                radiance.put(lane, light.radiance);
+                (radius[lane], magnitude[lane], label[lane]) = (own_radius, shape.magnitude(), light.label);
+                shines |= u64::from(light.shines_outwards()) << lane;
+            }
+            let spheres = Spheres { center, radius, magnitude, label, radiance, shines: bits(simd, shines) };
+            let (mut samples, is_outside) = spheres.sample(at, u);
+            for lane in those(asked & !is_outside) {
+                let Some((shape, _)) = lights[lane].sphere() else { continue };
+                let own = lights[lane].sample_points(simd, shape, (at, leaving), u);
+                samples = own.or(bits(simd, 1 << lane), samples);
+            }
+            samples
+        })
+    }
+
+    /// The shape and its radius in the world, if it is a whole sphere.
+    pub fn sphere(&self) -> Option<(&Curved, f64)> {
+        match &self.form {
+            SurfaceForm::Curved(shape) => Some((&**shape, shape.whole_sphere()?)),
+            SurfaceForm::Mesh(..) => None,
+        }
+    }
+
+    fn shines_outwards(&self) -> bool {
+        !self.primitive.reverse_orientation || self.two_sided
     }
 
     /// Directions to points of a mesh.
@@ -170,13 +204,25 @@ impl SurfaceLight {
         simd: S,
         (mesh, areas): (&Mesh, &MeshAreas),
         at: &Receivers<S>,
-        [u, v]: Vec2x8<S>,
+        (chosen, [u, v]): (Option<f64x8<S>>, Vec2x8<S>),
     ) -> LightSample<S> {
         vectorized!(simd, {
-            let (indices, rest) = sample_discrete(simd, [&areas.sums; LANES], u);
+            let (indices, rest) = match chosen {
+                // Those of other lights may be beyond the end.
+                Some(chosen) => {
+                    let last = mesh.triangles() - 1;
+                    (from_fn(|lane| (chosen[lane].max(0.0) as usize).min(last)), u)
+                }
+                None => sample_discrete(simd, [&areas.sums; LANES], u),
+            };
+            let mut area: f64x8<S> = self.area.simd_into(simd);
             let mut triangles = Triangles::default();
             for (lane, index) in indices.into_iter().enumerate() {
-                triangles.put(lane, &self.primitive, (mesh, index, corners(mesh, index, self.origin)));
+                let corners = corners(mesh, index, self.origin);
+                triangles.put(lane, &self.primitive, (mesh, index, corners));
+                if chosen.is_some() {
+                    area[lane] = area_of(corners);
+                }
             }
             // Points of a triangle, all alike (PBR 13.6.5).
             let root = rest.sqrt();
@@ -184,7 +230,7 @@ impl SurfaceLight {
             let all = bits(simd, 0xff);
             let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], all);
             let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
-            let mut sample = self.towards(at, &on_light, index + self.label, self.area.simd_into(simd));
+            let mut sample = self.towards(at, &on_light, index + self.label, area);
             if self.primitive.cutout.is_some() {
                 for lane in those(sample.is_there) {
                     // No light comes out of a hole, as none is seen there.
@@ -259,7 +305,7 @@ impl SurfaceLight {
     }
 
     /// Density by solid angle with which a point of the light is sampled, that is seen from `p` in direction `d`.
-    pub fn pdf(&self, p: DVec3, d: DVec3, on_light: &Surface) -> Option<f64> {
+    pub fn pdf(&self, p: DVec3, d: DVec3, (on_light, of_triangle): (&Surface, bool)) -> Option<f64> {
         if let SurfaceForm::Curved(shape) = &self.form
             && let Some(radius) = shape.whole_sphere()
         {
@@ -269,18 +315,61 @@ impl SurfaceLight {
                 return Some(1.0 / (TAU * (sin_squared / (1.0 + (1.0 - sin_squared).sqrt()))));
             }
         }
-        self.point_pdf(on_light, d, (on_light.p - p).length_squared())
+        self.point_pdf((on_light, of_triangle), d, (on_light.p - p).length_squared())
     }
 
     /// The same of points that are sampled on all of the light.
     // Inlined, as its arguments are new.
     #[inline(always)]
-    fn point_pdf(&self, on_light: &Surface, d: DVec3, squared_distance: f64) -> Option<f64> {
+    fn point_pdf(
+        &self,
+        (on_light, of_triangle): (&Surface, bool),
+        d: DVec3,
+        squared_distance: f64,
+    ) -> Option<f64> {
         let area = match &self.form {
             SurfaceForm::Curved(shape) => shape.stretch(on_light.p),
+            SurfaceForm::Mesh(mesh, _) if of_triangle && self.is_split() => {
+                area_of(corners(mesh, on_light.element.index as usize, self.origin))
+            }
             SurfaceForm::Mesh(..) => self.area,
         };
         on_light.pdf_from(d, squared_distance, area)
+    }
+
+    /// How many leaves it has in the tree of lights.
+    pub fn leaves(&self) -> usize {
+        match &self.form {
+            SurfaceForm::Mesh(mesh, _) if mesh.triangles() > MOST_WHOLE => mesh.triangles(),
+            _ => 1,
+        }
+    }
+
+    /// True if its triangles are leaves of the tree of lights, each of its own.
+    pub fn is_split(&self) -> bool {
+        self.leaves() > 1
+    }
+
+    /// The emission of each leaf; none of triangles without an area.
+    pub fn emitters(&self) -> Box<dyn Iterator<Item = Option<Emitter>> + '_> {
+        let (brightness, two_sided) = (self.brightness, self.two_sided);
+        match &self.form {
+            SurfaceForm::Mesh(mesh, _) if self.is_split() => {
+                let patches = triangles((Level::new(), self.origin), &self.primitive, mesh);
+                Box::new(patches.enumerate().map(move |(index, patch)| {
+                    let squared = |corner: &DVec3| corner.distance_squared(patch.p);
+                    let corners = corners(mesh, index, self.origin);
+                    let radius = corners.iter().map(squared).fold(0.0, f64::max).sqrt();
+                    let facing = Facing::of_flat(patch.emitting, two_sided);
+                    let emitter = || facing.emitter((patch.p, radius), (brightness, patch.area));
+                    (patch.area > 0.0).then(emitter)
+                }))
+            }
+            _ => {
+                let ball = (self.center, self.radius);
+                Box::new(once(Some(self.facing.emitter(ball, (brightness, self.area)))))
+            }
+        }
     }
 
     /// The light, or the first triangle of it.
@@ -289,23 +378,23 @@ impl SurfaceLight {
     }
 }
 
-/// From so many radii on a point is outside of a sphere, in spite of rounding.
-const OUTSIDE: f64 = 1.0 + 1e-9;
-
 /// The element that is triangle `index` of a primitive of the world, or the first.
 fn element(number: u32, index: usize) -> ElementId {
     ElementId { instance: ElementId::WORLD, primitive: number, index: index as u32 }
 }
 
+/// Meshes of more triangles are leaves of the tree of lights by their triangles. A rectangle is better sampled as one.
+const MOST_WHOLE: usize = 2;
+
 /// The triangles of a mesh.
 fn triangles(
-    traceable: &Traceable,
+    (level, origin): (Level, DVec3),
     primitive: &Primitive,
-    (mesh, areas): (&Mesh, &MeshAreas),
+    mesh: &Mesh,
 ) -> impl Iterator<Item = Patch> + Clone {
     (0..mesh.triangles()).map(move |index| {
-        let triangle = (mesh, index, corners(mesh, index, traceable.origin));
-        let middle = on_triangle(traceable.level, primitive, triangle, [1.0 / 3.0; 3]);
+        let corners = corners(mesh, index, origin);
+        let middle = on_triangle(level, primitive, (mesh, index, corners), [1.0 / 3.0; 3]);
         // Normals of the file decide, at each point.
         let side = |vertex: usize| DVec3::from(mesh.normals()[vertex]).dot(middle.n);
         let sides = || mesh.triangle(index).map(side);
@@ -313,7 +402,7 @@ fn triangles(
             || sides().iter().all(|side| *side > 0.0)
             || sides().iter().all(|side| *side < 0.0);
         let emitting = if is_same { middle.emitting } else { DVec3::ZERO };
-        Patch { p: middle.p, emitting, area: areas.of(index) }
+        Patch { p: middle.p, emitting, area: area_of(corners) }
     })
 }
 

@@ -7,13 +7,15 @@
 
 mod allotment;
 
-use lookat_scene::{PixelBounds, Sampler};
+use glam::DVec3;
+use lookat_scene::Sampler;
+use rayon::prelude::*;
 
 use super::control::Control;
 use super::fixed::doubled;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern};
-use crate::film::{Film, Tile, indices, lock, places};
+use crate::film::{Area, Film, Sum, Tile, lock};
 use allotment::{LEAST, allotted};
 
 /// Samples of every pixel, at least, before their noise is asked for.
@@ -23,72 +25,183 @@ const FIRST: u32 = 16;
 
 /// The scene's samples per pixel, or the most where there is a time, as their mean.
 pub(super) struct Adaptive {
-    crop: PixelBounds,
+    /// Where samples are taken.
+    sources: Area,
     pattern: Pattern,
     passes: std::vec::IntoIter<Pass>,
-    /// The variance of the samples of each pixel, row by row. `None` before the first pass that needs it.
+    /// Whether samples of this pass are shared out by need.
+    is_by_need: bool,
+    /// The variance of the samples of each source, row by row. `None` before the first pass that needs it.
     variances: Option<Vec<f64>>,
-    /// How many samples each pixel is to have, row by row; none before the first pass.
+    /// How many samples each source has, and how many after this pass, row by row; none before the first pass.
+    counts: Vec<u32>,
     goals: Vec<u32>,
+    /// The filter's weights for the unit squares around a pixel, across and down.
+    squares: [Vec<f64>; 2],
+}
+
+/// What the samples of a source have shown.
+#[derive(Default, Clone, Copy)]
+pub(super) struct Moments {
+    sum: DVec3,
+    /// The sum of squared lengths.
+    squares: f64,
+}
+
+impl Moments {
+    /// The variance of so many samples, added up over the channels. 0 for less than two.
+    fn variance(&self, count: u32) -> f64 {
+        if count < 2 {
+            return 0.0;
+        }
+        let count = f64::from(count);
+        // Rounding may leave less than nothing.
+        ((self.squares - self.sum.length_squared() / count) / (count - 1.0)).max(0.0)
+    }
 }
 
 impl Adaptive {
-    pub fn new(crop: PixelBounds, sampler: Sampler, seed: u64, is_open: bool) -> Adaptive {
+    pub fn new(film: &Film, sampler: Sampler, seed: u64, is_open: bool) -> Adaptive {
         let passes: Vec<Pass> = passes(sampler.samples_per_pixel, is_open).collect();
         Adaptive {
-            crop,
+            sources: film.sources(),
             pattern: Pattern { sampler, seed, is_watched: true },
             passes: passes.into_iter(),
+            is_by_need: false,
             variances: None,
+            counts: Vec::new(),
             goals: Vec::new(),
+            squares: film.filter.of_squares(),
         }
+    }
+
+    /// The sources that the filter of a pixel reaches, and its weights for their unit squares.
+    fn around(&self, [x, y]: [i32; 2]) -> impl Iterator<Item = (usize, f64)> {
+        let [across, down] = &self.squares;
+        let [reach_x, reach_y] = self.squares.each_ref().map(|weights| (weights.len() / 2) as i32);
+        (-reach_y..).zip(down).flat_map(move |(dy, down)| {
+            (-reach_x..)
+                .zip(across)
+                .map(move |(dx, across)| (self.sources.index([x + dx, y + dy]), down * across))
+        })
+    }
+
+    /// How much the estimate of a pixel by the samples of this pass counts beside earlier ones, in samples per pixel: their harmonic mean
+    /// over the sources that its filter reaches. It is known before the samples are taken, so that none decides how much it counts. 0
+    /// where a source has no samples.
+    fn count_of(&self, place: [i32; 2], counts: &[u32]) -> f64 {
+        let (mut all, mut inverse) = (0.0, 0.0);
+        for (at, weight) in self.around(place) {
+            if counts[at] < self.goals[at] || self.goals[at] == self.counts[at] {
+                return 0.0;
+            }
+            all += weight * weight;
+            inverse += weight * weight / f64::from(self.goals[at] - self.counts[at]);
+        }
+        all / inverse
     }
 }
 
-/// Bytes of a pixel beside the film: squares, variances, sums of neighbors, and sample counts; and for each of up to 16 threads
+/// Bytes of a pixel beside the film: moments, variances, sums of neighbors, and sample counts; and for each of up to 16 threads
 /// the levels of a class.
 pub(super) fn pixel_bytes(threads: usize) -> usize {
-    44 + 8 * threads.min(16)
+    72 + 8 * threads.min(16)
 }
 
 impl Policy for Adaptive {
-    /// For each pixel the sum of the squared lengths of its samples.
-    type State = Vec<f64>;
+    /// For each source of the tile.
+    type State = Vec<Moments>;
 
-    fn begin(&self, tile: &Tile) -> Vec<f64> {
-        vec![0.0; tile.bounds.area() as usize]
+    fn begin(&self, tile: &Tile) -> Vec<Moments> {
+        vec![Moments::default(); tile.sources.size()]
     }
 
-    fn next(&mut self, film: &Film, states: &mut [Vec<f64>], control: &Control) -> bool {
-        let crop = self.crop;
+    fn next(&mut self, film: &Film, states: &mut [Vec<Moments>], control: &Control) -> bool {
+        let size = self.sources.size();
         if self.goals.is_empty() {
-            control.expect(crop.area() * u64::from(self.pattern.sampler.samples_per_pixel));
-            self.goals = vec![0; crop.area() as usize];
+            control.expect(size as u64 * u64::from(self.pattern.sampler.samples_per_pixel));
+            self.goals = vec![0; size];
         }
         let Some(Pass { mean, is_alike }) = self.passes.next().filter(|_| !control.is_stopped()) else {
             return false;
         };
+        self.counts.clone_from(&self.goals);
+        self.is_by_need = !is_alike;
         if is_alike {
             self.goals.fill(mean);
         } else {
-            let variances = self.variances.get_or_insert_with(|| variances(film, states));
-            self.goals = allotted(variances, crop.width() as usize, &self.goals, mean);
+            let sources = self.sources;
+            let variances = self.variances.get_or_insert_with(|| variances(film, sources, states));
+            self.goals = allotted(variances, sources.width(), &self.counts, mean);
+            if film.filter.is_shared() {
+                // Where one source has no sample, no pixel around has an estimate.
+                self.goals
+                    .iter_mut()
+                    .zip(&self.counts)
+                    .for_each(|(goal, count)| *goal = (*goal).max(count + 1));
+            }
         }
         true
     }
 
-    fn jobs(&self, tile: &Tile, _squares: &mut Vec<f64>) -> Vec<Job> {
-        let goals = indices(tile.bounds, self.crop).map(|at| self.goals[at]);
-        let job = |(at, (place, goal))| Job::new(self.pattern, place, tile.count(at)..goal);
-        places(tile.bounds).zip(goals).enumerate().map(job).collect()
+    fn jobs(&self, tile: &Tile, _moments: &Vec<Moments>) -> Vec<Job> {
+        let job = |place| {
+            let at = self.sources.index(place);
+            let indices = self.counts[at]..self.goals[at];
+            // All sources count alike, however many samples they have: else the filter would be another one where noise is uneven.
+            let weight = if self.is_by_need { f64::from(indices.len().max(1) as u32).recip() } else { 1.0 };
+            Job { weight, ..Job::new(self.pattern, place, indices) }
+        };
+        tile.sources.places().map(job).collect()
     }
 
-    fn add(&self, jobs: &[Job], _film: &Film, tile: &mut Tile, squares: &mut Vec<f64>) {
-        for (at, (Job { samples, .. }, squares)) in jobs.iter().zip(squares).enumerate() {
-            tile.add(at, &samples.pixel);
-            *squares += samples.squares;
+    fn note(&self, jobs: &[Job], _tile: &Tile, moments: &mut Vec<Moments>) {
+        for (Job { samples, .. }, moments) in jobs.iter().zip(moments) {
+            moments.sum += samples.sum;
+            moments.squares += samples.squares;
         }
     }
+
+    fn end(&mut self, film: &Film, _states: &mut [Vec<Moments>], _is_whole: bool) {
+        let counts = counts(film, self.sources);
+        film.tiles.par_iter().for_each(|tile| {
+            let Tile { bounds, sums, pass, .. } = &mut *lock(tile);
+            for ((place, sum), pass) in bounds.places().zip(sums).zip(pass) {
+                let pass = std::mem::take(pass);
+                *sum += match self.is_by_need {
+                    false => pass,
+                    true => {
+                        Sum::new(pass.weighted(film.scale()) * self.count_of(place, &counts), film.scale())
+                    }
+                };
+            }
+        });
+    }
+}
+
+/// The samples of each source, row by row.
+fn counts(film: &Film, sources: Area) -> Vec<u32> {
+    let mut counts = vec![0; sources.size()];
+    for tile in &film.tiles {
+        let tile = lock(tile);
+        tile.sources
+            .places()
+            .zip(&tile.counts)
+            .for_each(|(place, count)| counts[sources.index(place)] = *count);
+    }
+    counts
+}
+
+/// The variance of the samples of each source, row by row.
+fn variances(film: &Film, sources: Area, states: &[Vec<Moments>]) -> Vec<f64> {
+    let mut variances = vec![0.0; sources.size()];
+    for (tile, moments) in film.tiles.iter().zip(states) {
+        let tile = lock(tile);
+        for ((place, count), moments) in tile.sources.places().zip(&tile.counts).zip(moments) {
+            variances[sources.index(place)] = moments.variance(*count);
+        }
+    }
+    variances
 }
 
 /// The samples per pixel on average after a pass over the picture, and whether all pixels have as many.
@@ -109,18 +222,6 @@ fn passes(samples: u32, is_open: bool) -> impl Iterator<Item = Pass> {
     let by_need = doubled(next, samples).filter(move |mean| *mean > alike);
     let first = doubled(1, alike).map(|mean| Pass { mean, is_alike: true });
     first.chain(by_need.map(|mean| Pass { mean, is_alike: false }))
-}
-
-/// The variance of the samples of each pixel, row by row.
-fn variances(film: &Film, states: &[Vec<f64>]) -> Vec<f64> {
-    let mut variances = vec![0.0; film.of.crop.area() as usize];
-    for (tile, squares) in film.tiles.iter().zip(states) {
-        let tile = lock(tile);
-        for ((at, pixel), squares) in indices(tile.bounds, film.of.crop).zip(tile.pixels()).zip(squares) {
-            variances[at] = pixel.variance(*squares, film.scale());
-        }
-    }
-    variances
 }
 
 #[cfg(test)]

@@ -12,8 +12,7 @@ use super::sample::{Context, Job, Pattern};
 use super::waves::Worker;
 use super::{Progress, Settings, Stop};
 use crate::color::luminance;
-use crate::film::{Errors, Film};
-use crate::filter::FilterSampler;
+use crate::film::{Film, Keeps};
 use crate::integrator::wave::WAVE;
 use crate::integrator::{Profiler, Segment, segments};
 use crate::prepare::Prepared;
@@ -61,13 +60,14 @@ impl Prepared {
         let Settings { seed, stop, .. } = *settings;
         let Stop::Samples { error_layers } = stop else { return None };
         let [x, y] = pixel;
+        let pixel = pixel.map(u32::cast_signed);
         let mut view = view.clone();
         view.film.crop = PixelBounds { x0: x, y0: y, x1: x + 1, y1: y + 1 };
-        let (view, filter) = (&view, FilterSampler::new(&view.filter));
-        let film = Film::new(&view.film, &filter, Errors::None);
+        let view = &view;
+        let film = Film::new(view, Keeps::Sums);
         let progress = &|_: Progress| flow();
         let control = Control::new(progress, &film);
-        let context = Context::new(self, view, stop.nominal_samples(view), (&filter, &film, &control));
+        let context = Context::new(self, view, stop.nominal_samples(view), (&film, &control));
         let mut worker = Worker::new(&context);
         let (mut brightest, mut sum, mut loss, mut samples) = ((0.0, None), 0.0, 0.0, 0);
         for pass in all(stop.sampler(view), seed, error_layers) {
@@ -124,7 +124,7 @@ impl Context<'_> {
     fn radiance(
         &self,
         worker: &mut Worker,
-        (pattern, pixel): (Pattern, [u32; 2]),
+        (pattern, pixel): (Pattern, [i32; 2]),
         indices: Range<u32>,
     ) -> Option<()> {
         let places: ArrayVec<_, WAVE> = indices.clone().map(|index| (0, index)).collect();

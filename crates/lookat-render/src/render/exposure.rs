@@ -23,7 +23,7 @@ impl Context<'_> {
         let [width, height] = self.film.of.resolution.map(u64::from);
         let place = |at: u64| {
             let [x, y] = [at % u64::from(PROBES), at / u64::from(PROBES)];
-            [x * width, y * height].map(|at| (at / u64::from(PROBES)) as u32)
+            [x * width, y * height].map(|at| (at / u64::from(PROBES)) as i32)
         };
         let jobs = (0..u64::from(PROBES).pow(2)).map(|at| Job::new(pattern, place(at), 0..1));
         let mut jobs: Vec<Job> = jobs.collect();

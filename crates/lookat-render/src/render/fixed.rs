@@ -3,11 +3,12 @@
 use std::ops::Range;
 
 use lookat_scene::Sampler;
+use rayon::prelude::*;
 
 use super::control::Control;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern};
-use crate::film::{Film, REPLICATES, Tile, places};
+use crate::film::{Film, REPLICATES, Tile, lock};
 use crate::sampler::replicate_seed;
 
 /// Samples that are taken of every pixel before the next pass begins.
@@ -22,12 +23,13 @@ pub(super) struct Fixed {
     passes: std::vec::IntoIter<Pass>,
     pass: Option<Pass>,
     samples_per_pixel: u32,
+    has_spreads: bool,
 }
 
 impl Fixed {
     pub fn new(sampler: Sampler, seed: u64, has_spreads: bool) -> Fixed {
         let passes = all(sampler, seed, has_spreads).into_iter();
-        Fixed { passes, pass: None, samples_per_pixel: sampler.samples_per_pixel }
+        Fixed { passes, pass: None, samples_per_pixel: sampler.samples_per_pixel, has_spreads }
     }
 }
 
@@ -71,29 +73,29 @@ impl Policy for Fixed {
 
     fn next(&mut self, film: &Film, _states: &mut [()], control: &Control) -> bool {
         if self.pass.is_none() {
-            control.expect(film.of.crop.area() * u64::from(self.samples_per_pixel));
+            control.expect(film.sources().size() as u64 * u64::from(self.samples_per_pixel));
         }
         self.pass = self.passes.next();
         self.pass.is_some()
     }
 
-    fn jobs(&self, tile: &Tile, _state: &mut ()) -> Vec<Job> {
+    fn jobs(&self, tile: &Tile, _state: &()) -> Vec<Job> {
         let job = |place| self.pass.as_ref().map(|pass| Job::new(pass.pattern, place, pass.samples.clone()));
-        places(tile.bounds).filter_map(job).collect()
+        tile.sources.places().filter_map(job).collect()
     }
 
-    fn add(&self, jobs: &[Job], film: &Film, tile: &mut Tile, _state: &mut ()) {
-        for (at, Job { samples, indices, .. }) in jobs.iter().enumerate() {
-            let replicate = &samples.pixel;
-            if tile.has_spreads() {
+    fn end(&mut self, film: &Film, _states: &mut [()], is_whole: bool) {
+        let Some(pass) = self.pass.as_ref().filter(|_| self.has_spreads) else { return };
+        let samples = pass.samples.len() as u32;
+        film.tiles.par_iter().for_each(|tile| {
+            let Tile { sums, pass, spreads, .. } = &mut *lock(tile);
+            for ((sum, pass), spread) in sums.iter_mut().zip(pass).zip(spreads) {
                 // Half a replicate is none.
-                if replicate.all.count < indices.end {
-                    continue;
+                if is_whole {
+                    spread.add(pass.weighted(film.scale()), samples);
                 }
-                let sums = (replicate.signed(film.scale()), replicate.signs(), replicate.all.count);
-                tile.spread(at, sums, film.scale());
+                *sum += std::mem::take(pass);
             }
-            tile.add(at, replicate);
-        }
+        });
     }
 }

@@ -48,41 +48,6 @@ impl TimeLeft {
     }
 }
 
-/// Estimates a sum over all parts of a picture from a random sample of the parts.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Sampled {
-    count: u64,
-    mean: f64,
-    /// The sum of squared differences from the mean.
-    squares: f64,
-}
-
-/// The fewest parts that allow an estimate.
-const FEWEST: u64 = 8;
-/// Half the width of the interval, in standard errors.
-const WIDTH: f64 = 3.0;
-
-impl Sampled {
-    pub fn add(&mut self, value: f64) {
-        self.count += 1;
-        let step = value - self.mean;
-        self.mean += step / self.count as f64;
-        self.squares += step * (value - self.mean);
-    }
-
-    /// The interval of the sum over `parts` parts: its lower end if `side` is -1, its upper end if `side` is 1. `None`
-    /// if too few parts are known.
-    pub fn sum(&self, parts: usize, side: f64) -> Option<f64> {
-        let (all, count) = (parts as f64, self.count as f64);
-        if self.count < FEWEST.min(parts as u64) {
-            return None;
-        }
-        let variance = self.squares / (count - 1.0).max(1.0);
-        let error = (variance / count * (1.0 - count / all).max(0.0)).sqrt();
-        Some((all * (self.mean + side * WIDTH * error)).max(count * self.mean))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,17 +76,5 @@ mod tests {
         }
         assert!(most >= 10.0 && least > 1.0, "{least} {most}");
         assert_eq!(TimeLeft::default().at(1.0, 0, [10; 2]), None);
-    }
-
-    #[test]
-    fn a_sum_is_known_from_some_parts_and_exact_from_all() {
-        let mut sampled = Sampled::default();
-        (0..7).for_each(|_| sampled.add(1.0));
-        assert_eq!(sampled.sum(100, 1.0), None);
-        (0..7).for_each(|_| sampled.add(3.0));
-        let [low, high] = [-1.0, 1.0].map(|side| sampled.sum(100, side).unwrap());
-        assert!(low > 100.0 && low < 200.0 && high > 200.0 && high < 300.0, "{low} {high}");
-        let exact = |side| (sampled.sum(14, side).unwrap() - 28.0_f64).abs() < 1e-9;
-        assert!(exact(-1.0) && exact(1.0));
     }
 }

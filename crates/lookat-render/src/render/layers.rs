@@ -10,14 +10,14 @@ use std::sync::Mutex;
 
 use glam::DVec3;
 use lookat_image::{Channel, Image};
-use lookat_scene::{Material, PixelBounds, Primitive, View};
+use lookat_scene::{Material, Primitive, View};
 use rayon::prelude::*;
 
 use super::fixed;
 use super::sample::Context;
 use super::settings::Settings;
 use super::waves::Worker;
-use crate::film::{Errors, Pixel, Tile, indices, lock, places};
+use crate::film::{Area, Tile, lock};
 use crate::prepare::Prepared;
 use crate::shading::shaded::Materials;
 use set::TABLE;
@@ -34,7 +34,7 @@ const FAR: f64 = 1e10;
 pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &mut Image) -> bool {
     let Settings { seed, stop, layers, .. } = *settings;
     let film = context.film;
-    let passes = fixed::all(stop.layer_sampler(view), seed, stop.errors() != Errors::None);
+    let passes = fixed::all(stop.layer_sampler(view), seed, stop.has_error_layers());
     let channels: Vec<_> = layers.channels().collect();
     let planes = Mutex::new(vec![vec![0.0; film.of.crop.area() as usize]; channels.len()]);
     let add_tile = |worker: &mut Worker, tile: &Mutex<Tile>| {
@@ -43,15 +43,16 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
         }
         let (bounds, mut values) = of_film(&lock(tile));
         if layers.has_any(Layers::OF_POINTS) {
-            places(bounds).zip(&mut values).for_each(|(place, values)| context.look(view, place, values));
+            bounds.places().zip(&mut values).for_each(|(place, values)| context.look(view, place, values));
         }
         let has_means = layers.has_any(Layers::OF_SAMPLES);
         if has_means && !context.average(worker, &passes, bounds, &mut values) {
             return false;
         }
         for (plane, (layer, axis, _)) in lock(&planes).iter_mut().zip(&channels) {
-            for (at, values) in indices(bounds, film.of.crop).zip(&values) {
-                plane[at] = values[*layer as usize][*axis].clamp(f32::MIN.into(), f32::MAX.into()) as f32;
+            for (place, values) in bounds.places().zip(&values) {
+                plane[film.crop().index(place)] =
+                    values[*layer as usize][*axis].clamp(f32::MIN.into(), f32::MAX.into()) as f32;
             }
         }
         true
@@ -69,14 +70,14 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
 }
 
 /// The bounds of a tile, and what the film knows of its pixels.
-fn of_film(tile: &Tile) -> (PixelBounds, Vec<Values>) {
-    let of_pixel = |pixel: Pixel| {
+fn of_film(tile: &Tile) -> (Area, Vec<Values>) {
+    let of_pixel = |at| {
         let mut values = Values::default();
         values[Layer::Depth as usize].x = FAR;
-        values[Layer::Samples as usize].x = pixel.all.count.into();
+        values[Layer::Samples as usize].x = tile.count(at).into();
         values
     };
-    (tile.bounds, tile.pixels().map(of_pixel).collect())
+    (tile.bounds, (0..tile.bounds.size()).map(of_pixel).collect())
 }
 
 impl Prepared {

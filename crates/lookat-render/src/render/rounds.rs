@@ -1,8 +1,7 @@
 //! The loop over samples: rounds over all tiles, each of as many samples as a policy asks for.
 
-use rand::SeedableRng;
-use rand::seq::SliceRandom;
-use rand_pcg::Pcg64Mcg;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 
 use super::control::{Control, Meter};
@@ -21,32 +20,24 @@ pub(super) trait Policy: Sync {
     /// Decides about the next round, by the film so far. False if there is none.
     fn next(&mut self, film: &Film, states: &mut [Self::State], control: &Control) -> bool;
 
-    /// True if the tiles of this round come in random order.
-    fn is_shuffled(&self) -> bool {
-        false
-    }
-
     /// The samples of a tile in this round.
-    fn jobs(&self, tile: &Tile, state: &mut Self::State) -> Vec<Job>;
+    fn jobs(&self, tile: &Tile, state: &Self::State) -> Vec<Job>;
 
-    /// Adds what has become of them to the film. Jobs may lack samples if the rendering has been stopped.
-    fn add(&self, jobs: &[Job], film: &Film, tile: &mut Tile, state: &mut Self::State);
+    /// Looks at the samples of a tile. Jobs may lack some if the rendering has been stopped.
+    fn note(&self, _jobs: &[Job], _tile: &Tile, _state: &mut Self::State) {}
 
-    /// Looks at a tile after its round.
-    fn finish(&self, _film: &Film, _tile: &Tile, _state: &Self::State, _control: &Control) {}
+    /// Merges the pass of the film after a round. `is_whole`: no samples are missing.
+    fn end(&mut self, _film: &Film, _states: &mut [Self::State], _is_whole: bool) {}
 }
 
 /// Renders round after round, and returns what the policy has kept of each tile.
-pub(super) fn render<P: Policy>(context: &Context, seed: u64, policy: &mut P) -> Vec<P::State> {
+pub(super) fn render<P: Policy>(context: &Context, policy: &mut P) -> Vec<P::State> {
     let Context { film, control, .. } = context;
     let mut states: Vec<P::State> = film.tiles.iter().map(|tile| policy.begin(&lock(tile))).collect();
     while policy.next(film, &mut states, control) && !control.is_stopped() {
-        let mut tiles: Vec<_> = film.tiles.iter().zip(&mut states).collect();
-        if policy.is_shuffled() {
-            tiles.shuffle(&mut Pcg64Mcg::seed_from_u64(seed));
-        }
-        let policy = &*policy;
-        tiles.into_par_iter().for_each_init(
+        let whole_tiles = AtomicUsize::new(0);
+        let of_round = &*policy;
+        film.tiles.par_iter().zip(&mut states).for_each_init(
             || Worker::new(context),
             |worker, (tile, state)| {
                 if control.is_stopped() {
@@ -55,15 +46,19 @@ pub(super) fn render<P: Policy>(context: &Context, seed: u64, policy: &mut P) ->
                 let mut meter = Meter::new(control);
                 worker.tracer.rays = 0;
                 worker.tracer.profiler = control.profiler();
-                let mut jobs = policy.jobs(&lock(tile), state);
+                let (sources, mut jobs) = {
+                    let tile = lock(tile);
+                    (tile.sources, of_round.jobs(&tile, state))
+                };
+                worker.frame.get_or_insert_default().restart(film, sources);
                 // Not locked meanwhile: another thread may take a snapshot.
                 context.sample_all(worker, &mut meter, &mut jobs);
                 // The meter may call back.
                 drop(meter);
-                let mut tile = lock(tile);
-                policy.add(&jobs, film, &mut tile, state);
-                policy.finish(film, &tile, state, control);
-                drop(tile);
+                worker.frame.iter().for_each(|frame| film.add(frame));
+                of_round.note(&jobs, &lock(tile), state);
+                let is_whole = jobs.iter().all(Job::is_whole);
+                whole_tiles.fetch_add(usize::from(is_whole), Ordering::Relaxed);
                 let mut state = control.state();
                 state.statistics.rays += worker.tracer.rays;
                 for Job { samples, .. } in &jobs {
@@ -74,6 +69,7 @@ pub(super) fn render<P: Policy>(context: &Context, seed: u64, policy: &mut P) ->
                 control.keep(&mut worker.tracer);
             },
         );
+        policy.end(film, &mut states, whole_tiles.into_inner() == film.tiles.len());
     }
     states
 }

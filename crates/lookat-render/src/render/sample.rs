@@ -2,13 +2,12 @@
 
 use std::ops::Range;
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Sampler, View};
 
 use super::control::Control;
 use crate::camera::CameraRays;
-use crate::film::{Film, Pixel, Scale};
-use crate::filter::FilterSampler;
+use crate::film::{Film, Frame, Scale};
 use crate::integrator::SceneIntegrator;
 use crate::prepare::Prepared;
 
@@ -19,7 +18,6 @@ pub(super) struct Context<'a> {
     /// That of the film.
     pub(super) scale: Scale,
     pub control: &'a Control<'a>,
-    pub(super) filter: &'a FilterSampler,
     pub(super) camera: CameraRays,
     /// The distance of samples on the film, in pixels.
     pub(super) spacing: f64,
@@ -33,14 +31,13 @@ impl<'a> Context<'a> {
         prepared: &'a Prepared,
         view: &View,
         nominal_samples: u32,
-        (filter, film, control): (&'a FilterSampler, &'a Film<'a>, &'a Control<'a>),
+        (film, control): (&'a Film<'a>, &'a Control<'a>),
     ) -> Self {
         Context {
             prepared,
             film,
             scale: film.scale(),
             control,
-            filter,
             camera: prepared.camera(view),
             spacing: f64::from(nominal_samples).sqrt().recip(),
             integrator: SceneIntegrator::new(&view.integrator, &prepared.traceable, &prepared.lights),
@@ -53,7 +50,7 @@ impl<'a> Context<'a> {
 pub(super) struct Pattern {
     pub sampler: Sampler,
     pub seed: u64,
-    /// Whether the bounds and squares of the samples are asked for.
+    /// Whether the bounds, the sum and the squares of the samples are asked for.
     pub is_watched: bool,
 }
 
@@ -61,26 +58,34 @@ pub(super) struct Pattern {
 #[derive(Debug, Clone)]
 pub(super) struct Job {
     pub pattern: Pattern,
-    pub place: [u32; 2],
+    pub place: [i32; 2],
     /// Which of the pattern.
     pub indices: Range<u32>,
+    /// How much each counts.
+    pub weight: f64,
     /// What has become of them.
     pub samples: Samples,
 }
 
 impl Job {
-    pub fn new(pattern: Pattern, place: [u32; 2], indices: Range<u32>) -> Job {
-        Job { pattern, place, indices, samples: Samples::default() }
+    pub fn new(pattern: Pattern, place: [i32; 2], indices: Range<u32>) -> Job {
+        Job { pattern, place, indices, weight: 1.0, samples: Samples::default() }
+    }
+
+    /// Whether no samples are missing.
+    pub fn is_whole(&self) -> bool {
+        self.samples.count as usize == self.indices.len()
     }
 }
 
 /// What samples have shown.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Samples {
-    pub pixel: Pixel,
+    pub count: u32,
     /// Only of patterns that are watched.
     pub seen: Seen,
-    /// The sum of their squared lengths; likewise.
+    /// Their sum, and the sum of their squared lengths; likewise.
+    pub sum: DVec3,
     pub squares: f64,
     /// How many were infinite or not a number.
     pub rejected: u64,
@@ -115,25 +120,35 @@ impl Seen {
 }
 
 impl Context<'_> {
-    /// Adds the radiance of a sample to those of its pixel.
+    /// Adds the radiance of a sample, which lies at `square` in the unit square of its pixel, to those of its job and to a frame.
     #[inline(always)]
-    pub(super) fn add(&self, pattern: &Pattern, mut radiance: Vec3, negative: bool, samples: &mut Samples) {
+    pub(super) fn add(
+        &self,
+        (square, mut radiance): (DVec2, Vec3),
+        frame: Option<&mut Frame>,
+        Job { pattern, place: source, weight, samples, .. }: &mut Job,
+    ) {
         if !radiance.is_finite() {
             samples.rejected += 1;
             radiance = Vec3::ZERO;
         }
         let radiance = self.film.limited(radiance);
         samples.clamped += u64::from(self.scale.clamps(radiance));
-        samples.pixel.add(radiance, negative, self.scale);
+        samples.count += 1;
+        let sample = self.scale.clamped(radiance);
+        if let Some(frame) = frame {
+            frame.add(&self.film.filter, *source, square, sample.extend(1.0) * *weight);
+        }
         if pattern.is_watched {
-            samples.squares += radiance.as_dvec3().length_squared();
+            samples.sum += sample;
+            samples.squares += sample.length_squared();
             samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
         }
     }
 }
 
-/// The middle of a pixel on the film.
+/// The corner of a pixel on the film.
 #[inline(always)]
-pub(super) fn center_of(place: [u32; 2]) -> DVec2 {
-    DVec2::new(f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5)
+pub(super) fn corner_of([x, y]: [i32; 2]) -> DVec2 {
+    DVec2::new(x.into(), y.into())
 }

@@ -8,8 +8,7 @@ use super::adaptive;
 use super::layers::set::Layers;
 use super::stop::TargetError;
 use super::target;
-use crate::film::{Errors, pixel_bytes};
-use crate::filter::FilterSampler;
+use crate::film::{Keeps, pixel_bytes};
 use crate::threads::threads;
 
 /// How to render, apart from what the scene says.
@@ -88,12 +87,12 @@ impl Stop {
         }
     }
 
-    /// What the film keeps of errors.
-    pub(super) fn errors(&self) -> Errors {
+    /// What the film keeps beside sums.
+    pub(super) fn keeps(&self) -> Keeps {
         match self {
-            Stop::Samples { error_layers: true } => Errors::Exact,
-            Stop::TargetError { .. } => Errors::Rounded,
-            Stop::Samples { error_layers: false } | Stop::Adaptive | Stop::Time { .. } => Errors::None,
+            Stop::Samples { error_layers: true } | Stop::TargetError { .. } => Keeps::Spreads,
+            Stop::Adaptive | Stop::Time { adaptive: true, .. } => Keeps::Passes,
+            Stop::Samples { error_layers: false } | Stop::Time { adaptive: false, .. } => Keeps::Sums,
         }
     }
 
@@ -140,13 +139,14 @@ impl Stop {
 /// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become. Writing the picture
 /// as EXR copies it, but the sums are gone then, which take more.
 pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
-    let has_lobes = FilterSampler::new(&view.filter).weight() != 1.0;
     let threads = settings.threads.max(threads());
     let policy = match settings.stop {
         Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => 0,
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::pixel_bytes(threads),
         Stop::TargetError { .. } => target::PIXEL_BYTES,
     };
-    let pixel = pixel_bytes(has_lobes, settings.stop.errors()) + policy + settings.layers.pixel_bytes();
+    let pixel = pixel_bytes(settings.stop.keeps(), view.filter.reach() != [0, 0])
+        + policy
+        + settings.layers.pixel_bytes();
     view.film.crop.area() * pixel as u64
 }

@@ -3,68 +3,54 @@
 //! Each pixel has 16 replicates. Each replicate is an Owen-scrambled Sobol' pattern of its own, whose number of samples
 //! doubles in each round. Each pixel is judged after a whole round, by its own samples and by the samples of its
 //! neighbors. The picture therefore does not depend on threads or on the order of tiles.
+//!
+//! Samples count for all pixels that the filter reaches. A source takes samples while any of these is unfinished; a finished pixel
+//! takes no more of them. So all sources of an unfinished pixel have equal counts.
 
-mod forecast;
 mod judge;
 
-use std::sync::Mutex;
-
-use glam::Vec3;
-use lookat_scene::{PixelBounds, Sampler, SamplerKind};
+use glam::Vec4;
+use lookat_scene::{Sampler, SamplerKind};
+use rayon::prelude::*;
 
 use super::control::Control;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern, Seen};
 use super::stop::{Brightness, StopRule};
 use super::{Reached, TargetError};
-use crate::film::{Film, REPLICATES, Tile};
+use crate::film::{Film, REPLICATES, Spread, Tile, lock};
 use crate::sampler::replicate_seed;
-use forecast::{FirstRound, POWERS, left};
 use judge::{count_outliers, judge};
 
 /// Samples per pixel in the first round: 4 in each replicate.
 pub(super) const FIRST: u32 = 4 * REPLICATES;
 
 /// Bytes of a pixel beside the film, about, until it is done.
-pub(super) const PIXEL_BYTES: usize = 310;
+pub(super) const PIXEL_BYTES: usize = 340;
 
-/// What is known of the pixels of a tile.
+/// The fastest and the slowest convergence: the error of a pixel falls with this power of its samples. Independent
+/// samples have 1/2, and Sobol' patterns more. The slowest power is below 1/2, because few samples often underestimate
+/// the error.
+const POWERS: [f64; 2] = [0.75, 0.45];
+
+/// What is known of a tile.
 pub(super) struct Part {
-    bounds: PixelBounds,
-    /// The bounds of the samples of each pixel.
+    /// The bounds of the samples of each source.
     seen: Vec<Seen>,
-    /// The unfinished pixels. `None` before the first round, because they take much memory.
-    active: Option<Vec<Active>>,
+    /// The sources that take samples: numbers in the tile.
+    sources: Vec<u32>,
+    /// The unfinished pixels.
+    active: Vec<Active>,
 }
 
 /// The replicates of an unfinished pixel.
 struct Active {
     /// The index of the pixel in its tile.
     at: usize,
-    /// Samples in each replicate.
-    count: u32,
-    replicates: [Replicate; REPLICATES as usize],
+    /// The weighted sums, and in `w` the weights, as [`crate::film::Sum`]. Single precision serves, as there may be many.
+    replicates: [Vec4; REPLICATES as usize],
     /// The error over the target error, after the last round.
     excess: f64,
-}
-
-/// The signed sum and the signed count of the samples of a replicate, see [`crate::film::Pixel`]. Single precision serves, as there may be
-/// many.
-#[derive(Clone, Copy, Default)]
-struct Replicate {
-    signed: Vec3,
-    signs: i32,
-}
-
-/// Which samples are taken next.
-#[derive(Clone, Copy, PartialEq)]
-enum Round {
-    /// None so far.
-    Start,
-    /// One of each pixel, to have a whole picture soon. The first round replaces these samples.
-    Preview,
-    /// As many of all unfinished pixels as their replicates lack of this number.
-    Replicates(u32),
 }
 
 /// Samples until pixels reach the target error, or a limit of samples.
@@ -72,45 +58,49 @@ pub(super) struct Target {
     seed: u64,
     /// The most samples of a replicate.
     most: u32,
-    /// Whether the time may end before the first round does.
-    has_preview: bool,
-    first: FirstRound,
     rule: StopRule,
-    round: Round,
+    /// The replicate that takes samples, and how many it has before and after that.
+    replicate: u32,
+    before: u32,
+    count: u32,
 }
 
 impl Target {
-    pub fn new(sampler: Sampler, seed: u64, target: &TargetError, has_limit: bool) -> Target {
+    pub fn new(sampler: Sampler, seed: u64, target: &TargetError) -> Target {
         let most = sampler.samples_per_pixel / REPLICATES;
-        let rule = StopRule::new(target);
-        Target {
-            seed,
-            most,
-            has_preview: has_limit,
-            first: FirstRound { rule, most, known: Mutex::default() },
-            rule,
-            round: Round::Start,
-        }
+        Target { seed, most, rule: StopRule::new(target), replicate: 0, before: 0, count: 0 }
     }
 
-    fn is_first(&self) -> bool {
-        self.round == Round::Replicates(FIRST / REPLICATES)
-    }
-
-    /// The sample pattern of a replicate of a pixel.
-    fn pattern(&self, replicate: u32, count: u32) -> Pattern {
-        let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: count };
-        Pattern { sampler, seed: replicate_seed(self.seed, replicate), is_watched: true }
+    /// The sample pattern of the replicate that takes samples.
+    fn pattern(&self) -> Pattern {
+        let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: self.count };
+        Pattern { sampler, seed: replicate_seed(self.seed, self.replicate), is_watched: true }
     }
 
     /// Counts the pixels by whether they reached the target error.
     pub fn reached(&self, film: &Film, parts: &[Part]) -> Reached {
-        let active = || parts.iter().flat_map(Part::active);
-        let at_cap = active().filter(|active| active.count >= self.most).count() as u64;
-        let not_begun = parts.iter().filter(|part| part.active.is_none()).map(|part| part.seen.len() as u64);
-        let out_of_time = active().count() as u64 - at_cap + not_begun.sum::<u64>();
+        settle(film, parts);
+        let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
+        let is_at_cap = self.before >= self.most;
+        let (at_cap, out_of_time) = if is_at_cap { (active, 0) } else { (0, active) };
         let outliers = count_outliers(film, parts);
-        Reached { within: film.of.crop.area() - at_cap - out_of_time, at_cap, out_of_time, outliers }
+        Reached { within: film.of.crop.area() - active, at_cap, out_of_time, outliers }
+    }
+
+    /// The samples left, at the fastest and at the slowest convergence.
+    fn left(&self, parts: &[Part]) -> [u64; 2] {
+        POWERS.map(|power| {
+            let of_part = |part: &Part| {
+                let excess = part.active.iter().map(|active| active.excess).fold(0.0, f64::max);
+                let all = f64::from(self.before) * libm::pow(excess, power.recip());
+                let most = f64::from(self.most);
+                let all =
+                    if all < most { (all as u32).next_power_of_two().min(self.most) } else { self.most };
+                let more = all.max(2 * self.before).min(self.most) - self.before;
+                u64::from(more) * u64::from(REPLICATES) * part.sources.len() as u64
+            };
+            parts.iter().map(of_part).sum()
+        })
     }
 }
 
@@ -118,102 +108,90 @@ impl Policy for Target {
     type State = Part;
 
     fn begin(&self, tile: &Tile) -> Part {
-        Part { bounds: tile.bounds, seen: vec![Seen::NOTHING; tile.bounds.area() as usize], active: None }
+        let active = |at| Active { at, replicates: Default::default(), excess: f64::INFINITY };
+        Part {
+            seen: vec![Seen::NOTHING; tile.sources.size()],
+            sources: (0..tile.sources.size() as u32).collect(),
+            active: (0..tile.bounds.size()).map(active).collect(),
+        }
     }
 
     fn next(&mut self, film: &Film, parts: &mut [Part], control: &Control) -> bool {
-        let first = Round::Replicates(FIRST / REPLICATES);
-        self.round = match self.round {
-            Round::Start => {
-                control.expect(film.of.crop.area() * u64::from(FIRST));
-                if self.has_preview { Round::Preview } else { first }
-            }
-            Round::Preview => first,
-            Round::Replicates(count) => {
-                if self.is_first() {
-                    let mut brightness = Brightness::default();
-                    film.pixels().for_each(|pixel| brightness.add(film.value(&pixel)));
-                    self.rule = self.rule.with_brightness(brightness.get());
-                }
-                judge(film, parts, &self.rule);
-                let active = || parts.iter().flat_map(Part::active);
-                control.state().pixels_done = film.of.crop.area() - active().count() as u64;
-                if active().next().is_none() || count >= self.most || control.is_stopped() {
-                    return false;
-                }
-                let left =
-                    |power| active().map(|active| left(active, active.excess, power, self.most)).sum::<u64>();
-                let done = control.state().done;
-                let totals = POWERS.map(|power| done + left(power));
-                control.expect(totals[0]);
-                control.state().bounds = Some(totals);
-                // Sobol' patterns are best at powers of two.
-                Round::Replicates((2 * count).min(self.most))
-            }
-        };
-        if self.round == first {
+        if self.count == 0 {
+            control.expect(film.sources().size() as u64 * u64::from(FIRST));
             control.state().bounds = None;
+            self.count = FIRST / REPLICATES;
+            return true;
         }
+        if control.is_stopped() {
+            return false;
+        }
+        self.replicate = (self.replicate + 1) % REPLICATES;
+        if self.replicate > 0 {
+            return true;
+        }
+        if self.before == 0 {
+            let mut brightness = Brightness::default();
+            film.values().for_each(|value| brightness.add(value));
+            self.rule = self.rule.with_brightness(brightness.get());
+        }
+        self.before = self.count;
+        settle(film, parts);
+        judge(film, parts, &self.rule, self.count);
+        let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
+        control.state().pixels_done = film.of.crop.area() - active;
+        if active == 0 || self.before >= self.most {
+            return false;
+        }
+        let done = control.state().done;
+        let totals = self.left(parts).map(|left| done + left);
+        control.expect(totals[0]);
+        control.state().bounds = Some(totals);
+        // Sobol' patterns are best at powers of two.
+        self.count = (2 * self.count).min(self.most);
         true
     }
 
-    fn is_shuffled(&self) -> bool {
-        self.is_first()
+    fn jobs(&self, tile: &Tile, part: &Part) -> Vec<Job> {
+        let place = |source: &u32| tile.sources.place(*source as usize);
+        let job = |source| Job::new(self.pattern(), place(source), self.before..self.count);
+        part.sources.iter().map(job).collect()
     }
 
-    fn jobs(&self, tile: &Tile, part: &mut Part) -> Vec<Job> {
-        let bounds = tile.bounds;
-        let place =
-            |at: usize| [bounds.x0 + at as u32 % bounds.width(), bounds.y0 + at as u32 / bounds.width()];
-        let Round::Replicates(count) = self.round else {
-            let job = |at| Job::new(self.pattern(0, 1), place(at), 0..1);
-            return (0..part.seen.len()).map(job).collect();
-        };
-        let area = part.seen.len();
-        let active = part.active.get_or_insert_with(|| (0..area).map(Active::new).collect());
-        let of_pixel = |active: &Active| {
-            let (from, place) = (active.count, place(active.at));
-            (0..REPLICATES).map(move |r| Job::new(self.pattern(r, count), place, from..count))
-        };
-        active.iter().flat_map(of_pixel).collect()
-    }
-
-    fn add(&self, jobs: &[Job], film: &Film, tile: &mut Tile, part: &mut Part) {
-        let Part { seen, active: Some(all_active), .. } = part else {
-            return jobs.iter().enumerate().for_each(|(at, job)| tile.add(at, &job.samples.pixel));
-        };
-        let is_whole = |job: &Job| job.samples.pixel.all.count == job.indices.len() as u32;
-        for (active, jobs) in all_active.iter_mut().zip(jobs.chunks(REPLICATES as usize)) {
-            // The rendering has been stopped.
-            if !jobs.iter().all(is_whole) {
-                break;
-            }
-            if active.count == 0 {
-                tile.clear(active.at);
-            }
-            tile.clear_spread(active.at);
-            for (replicate, Job { samples, indices, .. }) in active.replicates.iter_mut().zip(jobs) {
-                active.count = indices.end;
-                replicate.signed += samples.pixel.signed(film.scale()).as_vec3();
-                replicate.signs += samples.pixel.signs() as i32;
-                let sums = (replicate.signed.as_dvec3(), f64::from(replicate.signs), active.count);
-                tile.spread(active.at, sums, film.scale());
-                tile.add(active.at, &samples.pixel);
-                seen[active.at] = seen[active.at].union(samples.seen);
-            }
+    fn note(&self, jobs: &[Job], _tile: &Tile, part: &mut Part) {
+        for (source, job) in part.sources.iter().zip(jobs) {
+            let seen = &mut part.seen[*source as usize];
+            *seen = seen.union(job.samples.seen);
         }
     }
 
-    fn finish(&self, film: &Film, tile: &Tile, part: &Part, control: &Control) {
-        if self.is_first() {
-            self.first.forecast(film, tile, part, control);
-        }
+    fn end(&mut self, film: &Film, parts: &mut [Part], is_whole: bool) {
+        // Before there is a picture, a part of it is better than none.
+        let is_merged = is_whole || (self.before, self.replicate) == (0, 0);
+        film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
+            let Tile { sums, pass, .. } = &mut *lock(tile);
+            for active in part.active.iter_mut().filter(|_| is_merged) {
+                sums[active.at] += pass[active.at];
+                if is_whole {
+                    let more = pass[active.at].weighted(film.scale()).as_vec4();
+                    active.replicates[self.replicate as usize] += more;
+                }
+            }
+            pass.fill(Default::default());
+        });
     }
 }
 
-impl Part {
-    /// The unfinished pixels. Empty before the first round.
-    fn active(&self) -> &[Active] {
-        self.active.as_deref().unwrap_or_default()
-    }
+/// Tells the film how far the replicates of the unfinished pixels lie apart.
+fn settle(film: &Film, parts: &[Part]) {
+    film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
+        let tile = &mut *lock(tile);
+        for active in &part.active {
+            let mut spread = Spread::default();
+            let sampled = active.replicates.iter().filter(|replicate| **replicate != Vec4::ZERO);
+            sampled.for_each(|replicate| spread.add(replicate.as_dvec4(), 0));
+            spread.samples = tile.count(active.at);
+            tile.spreads[active.at] = spread;
+        }
+    });
 }

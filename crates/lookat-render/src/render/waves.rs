@@ -8,8 +8,9 @@ use fearless_simd::Simd;
 use glam::DVec2;
 
 use super::control::Meter;
-use super::sample::{Context, Job, center_of};
+use super::sample::{Context, Job, corner_of};
 use crate::camera::views::Viewer;
+use crate::film::Frame;
 use crate::integrator::wave::{WAVE, Wave};
 use crate::integrator::{Stage, Tracer};
 use crate::number::{LANES, side_by_side, vectorized};
@@ -25,8 +26,10 @@ pub(super) struct Worker<'a> {
     pub tracer: Tracer<'a>,
     pub streams: Streams,
     pub wave: Box<Wave>,
-    /// Whether the filter is negative at each sample.
-    pub negative: [bool; WAVE],
+    /// Where each sample lies in the unit square of its pixel.
+    pub squares: [DVec2; WAVE],
+    /// What samples are added to beside their jobs. `None` where there is no picture.
+    pub frame: Option<Frame>,
 }
 
 impl<'a> Worker<'a> {
@@ -36,7 +39,8 @@ impl<'a> Worker<'a> {
                 .supervised(context.control),
             streams: Streams::new(),
             wave: Box::new(Wave::new()),
-            negative: [false; WAVE],
+            squares: [DVec2::ZERO; WAVE],
+            frame: None,
         }
     }
 }
@@ -89,11 +93,19 @@ impl Context<'_> {
         if worker.tracer.is_stopped {
             return false;
         }
-        for (at, (number, _)) in places.iter().enumerate() {
-            let Job { pattern, samples, .. } = &mut jobs[*number];
-            self.add(pattern, worker.wave.radiance[at], worker.negative[at], samples);
-        }
+        side_by_side!(self.prepared.traceable.level, simd => self.add_all(simd, worker, jobs, places));
         true
+    }
+
+    /// Adds samples to their jobs and to the frame.
+    #[inline(never)]
+    fn add_all<S: Simd>(&self, simd: S, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) {
+        vectorized!(simd, {
+            for (at, (number, _)) in places.iter().enumerate() {
+                let sample = (worker.squares[at], worker.wave.radiance[at]);
+                self.add(sample, worker.frame.as_mut(), &mut jobs[*number]);
+            }
+        });
     }
 
     /// Takes samples.
@@ -129,9 +141,9 @@ impl Context<'_> {
             streams.choose(simd, &numbers, 0);
             let mut film = streams.next_2d(simd);
             for (lane, (_, place, _)) in samples.iter().enumerate() {
-                let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
-                (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
-                worker.negative[first + lane] = is_negative;
+                let square = DVec2::new(film[0][lane], film[1][lane]);
+                (film[0][lane], film[1][lane]) = (corner_of(*place) + square).into();
+                worker.squares[first + lane] = square;
             }
             let camera = &self.camera;
             let on_lens = camera.has_lens().then(|| streams.next_2d(simd));

@@ -24,12 +24,12 @@ impl Stream {
     }
 }
 
-fn streams(kind: SamplerKind, count: u32, pixel: [u32; 2]) -> impl Iterator<Item = Stream> {
+fn streams(kind: SamplerKind, count: u32, pixel: [i32; 2]) -> impl Iterator<Item = Stream> {
     let sampler = Sampler { kind, samples_per_pixel: count };
     (0..count).map(move |index| of_sample(&sampler, pixel, index))
 }
 
-fn of_sample(sampler: &Sampler, pixel: [u32; 2], index: u32) -> Stream {
+fn of_sample(sampler: &Sampler, pixel: [i32; 2], index: u32) -> Stream {
     let mut streams = Streams::new();
     streams.restart(sampler, &[(7, pixel, index)]);
     baseline!(simd => streams.choose(simd, &[0], 0));
@@ -99,12 +99,12 @@ fn errors_of_neighbors_are_not_correlated() {
     let pixels = 2000;
     for kind in KINDS {
         // The share of 16 samples that fall below a threshold, less its mean.
-        let error = |pixel: [u32; 2], dimension: usize| -> f64 {
+        let error = |pixel: [i32; 2], dimension: usize| -> f64 {
             let number = |mut stream: Stream| (0..=dimension).map(|_| stream.next_1d()).last();
             let below = streams(kind, 16, pixel).filter_map(number).filter(|x| *x < 0.37).count();
             below as f64 / 16.0 - 0.37
         };
-        let errors = |step: [u32; 2], dimension| -> Vec<f64> {
+        let errors = |step: [i32; 2], dimension| -> Vec<f64> {
             (0..pixels).map(|x| error([x + step[0], step[1]], dimension)).collect()
         };
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();

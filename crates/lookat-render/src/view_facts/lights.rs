@@ -190,7 +190,7 @@ fn of_light<S: Simd>(
     let receivers = Receivers { surfaces, domain, lunes: None };
     let own = world.number(prepared.lights.curved_element(light));
     let leaving = surfaces.element.simd_eq(own) & surfaces.instance.simd_eq(WORLD);
-    let sample = prepared.lights.sample(simd, light, (&receivers, leaving), u);
+    let sample = prepared.lights.sample(simd, light, (&receivers, leaving), (None, u));
     let cosine = sample.shadow.d.dot(surfaces.n);
     // Directions from the surfaces find the rest of a sky.
     let other = if light >= prepared.lights.first_sky { cosine / PI } else { 0.0.simd_into(simd) };

@@ -26,7 +26,7 @@ struct Spot {
     /// Column and row in the full picture.
     place: [u32; 2],
     luminance: f32,
-    /// The luminance of the brightest of its neighbors.
+    /// The luminance of the brightest pixel around it that has none of its samples.
     around: f32,
 }
 
@@ -62,7 +62,12 @@ impl Fireflies {
         sources: &Sources,
     ) -> Option<Fireflies> {
         let film = &scene.view.film;
-        let spots = spots(luminances, film.crop.width() as usize, [film.crop.x0, film.crop.y0]);
+        let spots = spots(
+            luminances,
+            film.crop.width() as usize,
+            [film.crop.x0, film.crop.y0],
+            scene.view.filter.reach(),
+        );
         let brightest = |pixel, limit| {
             prepared.brightest_sample(&scene.view, settings, pixel, limit / film.scale, interrupt::flow)
         };
@@ -127,20 +132,30 @@ fn usual(luminances: &[f32], spot: &Spot) -> Option<f64> {
     (usual > 0.0).then_some(f64::from(usual))
 }
 
-/// The pixels that stand out, the most striking ones first.
-fn spots(luminances: &[f32], width: usize, [x0, y0]: [u32; 2]) -> Vec<Spot> {
+/// The pixels that stand out from all beyond the reach of their samples, the most striking ones first.
+fn spots(luminances: &[f32], width: usize, [x0, y0]: [u32; 2], reach: [u32; 2]) -> Vec<Spot> {
     let height = luminances.len() / width;
-    let around = |x: usize, y: usize| {
-        let near = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
-        let all = near(y, height).flat_map(|row| near(x, width).map(move |column| (column, row)));
-        all.filter(|at| *at != (x, y)).map(|(x, y)| luminances[y * width + x]).fold(0.0, f32::max)
+    // The brightest up to so many pixels away, but not nearer than `from`.
+    let brightest = |x: usize, y: usize, from: [usize; 2], to: [usize; 2]| {
+        let near = |at: usize, to: usize, end: usize| at.saturating_sub(to)..(at + to + 1).min(end);
+        let all =
+            near(y, to[1], height).flat_map(|row| near(x, to[0], width).map(move |column| (column, row)));
+        let is_far =
+            |(column, row): &(usize, usize)| column.abs_diff(x) >= from[0] || row.abs_diff(y) >= from[1];
+        all.filter(is_far).map(|(x, y)| luminances[y * width + x]).fold(0.0, f32::max)
     };
+    let reach = reach.map(|reach| reach as usize);
+    let beyond = reach.map(|reach| reach + 1);
     let mut found: Vec<Spot> = Vec::new();
     for (at, luminance) in
         luminances.iter().copied().enumerate().filter(|(_, it)| it.is_finite() && *it > 0.0)
     {
         let (x, y) = (at % width, at / width);
-        let around = around(x, y);
+        // A sample counts most for the pixel that it lies in.
+        if luminance < brightest(x, y, [1, 1], reach) {
+            continue;
+        }
+        let around = brightest(x, y, beyond, beyond);
         if luminance > CONTRAST * around {
             found.push(Spot { place: [x0 + x as u32, y0 + y as u32], luminance, around });
         }
@@ -244,8 +259,18 @@ mod tests {
     fn spots_stand_out_from_all_around() {
         let mut luminances = vec![1.0; 12];
         luminances[5] = 6.0;
-        assert_eq!(spots(&luminances, 4, [10, 20]), [Spot { place: [11, 21], luminance: 6.0, around: 1.0 }]);
+        assert_eq!(
+            spots(&luminances, 4, [10, 20], [0, 0]),
+            [Spot { place: [11, 21], luminance: 6.0, around: 1.0 }]
+        );
         luminances[10] = 2.0;
-        assert_eq!(spots(&luminances, 4, [10, 20]), []);
+        assert_eq!(spots(&luminances, 4, [10, 20], [0, 0]), []);
+        // A filter of several pixels gives the sample to neighbors, too.
+        let mut luminances = vec![1.0; 49];
+        (luminances[24], luminances[25], luminances[17]) = (6.0, 4.0, 2.0);
+        let spot = Spot { place: [3, 3], luminance: 6.0, around: 1.0 };
+        assert_eq!(spots(&luminances, 7, [0, 0], [1, 1]), [spot]);
+        luminances[26] = 2.0;
+        assert_eq!(spots(&luminances, 7, [0, 0], [1, 1]), []);
     }
 }

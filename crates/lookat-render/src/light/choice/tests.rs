@@ -66,7 +66,7 @@ impl At {
     /// The probabilities of all lights.
     fn probabilities(self, table: &LightTable, choice: LightChoice) -> Vec<f64> {
         baseline!(simd => self.ask((simd, table, choice), |sampler| {
-            let of = |light| sampler.probability(f64::from(light).simd_into(simd), bits(simd, 1))[0];
+            let of = |light| sampler.probability((f64::from(light).simd_into(simd), 0.0.simd_into(simd)), bits(simd, 1))[0];
             (0..table.len() as u32).map(of).collect()
         }))
     }
@@ -128,7 +128,7 @@ fn each_of_a_million_lamps_has_its_share() {
             for part in [1e-4, 1.0 - 1e-4] {
                 let chosen = sampler.choose((lamps + part) / LAMPS as f64, all);
                 assert_eq!(chosen.light.to_array(), lamps.to_array());
-                let probability = sampler.probability(lamps, all);
+                let probability = sampler.probability((lamps, lamps), all);
                 assert_eq!(chosen.probability.to_array(), probability.to_array());
                 assert!((probability * LAMPS as f64 - 1.0).abs().simd_lt(1e-9).all_true());
             }
@@ -215,23 +215,57 @@ fn whitted_samples_each_light_once() {
     }
 }
 
+/// Lights of all kinds that are estimated one by one.
+const FEW: &str = r#"
+    LightSource "point" "rgb I" [9 9 9] "point from" [-2 2 0] LightSource "point" "rgb I" [9 9 9] "point from" [0 .5 2]
+    LightSource "spot" "rgb I" [40 40 40] "point from" [2 3 -1] "point to" [1 0 0] "float coneangle" 25
+    AttributeBegin Translate -2 2 -1 Rotate 90 1 0 0 LightSource "projection" "rgb I" [9 9 9] AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [5 5 5] Translate 2 1 1 Shape "sphere" "float radius" .3 AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Translate 0 3 0 Rotate 90 1 0 0
+    Shape "disk" "float radius" .5 AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Shape "trianglemesh" "integer indices" [0 1 2]
+    "point P" [-2 0 1 -2 1 1 -2 0 2] AttributeEnd"#;
+
+/// And more of them, on a circle.
+fn many() -> String {
+    let more = |i: u32| {
+        let [x, z] = (DVec2::from_angle(f64::from(i)) * 3.0).to_array();
+        format!(
+            r#"LightSource "point" "rgb I" [.1 .1 .1] "point from" [{x} .5 {z}]
+            AttributeBegin Translate {x} 1 {z} AreaLightSource "diffuse" Shape "sphere" "float radius" .05
+            AttributeEnd "#
+        )
+    };
+    // A mesh of separate triangles, turned in all ways.
+    let corners = |i: u32| {
+        let [x, z] = (DVec2::from_angle(f64::from(i) * 2.0) * 2.5).to_array();
+        let d = DVec3::new(f64::from(i).cos(), f64::from(i * i).sin(), 0.5) * 0.3;
+        format!("{x} .7 {z} {} {} {} {} 1 {z} ", x + d.x, 0.7 + d.y, z + d.z, x + 0.2)
+    };
+    let (indices, p): (String, String) =
+        ((0..60).map(|i| format!("{i} ")).collect(), (0..20).map(corners).collect());
+    let mesh = format!(r#"Shape "trianglemesh" "integer indices" [{indices}] "point P" [{p}]"#);
+    let mesh = format!(r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [2 2 2] {mesh} AttributeEnd"#);
+    let beside = r#"LightSource "distant" "rgb L" [.1 .1 .1] LightSource "infinite" "rgb L" [.05 .05 .05]"#;
+    [FEW, beside, &mesh, &(0..40).map(more).collect::<String>()].join(" ")
+}
+
 /// The light in a picture is the same however lights are chosen; and there is less noise where they are chosen by place.
 #[test]
 fn choices_change_no_mean() {
-    let mut scene = crate::testing::scene(
+    for lights in [FEW, &many()] {
+        compare_choices(lights);
+    }
+}
+
+fn compare_choices(lights: &str) {
+    let mut scene = crate::testing::scene(&format!(
         r#"LookAt 0 1.5 -3 0 0 0 0 1 0 Camera "perspective" "float fov" 40 Film "image" "integer xresolution" 16 "integer yresolution" 12
         Sampler "random" "integer pixelsamples" 16 Integrator "path" WorldBegin
-        LightSource "point" "rgb I" [9 9 9] "point from" [-2 2 0] LightSource "point" "rgb I" [9 9 9] "point from" [0 .5 2]
-        LightSource "spot" "rgb I" [40 40 40] "point from" [2 3 -1] "point to" [1 0 0] "float coneangle" 25
-        AttributeBegin Translate -2 2 -1 Rotate 90 1 0 0 LightSource "projection" "rgb I" [9 9 9] AttributeEnd
-        AttributeBegin AreaLightSource "diffuse" "rgb L" [5 5 5] Translate 2 1 1 Shape "sphere" "float radius" .3 AttributeEnd
-        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Translate 0 3 0 Rotate 90 1 0 0
-        Shape "disk" "float radius" .5 AttributeEnd
-        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Shape "trianglemesh" "integer indices" [0 1 2]
-        "point P" [-2 0 1 -2 1 1 -2 0 2] AttributeEnd
+        {lights}
         Material "plastic" Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-4 0 -4 -4 0 4 4 0 4 4 0 -4]
         Material "translucent" Translate 0 .3 0 Shape "sphere" "float radius" .3 WorldEnd"#,
-    );
+    ));
     const PICTURES: u64 = 16;
     let variance = |values: &[f64]| {
         let mean = values.iter().sum::<f64>() / values.len() as f64;

@@ -3,12 +3,11 @@
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
-use lookat_scene::PixelBounds;
 
 use super::{Layer, Values};
 use crate::bsdf::Slots;
 use crate::camera::views::{Viewer, Views};
-use crate::film::places;
+use crate::film::Area;
 use crate::integrator::wave::WAVE;
 use crate::integrator::world::Sees;
 use crate::number::{LANES, bits, first_lanes, side_by_side, those};
@@ -24,30 +23,17 @@ const LAYERS: [(Layer, f64); 3] = [(Layer::Normal, -1.0), (Layer::ShadingNormal,
 /// What a sample sees of each layer.
 type Seen = [DVec3; LAYERS.len()];
 
-/// Samples of a pixel.
+/// Weighted samples of a pixel, and their weights.
 #[derive(Clone, Copy, Default)]
 struct Sums {
-    all: Seen,
-    /// Those where the filter is negative subtracted.
-    signed: Seen,
-    signs: f64,
-    count: f64,
+    seen: Seen,
+    weight: f64,
 }
 
 impl Sums {
-    fn add(&mut self, seen: &Seen, sign: f64) {
-        for (at, value) in seen.iter().enumerate() {
-            self.all[at] += *value;
-            self.signed[at] += *value * sign;
-        }
-        self.signs += sign;
-        self.count += 1.0;
-    }
-
-    /// As [`crate::film::Pixel::value`].
-    fn value(&self, at: usize, weight: f64) -> DVec3 {
-        let share = weight / self.count;
-        self.signed[at] * share - self.all[at] / self.count * (self.signs * share - 1.0)
+    fn add(&mut self, seen: &Seen, weight: f64) {
+        self.seen.iter_mut().zip(seen).for_each(|(sum, seen)| *sum += *seen * weight);
+        self.weight += weight;
     }
 }
 
@@ -58,16 +44,17 @@ impl Context<'_> {
         &self,
         worker: &mut Worker,
         passes: &[Pass],
-        bounds: PixelBounds,
+        bounds: Area,
         values: &mut [Values],
     ) -> bool {
         let mut sums = vec![Sums::default(); values.len()];
+        let (filter, reach) = (&self.film.filter, self.film.filter.reach());
+        let mut weights = Default::default();
         for Pass { pattern, samples } in passes {
-            let of_pixel = |(at, place)| samples.clone().map(move |index| (at, (pattern.seed, place, index)));
-            let mut all = places(bounds).enumerate().flat_map(of_pixel);
+            let of_source = |place| samples.clone().map(move |index| (pattern.seed, place, index));
+            let mut all = bounds.grown(reach).places().flat_map(of_source);
             loop {
-                let (pixels, samples): (ArrayVec<usize, WAVE>, ArrayVec<Sample, WAVE>) =
-                    all.by_ref().take(WAVE).unzip();
+                let samples: ArrayVec<Sample, WAVE> = all.by_ref().take(WAVE).collect();
                 if samples.is_empty() {
                     break;
                 }
@@ -77,14 +64,23 @@ impl Context<'_> {
                 worker.streams.restart(&pattern.sampler, &samples);
                 let mut seen = [Seen::default(); WAVE];
                 side_by_side!(self.prepared.traceable.level, simd => self.see(simd, worker, &samples, &mut seen));
-                for (at, (pixel, seen)) in pixels.into_iter().zip(&seen).enumerate() {
-                    sums[pixel].add(seen, if worker.negative[at] { -1.0 } else { 1.0 });
+                for ((square, seen), (_, [x, y], _)) in worker.squares.iter().zip(&seen).zip(&samples) {
+                    filter.weigh(*square, &mut weights);
+                    let [across, down] = [&weights[0], &weights[1]].map(|weights| weights.iter().zip(0..));
+                    for (down, dy) in down {
+                        for (across, dx) in across.clone() {
+                            let place = [x - reach[0].cast_signed() + dx, y - reach[1].cast_signed() + dy];
+                            if bounds.contains(place) {
+                                sums[bounds.index(place)].add(seen, across * down);
+                            }
+                        }
+                    }
                 }
             }
         }
         for (sums, values) in sums.iter().zip(values) {
             for (at, (layer, least)) in LAYERS.iter().enumerate() {
-                let value = sums.value(at, self.film.weight);
+                let value = sums.seen[at] / if sums.weight == 0.0 { 1.0 } else { sums.weight };
                 values[*layer as usize] = value.clamp(DVec3::splat(*least), DVec3::ONE);
             }
         }

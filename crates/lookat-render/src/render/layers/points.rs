@@ -6,15 +6,15 @@ use lookat_scene::View;
 use super::{Layer, Values};
 use crate::integrator::MAX_PASSED;
 use crate::pick::depth;
-use crate::render::sample::{Context, center_of};
+use crate::render::sample::{Context, corner_of};
 use crate::shading;
 use crate::surface::Surface;
 
 impl Context<'_> {
     /// Looks through the middle of a pixel and of the lens, for the first surface with a material.
-    pub(super) fn look(&self, view: &View, place: [u32; 2], values: &mut Values) {
+    pub(super) fn look(&self, view: &View, place: [i32; 2], values: &mut Values) {
         let scene = &self.prepared.traceable;
-        let mut ray = self.camera.ray(center_of(place), DVec2::splat(0.5));
+        let mut ray = self.camera.ray(corner_of(place) + 0.5, DVec2::splat(0.5));
         let (mut found, mut passed) = (scene.nearest(&ray), 0);
         while let Some(hit) = found.filter(|hit| scene.is_passed(hit)) {
             ray = Surface::new(scene, &ray, &hit).leave(ray.d);

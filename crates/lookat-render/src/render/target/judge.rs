@@ -1,118 +1,106 @@
 //! How exact pixels are, by their replicates and their neighbors.
 
-use std::sync::Mutex;
-
 use glam::Vec3;
-use lookat_scene::PixelBounds;
 use rayon::prelude::*;
 
-use super::{Active, Part};
+use super::Part;
 use crate::color::luminance;
-use crate::film::{Film, Tile, lock, tile_side};
+use crate::film::{Area, Film, lock};
 use crate::render::sample::Seen;
 use crate::render::stop::{Estimate, StopRule};
 
 /// A sample is an outlier if it is this many times as bright as the brightest pixel around it.
 const OUTLIER: f64 = 20.0;
 
-impl Active {
-    pub fn new(at: usize) -> Active {
-        Active { at, count: 0, replicates: Default::default(), excess: f64::INFINITY }
-    }
-
-    /// The error of the pixel over the target error. `around` bounds the samples of the pixel and its neighbors.
-    pub fn excess(&self, film: &Film, tile: &Tile, around: Seen, rule: &StopRule) -> f64 {
-        if self.count == 0 {
-            return f64::INFINITY;
+/// Judges all unfinished pixels, which have `count` samples in each replicate, removes those that are done, and the sources that no
+/// unfinished pixel asks for.
+pub(super) fn judge(film: &Film, parts: &mut [Part], rule: &StopRule, count: u32) {
+    let (reach, sources) = (film.filter.reach(), film.sources());
+    let seen = around(&all_seen(film, parts), sources, reach.map(|reach| reach + 1));
+    film.tiles.par_iter().zip(&mut *parts).for_each(|(tile, part)| {
+        let tile = lock(tile);
+        for active in &mut part.active {
+            let standard_error = film.error(&tile, active.at).standard_error.into();
+            let value = tile.sums[active.at].mean(film.scale());
+            let around = seen[sources.index(tile.bounds.place(active.at))];
+            active.excess = rule.excess(&Estimate { value, standard_error, count, around });
         }
-        let standard_error = film.error(tile, self.at).standard_error.into();
-        let value = film.value(&tile.pixel(self.at));
-        rule.excess(&Estimate { value, standard_error, count: self.count, around })
+        part.active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
+        part.active.shrink_to_fit();
+    });
+    let mut is_asked = vec![Seen::NOTHING; sources.size()];
+    for (tile, part) in film.tiles.iter().zip(&*parts) {
+        let bounds = lock(tile).bounds;
+        for active in &part.active {
+            is_asked[sources.index(bounds.place(active.at))] = Seen { least: Vec3::ZERO, most: Vec3::ZERO };
+        }
     }
+    let is_asked = around(&is_asked, sources, reach);
+    film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
+        let own = lock(tile).sources;
+        let is_asked = |at: &u32| is_asked[sources.index(own.place(*at as usize))] != Seen::NOTHING;
+        part.sources.retain(is_asked);
+    });
 }
 
-/// Judges all unfinished pixels, and removes the finished pixels from the list.
-pub(super) fn judge(film: &Film, parts: &mut [Part], rule: &StopRule) {
-    let judge = |index: usize| -> Vec<f64> {
-        let tile = lock(&film.tiles[index]);
-        let pixels = parts[index].active().iter().map(|active| {
-            let around = around(parts, (index, active.at)).map(|(index, at)| parts[index].seen[at]);
-            active.excess(film, &tile, around.fold(Seen::NOTHING, Seen::union), rule)
-        });
-        pixels.collect()
+/// The bounds of the samples of all sources, row by row.
+fn all_seen(film: &Film, parts: &[Part]) -> Vec<Seen> {
+    let mut all = vec![Seen::NOTHING; film.sources().size()];
+    for (tile, part) in film.tiles.iter().zip(parts) {
+        let own = lock(tile).sources;
+        own.places().zip(&part.seen).for_each(|(place, seen)| all[film.sources().index(place)] = *seen);
+    }
+    all
+}
+
+/// For each pixel of an area the bounds of those up to so many pixels away, across and down.
+fn around(seen: &[Seen], area: Area, [across, down]: [u32; 2]) -> Vec<Seen> {
+    let union = |from: &[Seen], at: usize, (place, end, step): (usize, usize, usize), reach: u32| {
+        let reach = reach as usize;
+        let near = place.saturating_sub(reach)..=(place + reach).min(end - 1);
+        near.map(|other| from[at + other * step - place * step]).fold(Seen::NOTHING, Seen::union)
     };
-    let judged: Vec<_> = (0..parts.len()).into_par_iter().map(judge).collect();
-    parts.par_iter_mut().zip(judged).for_each(|(part, judged)| {
-        let Some(all_active) = &mut part.active else { return };
-        all_active.iter_mut().zip(judged).for_each(|(active, excess)| active.excess = excess);
-        all_active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
-        all_active.shrink_to_fit();
-    });
+    let (width, height) = (area.width(), area.height());
+    let all = 0..seen.len();
+    let rows: Vec<Seen> =
+        all.clone().into_par_iter().map(|at| union(seen, at, (at % width, width, 1), across)).collect();
+    all.into_par_iter().map(|at| union(&rows, at, (at / width, height, width), down)).collect()
 }
 
 /// Counts the pixels that had a sample much brighter than the pixels around.
 pub(super) fn count_outliers(film: &Film, parts: &[Part]) -> u64 {
+    let (crop, sources, seen) = (film.crop(), film.sources(), all_seen(film, parts));
     let bright = |rgb: Vec3| if rgb.is_finite() { luminance(rgb) } else { 0.0 };
-    let of_tile = |tile: &Mutex<Tile>| -> Vec<f64> {
-        lock(tile).pixels().map(|pixel| bright(film.value(&pixel).as_vec3())).collect()
+    let mut pixels = vec![Seen::NOTHING; crop.size()];
+    for tile in &film.tiles {
+        let tile = lock(tile);
+        for (place, sum) in tile.bounds.places().zip(&tile.sums) {
+            let value = Vec3::splat(bright(sum.mean(film.scale()).as_vec3()) as f32);
+            pixels[crop.index(place)] = Seen { least: value, most: value };
+        }
+    }
+    let around = around(&pixels, crop, [1, 1]);
+    let is_outlier = |(place, around): &([i32; 2], &Seen)| {
+        bright(seen[sources.index(*place)].most) > OUTLIER * f64::from(around.most.x.max(0.0))
     };
-    let luminances: Vec<Vec<f64>> = film.tiles.par_iter().map(of_tile).collect();
-    let count = |index: usize| {
-        let is_outlier = |at: &usize| {
-            let around = around(parts, (index, *at)).map(|(index, at)| luminances[index][at]);
-            bright(parts[index].seen[*at].most) > OUTLIER * around.fold(0.0, f64::max)
-        };
-        (0..parts[index].seen.len()).filter(is_outlier).count() as u64
-    };
-    (0..parts.len()).into_par_iter().map(count).sum()
-}
-
-/// A pixel of a tile, and its up to eight neighbors: their tiles, and their places there.
-fn around(parts: &[Part], (index, at): (usize, usize)) -> impl Iterator<Item = (usize, usize)> {
-    let bounds = parts[index].bounds;
-    let (first, last) = (parts[0].bounds, parts[parts.len() - 1].bounds);
-    let (x, y) = (bounds.x0 + at as u32 % bounds.width(), bounds.y0 + at as u32 / bounds.width());
-    let side = tile_side(PixelBounds { x1: last.x1, y1: last.y1, ..first });
-    let across = (last.x0 - first.x0) / side + 1;
-    let columns = x.saturating_sub(1).max(first.x0)..=(x + 1).min(last.x1 - 1);
-    let rows = y.saturating_sub(1).max(first.y0)..=(y + 1).min(last.y1 - 1);
-    rows.flat_map(move |y| columns.clone().map(move |x| (x, y))).map(move |(x, y)| {
-        let (column, row) = (x - first.x0, y - first.y0);
-        let index = (row / side * across + column / side) as usize;
-        (index, (row % side * parts[index].bounds.width() + column % side) as usize)
-    })
+    crop.places().zip(&around).filter(is_outlier).count() as u64
 }
 
 #[cfg(test)]
 mod tests {
-    use lookat_scene::Filter;
-
     use super::*;
-    use crate::film::{Errors, places};
-    use crate::filter::FilterSampler;
-    use crate::testing::scene;
 
-    /// `around` finds all neighbors of each pixel, also in other tiles.
     #[test]
-    fn neighbors_are_found_across_tiles() {
-        let mut of =
-            scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd").view.film;
-        for (width, height) in [(35, 18), (3, 90), (2, 2)] {
-            of.crop = PixelBounds { x0: 5, y0: 7, x1: 5 + width, y1: 7 + height };
-            let film = Film::new(&of, &FilterSampler::new(&Filter::BOX), Errors::None);
-            let number = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, 0.0);
-            let part = |tile: &Mutex<Tile>| {
-                let bounds = lock(tile).bounds;
-                let seen = places(bounds).map(|at| Seen { least: number(at), most: number(at) });
-                Part { bounds, seen: seen.collect(), active: None }
-            };
-            let parts: Vec<Part> = film.tiles.iter().map(part).collect();
-            for (index, part) in parts.iter().enumerate() {
-                for (at, [x, y]) in places(part.bounds).enumerate() {
-                    let found = around(&parts, (index, at)).map(|(index, at)| parts[index].seen[at].least);
-                    let all = places(of.crop).filter(|[a, b]| a.abs_diff(x) <= 1 && b.abs_diff(y) <= 1);
-                    assert_eq!(found.collect::<Vec<_>>(), all.map(number).collect::<Vec<Vec3>>());
-                }
+    fn neighbors_are_found() {
+        for (width, height, reach) in [(35, 18, [1, 1]), (3, 9, [2, 5]), (2, 2, [0, 3])] {
+            let area = Area { x0: -5, y0: 7, x1: width - 5, y1: 7 + height };
+            let number = |[x, y]: [i32; 2]| Vec3::new(x as f32, y as f32, 0.0);
+            let seen: Vec<Seen> =
+                area.places().map(|at| Seen { least: number(at), most: number(at) }).collect();
+            for (found, [x, y]) in around(&seen, area, reach).iter().zip(area.places()) {
+                let is_near = |[a, b]: &[i32; 2]| a.abs_diff(x) <= reach[0] && b.abs_diff(y) <= reach[1];
+                let all = area.places().filter(is_near).map(|at| seen[area.index(at)]);
+                assert_eq!(*found, all.fold(Seen::NOTHING, Seen::union));
             }
         }
     }

@@ -11,8 +11,7 @@ use lookat_scene::{Light, Scene, Transform};
 
 use super::*;
 use crate::Progress;
-use crate::film::{Errors, Film};
-use crate::filter::FilterSampler;
+use crate::film::{Film, Keeps};
 use crate::inspect::inspect;
 use crate::prepare::Prepared;
 use crate::render::control::Control;
@@ -27,17 +26,17 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let mut prepared = Prepared::new(scene);
     prepared.traceable.level = level;
     let progress = |_: Progress| ControlFlow::Continue(());
-    let filter = FilterSampler::new(&scene.view.filter);
-    let film = Film::new(&scene.view.film, &filter, Errors::None);
+    let film = Film::new(&scene.view, Keeps::Sums);
     let control = Control::new(&progress, &film);
-    let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+    let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
     let job = |at: u32| Job {
         pattern: Pattern { seed: u64::from(at % 2), ..pattern },
-        place: [at % 8 * 4, at / 8 * 4],
+        place: [at % 8 * 4, at / 8 * 4].map(u32::cast_signed),
         // All, none, or from the middle on.
         indices: at % 8 * 4..scene.view.sampler.samples_per_pixel,
+        weight: 1.0,
         samples: Samples::default(),
     };
     let mut jobs: Vec<Job> = (0..48).map(job).collect();
@@ -353,13 +352,12 @@ fn samples_of_many_rays_are_interrupted() {
             ReverseOrientation Shape \"sphere\" \"float radius\" 9 WorldEnd"
         ));
         let prepared = Prepared::new(&scene);
-        let filter = FilterSampler::new(&scene.view.filter);
-        let film = Film::new(&scene.view.film, &filter, Errors::None);
+        let film = Film::new(&scene.view, Keeps::Sums);
         for most in [1, 10] {
             let calls = AtomicU64::new(0);
             let progress = |_: Progress| breaks_after(most, &calls);
             let control = Control::new(&progress, &film);
-            let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+            let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
             let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
             let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
             let mut jobs: Vec<Job> = (0..256).map(|x| Job::new(pattern, [x, 9], 0..1)).collect();
@@ -368,7 +366,7 @@ fn samples_of_many_rays_are_interrupted() {
             let rays = worker.tracer.rays;
             assert!(rays > 0 && rays <= most << 15, "{integrator}: {rays} rays in {most} calls");
             // Samples that are not complete do not count.
-            assert!(jobs.iter().all(|job| job.samples.pixel.all.count == 0));
+            assert!(jobs.iter().all(|job| job.samples.count == 0));
         }
     }
 }
@@ -383,22 +381,21 @@ fn fast_samples_of_a_broken_wave_do_not_count() {
         WorldBegin Translate 0 0 5 Shape \"sphere\" \"float radius\" 2 Translate 0 3 0 Shape \"sphere\" WorldEnd",
     );
     let prepared = Prepared::new(&scene);
-    let filter = FilterSampler::new(&scene.view.filter);
-    let film = Film::new(&scene.view.film, &filter, Errors::None);
+    let film = Film::new(&scene.view, Keeps::Sums);
     // Samples of every second pixel hit a sphere, and take many rays.
     let render = |most: u64, counts: [u32; 48]| {
         let calls = AtomicU64::new(0);
         let progress = |_: Progress| breaks_after(most, &calls);
         let control = Control::new(&progress, &film);
-        let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+        let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
         let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
         let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
-        let place = |at: u32| if at.is_multiple_of(2) { [640 + at, 360] } else { [9, at] };
+        let place = |at: i32| if at % 2 == 0 { [640 + at, 360] } else { [9, at] };
         let mut jobs: Vec<Job> =
             (0..48).map(|at| Job::new(pattern, place(at), 0..counts[at as usize])).collect();
         context.sample_all(&mut worker, &mut meter, &mut jobs);
         let samples: Vec<String> = jobs.iter().map(|job| format!("{:?}", job.samples)).collect();
-        let counts: [u32; 48] = std::array::from_fn(|at| jobs[at].samples.pixel.all.count);
+        let counts: [u32; 48] = std::array::from_fn(|at| jobs[at].samples.count);
         (samples, counts, worker.tracer.is_stopped)
     };
     let mut broken = 0;
@@ -416,7 +413,7 @@ fn fast_samples_of_a_broken_wave_do_not_count() {
 #[test]
 fn meters_remember_slow_samples() {
     let scene = scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd");
-    let film = Film::new(&scene.view.film, &FilterSampler::new(&scene.view.filter), Errors::None);
+    let film = Film::new(&scene.view, Keeps::Sums);
     let control = Control::new(&|_| ControlFlow::Continue(()), &film);
     let wave = |samples: u32, rays: u64| {
         let mut meter = Meter::new(&control);

@@ -1,0 +1,65 @@
+//! Rectangles of pixels, which may lie outside of the picture.
+
+use lookat_scene::PixelBounds;
+
+/// A rectangle of pixels, y down: `x0 <= x < x1`, `y0 <= y < y1`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Area {
+    pub x0: i32,
+    pub y0: i32,
+    pub x1: i32,
+    pub y1: i32,
+}
+
+impl Area {
+    pub fn of(PixelBounds { x0, y0, x1, y1 }: PixelBounds) -> Area {
+        let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(u32::cast_signed);
+        Area { x0, y0, x1, y1 }
+    }
+
+    pub fn width(self) -> usize {
+        (self.x1 - self.x0).max(0) as usize
+    }
+
+    pub fn height(self) -> usize {
+        (self.y1 - self.y0).max(0) as usize
+    }
+
+    /// The number of its pixels.
+    pub fn size(self) -> usize {
+        self.width() * self.height()
+    }
+
+    /// Its pixels, row by row.
+    pub fn places(self) -> impl Iterator<Item = [i32; 2]> {
+        (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| [x, y]))
+    }
+
+    pub fn contains(self, [x, y]: [i32; 2]) -> bool {
+        (self.x0..self.x1).contains(&x) && (self.y0..self.y1).contains(&y)
+    }
+
+    pub fn place(self, at: usize) -> [i32; 2] {
+        [self.x0 + (at % self.width()) as i32, self.y0 + (at / self.width()) as i32]
+    }
+
+    /// Where a pixel is among all, row by row.
+    pub fn index(self, [x, y]: [i32; 2]) -> usize {
+        (y - self.y0) as usize * self.width() + (x - self.x0) as usize
+    }
+
+    /// The area with so many more pixels on each side.
+    pub fn grown(self, [x, y]: [u32; 2]) -> Area {
+        let [x, y] = [x, y].map(u32::cast_signed);
+        Area { x0: self.x0 - x, y0: self.y0 - y, x1: self.x1 + x, y1: self.y1 + y }
+    }
+
+    pub fn intersection(self, other: Area) -> Area {
+        Area {
+            x0: self.x0.max(other.x0),
+            y0: self.y0.max(other.y0),
+            x1: self.x1.min(other.x1),
+            y1: self.y1.min(other.y1),
+        }
+    }
+}

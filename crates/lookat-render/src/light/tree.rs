@@ -1,0 +1,238 @@
+//! A tree of lights (Conty Estevez and Kulla 2018; PBR 4th ed. 12.6.3), with eight children at each node.
+
+mod build;
+mod emitter;
+mod node;
+#[cfg(test)]
+mod tests;
+
+use fearless_simd::{Simd, f64x8, prelude::*};
+use glam::DVec3;
+
+use super::receiver::Receivers;
+use crate::bsdf::Domain;
+use crate::number::{Vec3x8, narrow, splat_f32, to_f64};
+use crate::prefetch::prefetch;
+use build::Leaf;
+pub(super) use emitter::Emitter;
+pub(super) use node::Place;
+use node::{Emission, FAINT, FAR, LEAF, LEAST_SPREAD, NONE, Node, Normals, WIDTH};
+
+/// No sum of estimates is larger.
+const MOST: f64 = 1e250;
+/// The most nodes and leaves that are estimated side by side.
+const MOST_ENTRIES: usize = 40;
+
+/// The leaves are numbered from 0.
+pub(super) struct LightTree {
+    nodes: Vec<Node>,
+    /// Where each leaf is: the number of its node times [`WIDTH`], and its number there. [`NONE`] of leaves without light.
+    places: Vec<u32>,
+    /// Nodes and leaves that hold all leaves: the children of the nodes in `opened`, but for these.
+    cut: Vec<Entry>,
+    opened: Vec<u32>,
+    /// As those of the root.
+    inverse_scale: f64,
+    strength: f64,
+}
+
+/// A node or leaf of the cut, as among [`Children`], in units of the root.
+struct Entry {
+    center: DVec3,
+    emission: Emission<f32>,
+    /// Its place, and what is there.
+    place: u32,
+    child: u32,
+}
+
+/// A step on the way down to a leaf.
+#[derive(Clone, Copy)]
+pub(super) struct Step {
+    child: u32,
+    /// The number from 0 to 1 that chooses on.
+    u: f64,
+    pub probability: f64,
+}
+
+impl Step {
+    /// To nowhere.
+    pub const NONE: Step = Step { child: NONE, u: 0.0, probability: 0.0 };
+
+    /// True at a leaf, or nowhere.
+    #[inline(always)]
+    pub fn is_done(&self) -> bool {
+        self.child & LEAF != 0
+    }
+
+    /// The leaf, at the end.
+    pub fn leaf(&self) -> Option<usize> {
+        (self.child & LEAF != 0 && self.child != NONE).then_some((self.child & !LEAF) as usize)
+    }
+}
+
+impl LightTree {
+    /// The tree of so many leaves. Leaves without light are not in it.
+    pub fn new(count: usize, emitters: impl Iterator<Item = Option<Emitter>>) -> Self {
+        let lit = emitters.enumerate().filter_map(|(number, emitter)| {
+            let emitter = emitter.filter(|emitter| emitter.intensity > 0.0)?;
+            Some(Leaf { number: number as u32, emitter })
+        });
+        let mut leaves: Vec<Leaf> = Vec::with_capacity(count);
+        leaves.extend(lit);
+        let mut places = vec![NONE; count];
+        let nodes = if leaves.is_empty() { Vec::new() } else { build::nodes(&mut leaves) };
+        for (number, node) in nodes.iter().enumerate() {
+            for (slot, child) in node.children.child.iter().enumerate() {
+                if *child & LEAF != 0 && *child != NONE {
+                    places[(child & !LEAF) as usize] = (number * WIDTH + slot) as u32;
+                }
+            }
+        }
+        let (inverse_scale, strength) =
+            nodes.first().map_or((1.0, 1.0), |root| (root.inverse_scale, root.strength));
+        let mut tree =
+            LightTree { nodes, places, cut: Vec::new(), opened: Vec::new(), inverse_scale, strength };
+        tree.open();
+        tree
+    }
+
+    /// Finds the cut: opens nodes from the root on, the largest and brightest first.
+    fn open(&mut self) {
+        let mut next = (!self.nodes.is_empty()).then_some(0);
+        while let Some(node) = next {
+            self.opened.push(node as u32);
+            self.cut.extend(self.children(node));
+            let error = |entry: &Entry| match entry.child & LEAF == 0 {
+                true => entry.emission.intensity * entry.emission.radius.powi(2),
+                false => -1.0,
+            };
+            let fits = |entry: &Entry| {
+                entry.child & LEAF == 0
+                    && self.cut.len() - 1 + self.nodes[entry.child as usize].count() <= MOST_ENTRIES
+            };
+            let open = (0..self.cut.len()).filter(|at| fits(&self.cut[*at]));
+            let worst = open.max_by(|a, b| error(&self.cut[*a]).total_cmp(&error(&self.cut[*b])));
+            next = worst.map(|at| self.cut.swap_remove(at).child as usize);
+        }
+    }
+
+    /// The children of a node, for the cut.
+    fn children(&self, number: usize) -> Vec<Entry> {
+        let node = &self.nodes[number];
+        let children = &node.children;
+        let scale = self.inverse_scale / node.inverse_scale;
+        let entry = |slot: usize| {
+            let offset = DVec3::from(
+                [children.offset.x, children.offset.y, children.offset.z].map(|x| f64::from(x[slot])),
+            );
+            let own = children.emission.map(|of| f64::from(of[slot]));
+            let emission = Emission {
+                radius: own.radius * scale,
+                spread: (own.spread * scale * scale).max(LEAST_SPREAD),
+                intensity: (own.intensity * (node.strength / self.strength) * scale * scale).max(FAINT),
+                shift: own.shift * scale,
+                ..own
+            };
+            Entry {
+                center: node.center + offset / node.inverse_scale,
+                emission: emission.map(|x| x as f32),
+                place: (number * WIDTH + slot) as u32,
+                child: children.child[slot],
+            }
+        };
+        (0..node.count()).map(entry).collect()
+    }
+
+    /// About the irradiance that each entry of the cut brings to some points, were nothing in the way.
+    #[inline(always)]
+    pub fn estimates<S: Simd>(&self, simd: S, at: &Receivers<S>, mut add: impl FnMut(f64x8<S>)) {
+        let Domain { n, ns, is_two_sided, is_diffuse } = at.domain;
+        let normals = Normals {
+            n: n.narrow(),
+            ns: ns.narrow(),
+            is_two_sided: narrow(is_two_sided),
+            is_diffuse: narrow(is_diffuse),
+        };
+        let scale: f64x8<S> = self.inverse_scale.simd_into(simd);
+        for entry in &self.cut {
+            let mut to = (Vec3x8::splat(simd, entry.center) - at.surfaces.p) * scale;
+            let distance = to.magnitude();
+            if distance.simd_gt(FAR).any_true() {
+                to = to * (FAR / distance).min(1.0);
+            }
+            let emission = entry.emission.map(
+                #[inline(always)]
+                |x| splat_f32(simd, x),
+            );
+            add((to_f64(emission.estimate(to.narrow(), &normals)) * self.strength).min(MOST));
+        }
+    }
+
+    /// How many entries the cut has.
+    pub fn entries(&self) -> usize {
+        self.cut.len()
+    }
+
+    /// Begins to choose a leaf below an entry of the cut by a number from 0 to 1.
+    #[inline(always)]
+    pub fn begin(&self, entry: usize, u: f64) -> Step {
+        self.step(self.cut[entry].child, u, 1.0)
+    }
+
+    #[inline(always)]
+    fn step(&self, child: u32, u: f64, probability: f64) -> Step {
+        if child & LEAF == 0 {
+            prefetch(&self.nodes[child as usize], 0..size_of::<Node>().div_ceil(64));
+        }
+        Step { child, u, probability }
+    }
+
+    /// Goes on to a child; nowhere from leaves.
+    #[inline(always)]
+    pub fn go_on<S: Simd>(&self, simd: S, at: &Place, step: &mut Step) {
+        if step.child & LEAF == 0 {
+            let node = &self.nodes[step.child as usize];
+            let (slot, u, probability) = pick(&node.weights(simd, at), step.u);
+            *step = self.step(node.children.child[slot], u, step.probability * probability);
+        }
+    }
+
+    /// The entry of the cut that holds a leaf, and the probability with which this leaf is chosen below it.
+    #[inline(always)]
+    pub fn find<S: Simd>(&self, simd: S, at: &Place, leaf: usize) -> Option<(usize, f64)> {
+        let mut place = self.places[leaf];
+        let mut probability = 1.0;
+        if place == NONE {
+            return None;
+        }
+        loop {
+            let (node, slot) = (place / WIDTH as u32, place as usize % WIDTH);
+            if self.opened.contains(&node) {
+                return Some((self.cut.iter().position(|entry| entry.place == place)?, probability));
+            }
+            let weights = self.nodes[node as usize].weights(simd, at);
+            probability *= weights[slot] / weights.iter().sum::<f64>();
+            place = self.nodes[node as usize].parent;
+        }
+    }
+}
+
+/// The number of the amount with which the sum of all passes the share `u` of the total, what is left of `u`, from 0 to 1 again, and the
+/// share of the amount.
+#[inline(always)]
+fn pick(amounts: &[f64; WIDTH], u: f64) -> (usize, f64, f64) {
+    let mut ends = [0.0; WIDTH];
+    let mut end = 0.0;
+    for (own, amount) in ends.iter_mut().zip(amounts) {
+        end += amount;
+        *own = end;
+    }
+    let mark = u * end;
+    let mut at: usize = ends.iter().map(|end| usize::from(*end <= mark)).sum();
+    if at == WIDTH {
+        // Rounding: the last with an amount.
+        at = amounts.iter().rposition(|amount| *amount > 0.0).unwrap_or(0);
+    }
+    let before = if at == 0 { 0.0 } else { ends[at - 1] };
+    (at, ((mark - before) / amounts[at]).clamp(0.0, 1.0), amounts[at] / end)
+}

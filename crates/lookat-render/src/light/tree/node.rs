@@ -1,0 +1,177 @@
+//! Nodes of the tree of lights, and what their children are estimated to bring.
+
+use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
+use glam::{DVec3, Vec3};
+
+use super::emitter::EVERYWHERE;
+use crate::number::{Colors, V3, splat_f32, to_f64};
+
+/// The most children of a node.
+pub(super) const WIDTH: usize = 8;
+/// The number of a child that is a leaf has this bit.
+pub(super) const LEAF: u32 = 1 << 31;
+/// No node, or no child.
+pub(super) const NONE: u32 = u32::MAX;
+/// A place is at most so far from a node, in units of its size: beyond, its light comes from one direction.
+pub(super) const FAR: f64 = 1e7;
+/// As [`crate::light::receiver::LEAST_COSINE`].
+const LEAST_COSINE: f32 = 0.1;
+/// How much of the size of a group, over its distance, is added to cosines. By measurement.
+const RIM: f32 = 0.25;
+/// No intensity is stored as less than this share of the largest, nor a spread in units of a node as less than this.
+pub(super) const FAINT: f64 = 1e-20;
+pub(super) const LEAST_SPREAD: f64 = 1e-24;
+/// Cosines are as `f32`, and off by less than this.
+pub(super) const SLACK: f64 = 1e-5;
+
+/// As [`super::Emitter`].
+#[derive(Clone, Copy)]
+pub(super) struct Emission<T> {
+    pub radius: T,
+    pub spread: T,
+    pub intensity: T,
+    pub base: T,
+    /// Negative if it shines to both sides.
+    pub along: T,
+    pub axis: V3<T>,
+    /// The square of the least cosine, with its sign.
+    pub least_cosine: T,
+    /// How far behind the center the cone of its light begins.
+    pub shift: T,
+}
+
+impl<T> Emission<T> {
+    /// Each of the numbers, changed.
+    #[inline(always)]
+    pub fn map<U>(self, mut of: impl FnMut(T) -> U) -> Emission<U> {
+        let V3 { x, y, z } = self.axis;
+        Emission {
+            radius: of(self.radius),
+            spread: of(self.spread),
+            intensity: of(self.intensity),
+            base: of(self.base),
+            along: of(self.along),
+            axis: V3 { x: of(x), y: of(y), z: of(z) },
+            least_cosine: of(self.least_cosine),
+            shift: of(self.shift),
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Node {
+    pub center: DVec3,
+    /// 1 over the radius.
+    pub inverse_scale: f64,
+    /// What the intensities of the children are multiplied by.
+    pub strength: f64,
+    /// The place of the node, as of leaves.
+    pub parent: u32,
+    pub children: Children,
+}
+
+/// Side by side, in units of the node.
+#[derive(Clone, Copy)]
+pub(super) struct Children {
+    pub offset: V3<[f32; WIDTH]>,
+    pub emission: Emission<[f32; WIDTH]>,
+    /// Their numbers: of leaves with [`LEAF`].
+    pub child: [u32; WIDTH],
+}
+
+impl Children {
+    pub const NONE: Children = {
+        let none = [0.0; WIDTH];
+        let nowhere = V3 { x: none, y: none, z: none };
+        let emission = Emission {
+            radius: none,
+            spread: [1.0; WIDTH],
+            intensity: none,
+            base: none,
+            along: none,
+            axis: nowhere,
+            least_cosine: [EVERYWHERE as f32; WIDTH],
+            shift: none,
+        };
+        Children { offset: nowhere, emission, child: [NONE; WIDTH] }
+    };
+}
+
+/// Points that look for light; as [`super::Receivers`].
+#[derive(Clone, Copy)]
+pub(super) struct Normals<S: Simd> {
+    pub n: V3<f32x8<S>>,
+    pub ns: V3<f32x8<S>>,
+    pub is_two_sided: mask32x8<S>,
+    pub is_diffuse: mask32x8<S>,
+}
+
+/// One of them.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::light) struct Place {
+    pub p: DVec3,
+    pub n: Vec3,
+    pub ns: Vec3,
+    pub is_two_sided: bool,
+    pub is_diffuse: bool,
+}
+
+impl Node {
+    /// How many children it has: the first ones.
+    pub fn count(&self) -> usize {
+        self.children.child.iter().position(|child| *child == NONE).unwrap_or(WIDTH)
+    }
+
+    /// What the children are chosen by: about the irradiance that they bring to a place, were nothing in the way; or where that is 0 of
+    /// all, the intensities.
+    #[inline(always)]
+    pub fn weights<S: Simd>(&self, simd: S, at: &Place) -> [f64; WIDTH] {
+        let of = |numbers: [f32; WIDTH]| -> f32x8<S> { numbers.simd_into(simd) };
+        let mut to = (self.center - at.p) * self.inverse_scale;
+        let distance = to.abs().max_element();
+        if distance > FAR {
+            to *= FAR / distance;
+        }
+        let V3 { x, y, z } = self.children.offset;
+        let to = V3 { x: of(x), y: of(y), z: of(z) } + Colors::splat(simd, to.as_vec3());
+        let mask = |is: bool| mask32x8::splat(simd, is);
+        let normals = Normals {
+            n: V3::splat(simd, at.n),
+            ns: V3::splat(simd, at.ns),
+            is_two_sided: mask(at.is_two_sided),
+            is_diffuse: mask(at.is_diffuse),
+        };
+        let estimates = self.children.emission.map(of).estimate(to, &normals);
+        if !estimates.simd_gt(0.0).any_true() {
+            return self.children.emission.intensity.map(f64::from);
+        }
+        to_f64(estimates).into()
+    }
+}
+
+impl<S: Simd> Emission<f32x8<S>> {
+    /// About the irradiance, were nothing in the way. `to`: from where light is looked for to the centers.
+    #[inline(always)]
+    pub fn estimate(&self, to: V3<f32x8<S>>, at: &Normals<S>) -> f32x8<S> {
+        let none: f32x8<S> = splat_f32(to.x.token(), 0.0);
+        let squared = to.length_squared();
+        let inverse = 1.0 / squared.max(1e-30).sqrt();
+        let size = self.radius * inverse;
+        // Whether the point lies in the cone of the light.
+        let height = -to.dot(self.axis);
+        let shifted = height + self.shift;
+        let beside = (squared - height * height).max(0.0);
+        let is_lit = (shifted * shifted.abs()).simd_ge(self.least_cosine * (shifted * shifted + beside));
+        // About the share of it that shines there, foreshortened; parts are seen less aslant than the center.
+        let along = self.along.abs();
+        let foreshortened = height * inverse * along;
+        let opposite = self.along.simd_lt(0.0).select(-foreshortened, none);
+        let rim = (size * along).min(1.0) * RIM;
+        let share = (self.base + foreshortened.max(opposite) + rim).max(LEAST_COSINE).min(1.0);
+        // The cosine at the surface.
+        let is_seen = is_lit & (at.is_two_sided | (to.dot(at.n) * inverse).simd_gt(-size - SLACK as f32));
+        let cosine = (to.dot(at.ns) * inverse + size * RIM).max(LEAST_COSINE).min(1.0);
+        let cosine = at.is_diffuse.select(cosine, splat_f32(none.token(), 1.0));
+        is_seen.select(self.intensity * share * cosine / (squared + self.spread), none)
+    }
+}
