@@ -9,7 +9,7 @@ use crate::light::LightTable;
 use crate::light::leaves::Leaves;
 use crate::light::receiver::Receivers;
 use crate::light::tree::{Place, Step};
-use crate::number::{LANES, those};
+use crate::number::{LANES, those, vectorized};
 
 /// Chooses a leaf of the tree of lights, or a light beside it, for each of some points.
 pub(super) struct TreeSampler<'v, S: Simd> {
@@ -24,8 +24,13 @@ pub(super) struct TreeSampler<'v, S: Simd> {
 
 impl<'v, S: Simd> TreeSampler<'v, S> {
     /// `count`: how many of the lights there are to sample.
-    #[inline(always)]
+    #[inline(never)]
     pub fn new(simd: S, table: &'v LightTable, count: f64x8<S>, at: &Receivers<S>) -> Self {
+        vectorized!(simd, Self::estimated(simd, table, count, at))
+    }
+
+    #[inline(always)]
+    fn estimated(simd: S, table: &'v LightTable, count: f64x8<S>, at: &Receivers<S>) -> Self {
         let leaves = table.leaves();
         let mut total: f64x8<S> = 0.0.simd_into(simd);
         let mut estimates = Vec::with_capacity(table.beside.len() + leaves.tree.entries());
