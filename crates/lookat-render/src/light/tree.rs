@@ -36,7 +36,7 @@ pub(super) struct LightTree {
     strength: f64,
 }
 
-/// A node or leaf of the cut, as among [`Children`], in units of the root.
+/// A node or leaf of the cut, as among the children of a node, in units of the root.
 struct Entry {
     center: DVec3,
     emission: Emission<f32>,
