@@ -75,6 +75,7 @@ impl PixelError {
     }
 
     /// All standard errors: red, green and blue of the pixel, then those of [`Shared`].
+    #[cfg(feature = "compare")]
     pub(crate) fn each_mut(&mut self) -> impl Iterator<Item = &mut f32> {
         self.standard_error.iter_mut().chain(self.shared.iter_mut().flat_map(|shared| &mut shared.unfiltered))
     }

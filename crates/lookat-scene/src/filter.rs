@@ -107,5 +107,12 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
         _ => return params.unknown_kind(&names(KINDS)),
     };
     let radius = DVec2::new(params.take(&sides.0), params.take(&sides.1));
+    for (name, radius) in [("xwidth", radius.x), ("ywidth", radius.y)] {
+        if radius < 0.5 {
+            let message =
+                "samples between the pixels count for none: a pixel that no sample reaches is black";
+            params.warn(name, message, "0.5 is half a pixel: the least with which all samples count");
+        }
+    }
     params.finish().then_some(Filter { radius, kind })
 }
