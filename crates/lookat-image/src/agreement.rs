@@ -1,6 +1,7 @@
 //! Whether two noisy pictures show the same: tests of their means, of tiles and of pixels.
 //!
-//! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel, or as far as [`Shared`](crate::Shared) says.
+//! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel,
+//! or as far as [`Shared`](crate::Shared) says.
 
 mod feature;
 mod noise;

@@ -29,7 +29,7 @@ pub struct Shared {
 
 /// The channels of a picture that hold them.
 const NAMES: [&str; 5] = ["stderr.R", "stderr.G", "stderr.B", "count.samples", "count.replicates"];
-/// And those of [`Shared`].
+/// The channels that hold [`Shared`].
 const SHARED_NAMES: [&str; 4] = ["unfiltered.R", "unfiltered.G", "unfiltered.B", "count.noise-area"];
 
 impl Image {
@@ -74,7 +74,7 @@ impl PixelError {
         self.shared.map_or(self.standard_error, |shared| shared.unfiltered)
     }
 
-    /// All standard errors: red, green and blue of the pixel, then those of [`Shared`].
+    /// All standard errors: red, green and blue of the pixel, then red, green and blue without the filter, if they are known.
     #[cfg(feature = "compare")]
     pub(crate) fn each_mut(&mut self) -> impl Iterator<Item = &mut f32> {
         self.standard_error.iter_mut().chain(self.shared.iter_mut().flat_map(|shared| &mut shared.unfiltered))

@@ -100,7 +100,7 @@ impl<'v> Film<'v> {
         let filter = PixelFilter::new(&view.filter);
         let crop = Area::of(view.film.crop);
         let side = tile_side(crop);
-        let has_unfiltered = keeps == Keeps::Spreads && filter.is_shared();
+        let has_unfiltered = keeps == Keeps::Spreads && view.filter.shares_samples();
         let tiles = tiles(crop.grown(filter.reach()), side);
         let tiles = tiles
             .map(|sources| Mutex::new(Tile::new(sources.intersection(crop), sources, keeps, has_unfiltered)))
@@ -156,14 +156,8 @@ impl<'v> Film<'v> {
     /// The numbers of the tiles that an area has pixels or sources of.
     fn tiles_of(&self, area: Area) -> impl Iterator<Item = usize> + use<> {
         let (side, all) = (self.side, self.sources());
-        let area = area.intersection(all);
-        let range = move |from: i32, to: i32, start: i32| {
-            let start = start.div_euclid(side);
-            from.div_euclid(side) - start..(to - 1).div_euclid(side) - start + 1
-        };
-        let across = range(all.x0, all.x1, all.x0).end;
-        let (columns, rows) = (range(area.x0, area.x1, all.x0), range(area.y0, area.y1, all.y0));
-        rows.flat_map(move |row| columns.clone().map(move |column| (row * across + column) as usize))
+        let squares = area.intersection(all).squares(side);
+        squares.map(move |square| all.square_of(side, [square.x0, square.y0]))
     }
 
     /// The values of the pixels so far, tile by tile.
@@ -249,8 +243,8 @@ pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Bytes of a pixel on a film while it is rendered, and of its values in the picture and in the copy that is written: until then, the
 /// memory of the film is not given back.
-pub(crate) fn pixel_bytes(keeps: Keeps, is_shared: bool) -> usize {
-    let spreads = if is_shared { 2 } else { 1 };
+pub(crate) fn pixel_bytes(keeps: Keeps, shares_samples: bool) -> usize {
+    let spreads = if shares_samples { 2 } else { 1 };
     let sums = match keeps {
         Keeps::Sums => size_of::<Sum>(),
         Keeps::Passes => 2 * size_of::<Sum>(),
@@ -265,16 +259,9 @@ fn tile_side(crop: Area) -> i32 {
     [16, 8].into_iter().find(|side| crop.size() >= FEWEST * side * side).map_or(BLOCK, |side| side as i32)
 }
 
-/// Cuts an area into tiles, row by row. They are aligned to the full picture, as blocks are.
+/// Cuts an area into tiles, row by row.
 fn tiles(area: Area, side: i32) -> impl Iterator<Item = Area> {
-    let starts = move |from: i32, to: i32| {
-        (from.div_euclid(side)..(to - 1).div_euclid(side) + 1).map(move |at| at * side)
-    };
-    starts(area.y0, area.y1)
-        .flat_map(move |y0| {
-            starts(area.x0, area.x1).map(move |x0| Area { x0, y0, x1: x0 + side, y1: y0 + side })
-        })
-        .map(move |tile| tile.intersection(area))
+    area.squares(side).map(move |square| square.intersection(area))
 }
 
 #[cfg(test)]
@@ -296,7 +283,7 @@ mod tests {
         }
     }
 
-    /// A crop window has the pixels of the whole, of any filter, tile by tile: with layers, with errors, and where samples are shared out.
+    /// A crop window has the pixels of the whole, of any filter, with and without layers of its errors.
     #[test]
     fn crops_equal_the_whole() {
         let render = |filter: &str, crop: &str, stop: Stop| {

@@ -5,7 +5,6 @@ use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, View};
 
 use crate::bsdf::most_lobes;
 use crate::bvh::Node;
-use crate::filter::PixelFilter;
 use crate::integrator::{Draw, SceneIntegrator, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Prepared;
@@ -118,7 +117,7 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
     Inspection {
         film_bytes: film_bytes(view, &Settings::default()),
         has_lens: view.camera.lens.is_some(),
-        shares_samples: PixelFilter::new(&view.filter).is_shared(),
+        shares_samples: view.filter.shares_samples(),
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
         has_cutouts: traceable.has_cutouts(),

@@ -211,7 +211,7 @@ impl LightTable {
         }
     }
 
-    /// As [`LightTable::sample`], of one light for each point. `alike`: those of which this is asked, which must be alike.
+    /// As [`LightTable::sample`], of one light for each point. Only the points in `alike` count: their lights must be alike.
     #[inline(always)]
     pub fn sample_alike<S: Simd>(
         &self,

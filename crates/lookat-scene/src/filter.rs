@@ -49,6 +49,11 @@ impl Filter {
     pub fn reach(&self) -> [u32; 2] {
         self.radius.to_array().map(|radius| (radius - 0.5).ceil().max(0.0) as u32)
     }
+
+    /// Whether a sample may count for several pixels.
+    pub fn shares_samples(&self) -> bool {
+        self.reach() != [0, 0]
+    }
 }
 
 pub(crate) const ALPHA_RANGE: Range = Range::from_to(1e-6, 1e4);

@@ -192,6 +192,11 @@ impl Sight<'_> {
         }
     }
 
+    /// What all lights bring to the surfaces in view.
+    fn irradiance(&self) -> f64 {
+        self.facts.lights.iter().map(|light| light.irradiance).sum()
+    }
+
     /// The place of the directive of a light.
     pub fn light_place(&self, light: &LightFacts) -> Option<Span> {
         match light.place {

@@ -19,8 +19,8 @@ const FEWEST_SAMPLES: u32 = 32;
 /// With fewer samples than these, replicates are too few samples each for tests of single pixels: those of filters with
 /// negative lobes gave false alarms in 5 of 100 pairs of pictures with 32.
 const SETTLED: u32 = 64;
-/// How much larger the error of a mean of pixels of another renderer may be than that of independent ones, because filters of several
-/// pixels make neighbors alike: at least.
+/// Other renderers do not say what neighboring pixels share. The error of a mean of their pixels is taken to be at least so many times that
+/// of independent ones.
 const FILTERED: f32 = 2.0;
 
 /// An event that is not met in n samples has a probability of at most this over n, with a confidence of 95 % (Hanley and
@@ -40,7 +40,7 @@ pub(super) struct Difference {
     pub value: f64,
     /// Of the pixel.
     pub variance: Variance,
-    /// What it adds to that of a mean of pixels: another one where neighbors share samples.
+    /// What the pixel adds to the variance of a mean of pixels. It differs where neighbors share samples.
     pub in_mean: Variance,
     /// Of how many pixels about one is independent.
     pub noise_area: f64,

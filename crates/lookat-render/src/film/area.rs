@@ -1,5 +1,7 @@
 //! Rectangles of pixels, which may lie outside of the picture.
 
+use std::ops::Range;
+
 use lookat_scene::PixelBounds;
 
 /// A rectangle of pixels, y down: `x0 <= x < x1`, `y0 <= y < y1`.
@@ -46,6 +48,28 @@ impl Area {
     /// Where a pixel is among all, row by row.
     pub fn index(self, [x, y]: [i32; 2]) -> usize {
         (y - self.y0) as usize * self.width() + (x - self.x0) as usize
+    }
+
+    /// The squares of a grid that it has pixels of, whole and row by row. The grid is aligned to the full picture.
+    pub fn squares(self, side: i32) -> impl Iterator<Item = Area> {
+        let [columns, rows] = self.grid(side);
+        rows.flat_map(move |row| columns.clone().map(move |column| (column * side, row * side)))
+            .map(move |(x0, y0)| Area { x0, y0, x1: x0 + side, y1: y0 + side })
+    }
+
+    /// The number among these squares of the one that a pixel is in.
+    #[inline(always)]
+    pub fn square_of(self, side: i32, [x, y]: [i32; 2]) -> usize {
+        let [columns, rows] = self.grid(side);
+        let (column, row) = (x.div_euclid(side) - columns.start, y.div_euclid(side) - rows.start);
+        (row * (columns.end - columns.start) + column) as usize
+    }
+
+    /// The columns and rows of a grid that it has pixels of.
+    #[inline(always)]
+    fn grid(self, side: i32) -> [Range<i32>; 2] {
+        let range = |from: i32, to: i32| from.div_euclid(side)..(to - 1).div_euclid(side) + 1;
+        [range(self.x0, self.x1), range(self.y0, self.y1)]
     }
 
     /// The area with so many more pixels on each side.

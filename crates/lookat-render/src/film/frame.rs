@@ -14,7 +14,7 @@ pub(super) const BLOCK: i32 = 4;
 pub(crate) struct Frame {
     /// The sources.
     pub area: Area,
-    reach: [i32; 2],
+    reach: [u32; 2],
     /// Row by row, and of each block its pixels and those around it that the filter reaches, row by row: sums of weighted radiance, and
     /// in `w` of weights.
     sums: Vec<DVec4>,
@@ -30,7 +30,7 @@ impl Frame {
     /// Makes a frame for an area, without samples.
     pub fn restart(&mut self, film: &Film, area: Area) {
         self.area = area;
-        self.reach = film.filter.reach().map(u32::cast_signed);
+        self.reach = film.filter.reach();
         self.counts.clear();
         self.counts.resize(area.size(), 0);
         self.unfiltered.clear();
@@ -45,16 +45,12 @@ impl Frame {
         let at = self.area.index(source);
         self.counts[at] += 1;
         self.unfiltered.get_mut(at).into_iter().for_each(|sum| *sum += sample);
-        let Area { x0, x1, y0, .. } = self.area;
         let [x, y] = source;
-        let across = (x1 - 1).div_euclid(BLOCK) - x0.div_euclid(BLOCK) + 1;
-        let block = (y.div_euclid(BLOCK) - y0.div_euclid(BLOCK)) * across + x.div_euclid(BLOCK)
-            - x0.div_euclid(BLOCK);
-        let width = (BLOCK + 2 * self.reach[0]) as usize;
+        let block = self.area.square_of(BLOCK, source);
+        let width = BLOCK as usize + 2 * self.reach[0] as usize;
         // The first pixel that the sample counts for.
-        let first = block as usize * self.block_size()
-            + y.rem_euclid(BLOCK) as usize * width
-            + x.rem_euclid(BLOCK) as usize;
+        let first =
+            block * self.block_size() + y.rem_euclid(BLOCK) as usize * width + x.rem_euclid(BLOCK) as usize;
         let sums = &mut self.sums[first..];
         if self.reach == [0, 0] {
             sums[0] += sample * filter.own(square);
@@ -71,24 +67,13 @@ impl Frame {
 
     /// The pixels of a block and around it.
     fn block_size(&self) -> usize {
-        self.reach.iter().map(|reach| (BLOCK + 2 * reach) as usize).product()
+        self.reach.iter().map(|reach| BLOCK as usize + 2 * *reach as usize).product()
     }
 
     /// The blocks, each with the pixels that it has sums of.
     fn blocks(&self) -> impl Iterator<Item = Area> + use<> {
-        let Area { x0, y0, x1, y1 } = self.area;
-        let [reach_x, reach_y] = self.reach;
-        let starts = |from: i32, to: i32| {
-            (from.div_euclid(BLOCK)..(to - 1).div_euclid(BLOCK) + 1).map(|at| at * BLOCK)
-        };
-        starts(y0, y1).flat_map(move |y| {
-            starts(x0, x1).map(move |x| Area {
-                x0: x - reach_x,
-                y0: y - reach_y,
-                x1: x + BLOCK + reach_x,
-                y1: y + BLOCK + reach_y,
-            })
-        })
+        let reach = self.reach;
+        self.area.squares(BLOCK).map(move |block| block.grown(reach))
     }
 
     /// The sums of each block, with its pixels.

@@ -247,7 +247,7 @@ mod tests {
         assert!((error(&values) - Vec3::new((7.0_f32 / 3.0).sqrt(), 0.0, 0.0)).length() < 1e-6);
     }
 
-    /// From black to what no picture has, and errors far below the value: all are known, and only those of black are 0.
+    /// Errors are known for values from black to brighter than any picture, and far below the value. Only black has errors of 0.
     #[test]
     fn errors_of_dark_and_bright_pixels_are_not_lost() {
         for mean in [0.0, 1e-12, 1e-4, 1.0, 1e6, 1e9] {

@@ -64,7 +64,7 @@ impl LightTable {
         if choice == LightChoice::Spatial && has_many { LightChoice::Power } else { choice }
     }
 
-    /// True if there is anything to choose, where `choice` is asked for.
+    /// True if lights are chosen at all under this strategy.
     pub fn is_choice(&self, choice: LightChoice) -> bool {
         self.len() > 1 || self.asks_tree(choice)
     }
@@ -81,7 +81,7 @@ impl LightTable {
         self.leaves.get_or_init(|| Leaves::new(&self.lights))
     }
 
-    /// True if lights are chosen by the tree, where `choice` is asked for.
+    /// True if this strategy chooses lights by the tree.
     fn asks_tree(&self, choice: LightChoice) -> bool {
         self.needs_tree && self.rule(choice) == LightChoice::Spatial
     }

@@ -155,7 +155,7 @@ impl SurfaceLight {
         })
     }
 
-    /// As [`SurfaceLight::sample`], of one light for each point, which all are whole spheres. `asked`: the points of which this is asked.
+    /// As [`SurfaceLight::sample`], of one light for each point. All are whole spheres. Only the points in `asked` count.
     #[inline(never)]
     pub fn sample_spheres<S: Simd>(
         simd: S,

@@ -28,10 +28,10 @@ pub(super) struct LightTree {
     nodes: Vec<Node>,
     /// Where each leaf is: the number of its node times [`WIDTH`], and its number there. [`NONE`] of leaves without light.
     places: Vec<u32>,
-    /// Nodes and leaves that hold all leaves: the children of the nodes in `opened`, but for these.
+    /// Nodes and leaves that hold all leaves: the children of the nodes in `opened`, without the nodes that are opened themselves.
     cut: Vec<Entry>,
     opened: Vec<u32>,
-    /// As those of the root.
+    /// The same numbers as in the root.
     inverse_scale: f64,
     strength: f64,
 }

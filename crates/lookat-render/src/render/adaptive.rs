@@ -133,7 +133,7 @@ impl Policy for Adaptive {
             let sources = self.sources;
             let variances = self.variances.get_or_insert_with(|| variances(film, sources, states));
             self.goals = allotted(variances, sources.width(), &self.counts, mean);
-            if film.filter.is_shared() {
+            if self.squares.iter().any(|weights| weights.len() > 1) {
                 // Where one source has no sample, no pixel around has an estimate.
                 self.goals
                     .iter_mut()

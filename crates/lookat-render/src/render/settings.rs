@@ -145,7 +145,7 @@ pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::pixel_bytes(threads),
         Stop::TargetError { .. } => target::PIXEL_BYTES,
     };
-    let pixel = pixel_bytes(settings.stop.keeps(), view.filter.reach() != [0, 0])
+    let pixel = pixel_bytes(settings.stop.keeps(), view.filter.shares_samples())
         + policy
         + settings.layers.pixel_bytes();
     view.film.crop.area() * pixel as u64

@@ -2,10 +2,11 @@
 
 use lookat_render::{LightPlace, ShapeFacts};
 use lookat_scene::glam::DVec3;
-use lookat_scene::syntax::{Directive, FileId, Span, Values, statement_at};
+use lookat_scene::syntax::{FileId, Span, Values};
 use lookat_scene::{Location, Sources};
 use serde_json::{Value, json};
 
+use crate::directive_text::DirectiveText;
 use crate::report;
 use crate::sight::{Sight, short};
 use crate::visible::visible;
@@ -105,12 +106,9 @@ fn data_file(span: Span, sources: &Sources) -> Option<String> {
         "infinite" | "exinfinite" | "goniometric" | "projection" => "mapname",
         _ => return None,
     };
-    let Directive::Entity(_, entity) = statement_at(&sources.file(span.file).text, span)?.directive else {
-        return None;
-    };
-    let named = entity.params.into_iter().rfind(|param| param.name.value == parameter)?;
-    let Values::Strings(names) = named.values.value else { return None };
-    names.into_iter().next().map(|name| name.value)
+    let directive = DirectiveText::at(sources, span)?;
+    let Values::Strings(names) = &directive.param(parameter)?.values.value else { return None };
+    names.first().map(|name| name.value.clone())
 }
 
 fn percent(share: f64) -> String {

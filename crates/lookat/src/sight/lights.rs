@@ -1,8 +1,10 @@
 //! Lights that light nothing.
 
+use std::collections::HashMap;
+
 use lookat_render::{LightFacts, LightPlace, ShapeFacts};
 use lookat_scene::glam::DVec3;
-use lookat_scene::syntax::{Diagnostic, Directive, ParamType, Span, Statement, parse};
+use lookat_scene::syntax::{Diagnostic, Directive, FileId, ParamType, Parser, Span, Statement};
 use lookat_scene::{CameraPlacement, Emission, Integrator, Light};
 
 use super::placement::is_in;
@@ -11,8 +13,8 @@ use super::{Sight, inverse, point, short};
 /// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
 const NO_SHARE: f64 = 1e-5;
 const FAR: f64 = 30.0;
-/// A light that `LookAt` moves is misplaced if it has less than this share of the light or, alone, sends less than this part of its own
-/// radiance to what is in view.
+/// A light that `LookAt` moves is misplaced if it has less than this part of the mean of all lights or, alone, sends less than this part of
+/// its own radiance to what is in view.
 const MISPLACED: f64 = 0.01;
 
 /// Lights that light nothing in view.
@@ -23,9 +25,9 @@ pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
     // The back of a lamp is a surface as any other.
     let is_lit = sight.shapes_in_view().any(|shape| !shape.glows);
     let all = sight.facts.lights.iter().filter(|_| uses_lights && is_opaque && is_lit);
-    let mut found: Vec<Diagnostic> = Vec::new();
+    let (mut found, mut look_ats): (Vec<Diagnostic>, _) = (Vec::new(), LookAts::new());
     for warning in all.filter_map(|light| {
-        let misplaced = misplaced(sight, light).or_else(|| enclosed(sight, light));
+        let misplaced = misplaced(sight, light, &mut look_ats).or_else(|| enclosed(sight, light));
         misplaced.or_else(|| turned_away(sight, light)).or_else(|| far(sight, light))
     }) {
         // A lamp may be of many shapes.
@@ -38,14 +40,13 @@ pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
 }
 
 /// A light that a `LookAt` of its block puts where it gives next to nothing.
-fn misplaced(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
-    let all: f64 = sight.facts.lights.iter().map(|light| light.irradiance).sum();
-    let own = match sight.facts.lights.len() {
+fn misplaced(sight: &Sight, light: &LightFacts, look_ats: &mut LookAts) -> Option<Diagnostic> {
+    let usual = match sight.facts.lights.len() {
         1 => emission_of(sight, light).map_or(0.0, |it| f64::from(it.radiance.max_element())),
-        _ => all,
+        count => sight.irradiance() / count as f64,
     };
-    let place = sight.light_place(light).filter(|_| light.irradiance <= MISPLACED * own)?;
-    let (at, points) = look_at_of(sight, place)?;
+    let place = sight.light_place(light).filter(|_| light.irradiance <= MISPLACED * usual)?;
+    let LookAt { span: at, points, .. } = *look_at_of(sight, place, look_ats)?;
     let placed = CameraPlacement::new(points).world_from_camera().ok()?;
     let message = match light.position {
         Some(position) => {
@@ -60,30 +61,58 @@ fn misplaced(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
     Some(Diagnostic::warning(place, message).related(at, "this moves the light").help(help).fix(at, inverse))
 }
 
-/// The `LookAt` that moves what a directive of the world makes, if there is just one.
-fn look_at_of(sight: &Sight, place: Span) -> Option<(Span, [f64; 9])> {
-    let start = sight.directive_start(place)?.start as usize;
-    let text = sight.sources.files.get(place.file.0 as usize)?.text.get(..start)?;
-    let before = parse(place.file, text).statements;
-    let mut closed = 0;
-    let is_around = |statement: &&Statement| {
-        match statement.directive {
-            Directive::AttributeEnd | Directive::TransformEnd | Directive::ObjectEnd => closed += 1,
-            Directive::AttributeBegin | Directive::TransformBegin | Directive::ObjectBegin(_)
-                if closed > 0 =>
-            {
-                closed -= 1
+/// A `LookAt` of the world.
+#[derive(Clone, Copy)]
+struct LookAt {
+    span: Span,
+    points: [f64; 9],
+    /// Where its block ends.
+    end: u32,
+}
+
+/// Those of each file, once they have been asked for.
+type LookAts = HashMap<FileId, Vec<LookAt>>;
+
+/// The only `LookAt` that moves what a directive makes.
+fn look_at_of<'l>(sight: &Sight, place: Span, known: &'l mut LookAts) -> Option<&'l LookAt> {
+    let all = known.entry(place.file).or_insert_with(|| look_ats(sight, place.file));
+    let mut moving = all.iter().filter(|look_at| (look_at.span.end..look_at.end).contains(&place.start));
+    moving.next().filter(|_| moving.next().is_none())
+}
+
+/// The `LookAt`s in the world of a file.
+fn look_ats(sight: &Sight, file: FileId) -> Vec<LookAt> {
+    let Some(source) = sight.sources.files.get(file.0 as usize) else { return Vec::new() };
+    let text = &source.text[..];
+    let find = |text: &[u8], word: &[u8]| text.windows(word.len()).position(|part| part == word);
+    let world = find(text, b"WorldBegin").unwrap_or(0);
+    // Most worlds have none, and need not be read again.
+    if find(&text[world..], b"LookAt").is_none() {
+        return Vec::new();
+    }
+    let nothing_known = &mut |_, _| None;
+    let mut parser = Parser::new(file, text, nothing_known);
+    let (mut blocks, mut ended) = (vec![Vec::new()], Vec::new());
+    while let Some(parsed) = parser.next_block(1, u64::MAX) {
+        for Statement { directive, span, .. } in parsed.statements {
+            match directive {
+                Directive::WorldBegin => blocks = vec![Vec::new()],
+                Directive::AttributeBegin | Directive::TransformBegin | Directive::ObjectBegin(_) => {
+                    blocks.push(Vec::new());
+                }
+                Directive::AttributeEnd | Directive::TransformEnd | Directive::ObjectEnd => {
+                    let all = blocks.pop().into_iter().flatten();
+                    ended.extend(all.map(|look_at| LookAt { end: span.start, ..look_at }));
+                }
+                Directive::LookAt(points) => {
+                    let look_at = LookAt { span, points, end: u32::MAX };
+                    blocks.last_mut().into_iter().for_each(|block| block.push(look_at));
+                }
+                _ => {}
             }
-            _ => return closed == 0,
         }
-        false
-    };
-    let in_world = before.iter().rev().take_while(|it| it.directive != Directive::WorldBegin);
-    let mut all = in_world.filter(is_around).filter_map(|statement| match statement.directive {
-        Directive::LookAt(points) => Some((statement.span, points)),
-        _ => None,
-    });
-    all.next().filter(|_| all.next().is_none())
+    }
+    ended.into_iter().chain(blocks.into_iter().flatten()).collect()
 }
 
 /// A light in an opaque shape.
@@ -164,9 +193,8 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
 
 /// A light so far away that it gives next to nothing.
 fn far(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
-    let all: f64 = sight.facts.lights.iter().map(|light| light.irradiance).sum();
     let distance = sight.light_distance(light)?;
-    let share = light.irradiance / all;
+    let share = light.irradiance / sight.irradiance();
     let is_alone = sight.facts.lights.len() == 1 && light.irradiance < NO_SHARE;
     if !(distance > FAR * sight.world_size() && light.reaches && (share < NO_SHARE || is_alone)) {
         return None;

@@ -137,7 +137,7 @@ struct Bin {
     intensity: f64,
     low: DVec3,
     high: DVec3,
-    /// The sum of the axes of those that shine along one, and how much they shine.
+    /// Over the lights with an axis: the sum of the axes, each times what the light emits along it, and the sum of what they emit so.
     moment: DVec3,
     along: f64,
 }

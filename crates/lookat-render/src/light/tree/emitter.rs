@@ -85,7 +85,7 @@ impl Emitter {
         let intensity: f64 = all.clone().map(|emitter| emitter.intensity).sum();
         let weighted = || all.clone().map(|emitter| (emitter, emitter.intensity / intensity));
         let center = weighted().fold(DVec3::ZERO, |sum, (emitter, share)| sum + emitter.center * share);
-        // In the middle of a ball that shines all over, the mean of 1 / r^2 is about that of twice the mean square of r.
+        // Of lights spread evenly in a ball, seen from its middle, the mean of 1 / r^2 is about 1 over half the mean of r^2.
         let square = |(emitter, share): (&Emitter, f64)| {
             share * (0.5 * emitter.center.distance_squared(center) + emitter.spread)
         };

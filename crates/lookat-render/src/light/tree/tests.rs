@@ -179,7 +179,7 @@ fn all_lights_that_contribute_may_be_chosen() {
     assert!(lit > 10_000 && dark > 10_000, "{lit} {dark}");
 }
 
-/// A leaf is chosen by its share of the numbers, with the probability that is asked for afterwards.
+/// Of evenly spread numbers, a leaf gets the share that the tree gives as its probability afterwards.
 #[test]
 fn probabilities_are_those_of_choices() {
     const NUMBERS: usize = 1 << 14;

@@ -30,9 +30,8 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let control = Control::new(&progress, &film);
     let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
-    let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
     let job = |at: u32| Job {
-        pattern: Pattern { seed: u64::from(at % 2), ..pattern },
+        pattern: Pattern { seed: u64::from(at % 2), ..watched(scene) },
         place: [at % 8 * 4, at / 8 * 4].map(u32::cast_signed),
         // All, none, or from the middle on.
         indices: at % 8 * 4..scene.view.sampler.samples_per_pixel,
@@ -329,12 +328,32 @@ fn paths_have_the_same_bits_at_every_level() {
     assert!(seen > 300_000, "{seen}");
 }
 
-/// Counts a call, and breaks at the last of so many.
-fn breaks_after(most: u64, calls: &AtomicU64) -> ControlFlow<()> {
-    match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
+/// What became of jobs that were broken off.
+struct Broken {
+    calls: u64,
+    rays: u64,
+    is_stopped: bool,
+}
+
+/// Does jobs, and breaks off at so many calls of the callback.
+fn broken_off(most: u64, (scene, prepared): (&Scene, &Prepared), jobs: &mut [Job]) -> Broken {
+    let film = Film::new(&scene.view, Keeps::Sums);
+    let calls = AtomicU64::new(0);
+    let progress = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
         true => ControlFlow::Continue(()),
         false => ControlFlow::Break(()),
-    }
+    };
+    let control = Control::new(&progress, &film);
+    let context = Context::new(prepared, &scene.view, 16, (&film, &control));
+    let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
+    context.sample_all(&mut worker, &mut meter, jobs);
+    let calls = calls.load(Ordering::Relaxed);
+    Broken { calls, rays: worker.tracer.rays, is_stopped: worker.tracer.is_stopped }
+}
+
+/// The pattern of the scene, watched.
+fn watched(scene: &Scene) -> Pattern {
+    Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true }
 }
 
 /// However many rays a sample takes, the callback is called soon, and may end the rendering. Once samples are known to be slow, few
@@ -352,18 +371,10 @@ fn samples_of_many_rays_are_interrupted() {
             ReverseOrientation Shape \"sphere\" \"float radius\" 9 WorldEnd"
         ));
         let prepared = Prepared::new(&scene);
-        let film = Film::new(&scene.view, Keeps::Sums);
         for most in [1, 10] {
-            let calls = AtomicU64::new(0);
-            let progress = |_: Progress| breaks_after(most, &calls);
-            let control = Control::new(&progress, &film);
-            let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
-            let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
-            let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
-            let mut jobs: Vec<Job> = (0..256).map(|x| Job::new(pattern, [x, 9], 0..1)).collect();
-            context.sample_all(&mut worker, &mut meter, &mut jobs);
-            assert_eq!(calls.load(Ordering::Relaxed), most, "{integrator}");
-            let rays = worker.tracer.rays;
+            let mut jobs: Vec<Job> = (0..256).map(|x| Job::new(watched(&scene), [x, 9], 0..1)).collect();
+            let Broken { calls, rays, .. } = broken_off(most, (&scene, &prepared), &mut jobs);
+            assert_eq!(calls, most, "{integrator}");
             assert!(rays > 0 && rays <= most << 15, "{integrator}: {rays} rays in {most} calls");
             // Samples that are not complete do not count.
             assert!(jobs.iter().all(|job| job.samples.count == 0));
@@ -381,22 +392,15 @@ fn fast_samples_of_a_broken_wave_do_not_count() {
         WorldBegin Translate 0 0 5 Shape \"sphere\" \"float radius\" 2 Translate 0 3 0 Shape \"sphere\" WorldEnd",
     );
     let prepared = Prepared::new(&scene);
-    let film = Film::new(&scene.view, Keeps::Sums);
     // Samples of every second pixel hit a sphere, and take many rays.
     let render = |most: u64, counts: [u32; 48]| {
-        let calls = AtomicU64::new(0);
-        let progress = |_: Progress| breaks_after(most, &calls);
-        let control = Control::new(&progress, &film);
-        let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
-        let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
-        let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
         let place = |at: i32| if at % 2 == 0 { [640 + at, 360] } else { [9, at] };
-        let mut jobs: Vec<Job> =
-            (0..48).map(|at| Job::new(pattern, place(at), 0..counts[at as usize])).collect();
-        context.sample_all(&mut worker, &mut meter, &mut jobs);
+        let job = |at: i32| Job::new(watched(&scene), place(at), 0..counts[at as usize]);
+        let mut jobs: Vec<Job> = (0..48).map(job).collect();
+        let broken = broken_off(most, (&scene, &prepared), &mut jobs);
         let samples: Vec<String> = jobs.iter().map(|job| format!("{:?}", job.samples)).collect();
         let counts: [u32; 48] = std::array::from_fn(|at| jobs[at].samples.count);
-        (samples, counts, worker.tracer.is_stopped)
+        (samples, counts, broken.is_stopped)
     };
     let mut broken = 0;
     for most in 2..8 {
