@@ -67,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let look_at = Transform::look_at(DVec3::new(0.0, 2.0, -7.0), DVec3::Y, DVec3::Y)?;
     let camera = Camera::new(look_at, Projection::Perspective { fov: 35.0 }, &film)
         .with_lens(Lens { radius: 0.05, focal_distance: 6.5 });
-    let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 64 };
+    let sampler = Sampler { kind: SamplerKind::SOBOL, samples_per_pixel: 64 };
     let scene = Scene::new(View { sampler, ..View::new(camera, film) }, world()?);
     scene.validate()?;
 

@@ -21,7 +21,7 @@ use lookat_scene::Integrator;
 use crate::camera::views::Viewer;
 use crate::light::LightTable;
 use crate::number::LANES;
-use crate::sampler::Streams;
+use crate::sampler::{CAMERA_NUMBERS, Streams};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 pub use profiler::StageProfile;
@@ -64,7 +64,7 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
-    /// Adds what camera rays see to the radiance in the wave, surface by surface. `dimension`: how many numbers camera rays have taken.
+    /// Adds what camera rays see to the radiance in the wave, surface by surface.
     /// Light is missing once the tracer [is stopped](Tracer::is_stopped).
     #[inline(always)]
     pub fn li<S: Simd>(
@@ -74,7 +74,7 @@ impl<'s> SceneIntegrator<'s> {
         streams: &mut Streams,
         wave: &mut Wave,
         rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
-        (camera, dimension): (Viewer, u32),
+        camera: Viewer,
     ) {
         let (surfaces, numbers, sees) = match self {
             SceneIntegrator::Path(path) => (path.max_depth, path::numbers(path.max_depth), Sees::All),
@@ -97,7 +97,7 @@ impl<'s> SceneIntegrator<'s> {
                 });
                 let paths = wave.take(simd, first, count.min(first + LANES));
                 // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
-                let before = dimension.wrapping_add(depth.wrapping_mul(numbers));
+                let before = CAMERA_NUMBERS.wrapping_add(depth.wrapping_mul(numbers));
                 streams.choose(simd, &paths.samples, before);
                 let at = ((depth == 0).then_some(camera), depth);
                 match self {

@@ -2,8 +2,8 @@
 //!
 //! A number has 52 bits, so that it may choose one of many and go on with what is left of it: after a choice of one of a million, 32 bits.
 
-mod halton;
 mod hash;
+mod orders;
 mod permute;
 mod sobol;
 #[cfg(test)]
@@ -20,27 +20,31 @@ use hash::{BELOW_ONE, mix, random, unit};
 use permute::permute;
 use sobol::Shuffled;
 
+/// How many numbers a camera ray takes: for the place on the film and on a lens, whether there is one or not.
+pub(crate) const CAMERA_NUMBERS: u32 = 4;
+
 /// A camera sample: a seed, a pixel, and which of its samples.
 pub(crate) type Sample = (u64, [i32; 2], u32);
 
 /// Numbers for camera samples of any pixels, eight of which are had at a time. Each call takes the next dimensions.
 #[derive(Debug, Clone)]
 pub(crate) struct Streams {
-    /// Of each sample the seed of its pixel, and its number.
-    samples: Vec<(u64, u32)>,
-    /// Those that are had.
+    samples: Vec<Sample>,
+    /// Of each sample the seed of its pattern, and its number in that.
+    places: Vec<(u64, u32)>,
+    /// Those that are had, and which of the samples they are.
     points: Points,
+    chosen: [u16; LANES],
     dimension: u32,
 }
 
-/// Samples of one pattern in as many pixels.
+/// Samples of one pattern in each of as many pixels, or in blocks of pixels.
 #[derive(Debug, Clone, Copy)]
 struct Points {
     kind: SamplerKind,
     /// How many samples each pixel has.
     count: u32,
-    /// The seeds of the pixels: lower and upper halves.
-    seeds: [[u32; LANES]; 2],
+    seeds: [u64; LANES],
     indices: [u32; LANES],
     /// Of Sobol' points.
     shuffled: Shuffled,
@@ -50,27 +54,27 @@ impl Streams {
     /// Those of no samples as yet.
     pub fn new() -> Self {
         let (kind, count) = (SamplerKind::Random, 0);
-        let (seeds, indices) = ([[0; LANES]; 2], [0; LANES]);
+        let (seeds, indices) = ([0; LANES], [0; LANES]);
         let points = Points { kind, count, seeds, indices, shuffled: Shuffled::default() };
-        Streams { samples: Vec::new(), points, dimension: 0 }
+        Streams { samples: Vec::new(), places: Vec::new(), points, chosen: [0; LANES], dimension: 0 }
     }
 
     /// Goes to the beginning of others.
     pub fn restart(&mut self, sampler: &Sampler, samples: &[Sample]) {
         (self.points.kind, self.points.count) = (sampler.kind, sampler.samples_per_pixel);
         self.samples.clear();
-        self.samples.extend(samples.iter().map(|(seed, pixel, index)| (of_pixel(*seed, *pixel), *index)));
+        self.samples.extend(samples);
+        self.places.clear();
+        self.places.extend(samples.iter().map(|sample| self.points.place(*sample)));
     }
 
     /// Goes on with some of the samples, of which so many dimensions have been taken.
     #[inline(always)]
     pub fn choose<S: Simd>(&mut self, simd: S, samples: &[u16], dimension: u32) {
         for lane in 0..LANES {
-            let sample = samples.get(lane).unwrap_or(&samples[0]);
-            let (seed, index) = self.samples[usize::from(*sample)];
-            self.points.seeds[0][lane] = seed as u32;
-            self.points.seeds[1][lane] = (seed >> 32) as u32;
-            self.points.indices[lane] = index;
+            let sample = *samples.get(lane).unwrap_or(&samples[0]);
+            self.chosen[lane] = sample;
+            (self.points.seeds[lane], self.points.indices[lane]) = self.places[usize::from(sample)];
         }
         self.points.shuffle(simd);
         self.dimension = dimension;
@@ -96,7 +100,10 @@ impl Streams {
     pub fn nested_2d<S: Simd>(&mut self, simd: S, (count, k): (u32, u32)) -> [f64x8<S>; 2] {
         let points = match count {
             1 => self.points.pair(simd, self.dimension),
-            _ => self.points.nested_pair(simd, self.dimension, (count, k)),
+            _ => {
+                let samples = self.chosen.map(|sample| self.samples[usize::from(sample)]);
+                self.points.nested_pair(simd, self.dimension, samples, (count, k))
+            }
         };
         self.skip(if k + 1 == count { 2 } else { 0 });
         points
@@ -110,11 +117,23 @@ impl Streams {
 }
 
 impl Points {
+    /// The seed of a sample's pattern, and its number in that.
+    fn place(&self, sample: Sample) -> (u64, u32) {
+        match self.kind {
+            SamplerKind::Sobol { .. } => sobol::place(sample, self.count),
+            SamplerKind::Random | SamplerKind::Stratified { .. } => {
+                let (seed, pixel, index) = sample;
+                let [x, y] = pixel.map(|at| u64::from(at.cast_unsigned()));
+                (hash::of_place(seed, x | y << 32), index)
+            }
+        }
+    }
+
     /// What other indices change.
     #[inline(always)]
     fn shuffle<S: Simd>(&mut self, simd: S) {
-        if self.kind == SamplerKind::Sobol {
-            self.shuffled = Shuffled::new(simd, 0, self.indices, from_fn(|lane| self.seed(lane)));
+        if let SamplerKind::Sobol { .. } = self.kind {
+            self.shuffled = Shuffled::new(simd, 0, (self.seeds, self.indices));
         }
     }
 
@@ -134,17 +153,8 @@ impl Points {
                 let within = if jitter { unit(mix(hash ^ u64::from(index) << 32)) } else { 0.5 };
                 ((f64::from(stratum) + within) / f64::from(self.count)).min(BELOW_ONE)
             }),
-            SamplerKind::Halton { .. } => {
-                let [low, high] = self.seeds.map(|seeds| seeds.simd_into(simd));
-                match halton::numbers(simd, dimension, (self.indices, self.count), [low, high]) {
-                    Some(numbers) => numbers,
-                    // Beyond the sequence.
-                    None => self.random(simd, dimension),
-                }
-            }
-            SamplerKind::Sobol => {
-                let seeds = || from_fn(|lane| self.seed(lane));
-                sobol::numbers(simd, dimension, (self.indices, seeds), &self.shuffled)
+            SamplerKind::Sobol { .. } => {
+                sobol::numbers(simd, dimension, (self.seeds, self.indices), &self.shuffled)
             }
         }
     }
@@ -157,35 +167,48 @@ impl Points {
                 SamplerKind::Stratified { cells, jitter } => {
                     self.stratified(simd, dimension, (cells, jitter))
                 }
-                SamplerKind::Halton { pixel_center: true } if dimension == 0 => [0.5.simd_into(simd); 2],
-                _ => [self.number_of(simd, dimension), self.number_of(simd, dimension.wrapping_add(1))],
+                SamplerKind::Sobol { pixel_center: true } if dimension == 0 => [0.5.simd_into(simd); 2],
+                SamplerKind::Sobol { .. } => {
+                    let points =
+                        if dimension == 0 { self.shuffled.in_pixel(simd, self.count) } else { self.shuffled };
+                    sobol::pairs(simd, dimension, (self.seeds, self.indices), &points)
+                }
+                SamplerKind::Random => {
+                    [self.number_of(simd, dimension), self.number_of(simd, dimension.wrapping_add(1))]
+                }
             }
         })
     }
 
     /// Those of the `k`-th of `count` nested samples.
     #[inline(never)]
-    fn nested_pair<S: Simd>(&self, simd: S, dimension: u32, (count, k): (u32, u32)) -> [f64x8<S>; 2] {
+    fn nested_pair<S: Simd>(
+        &self,
+        simd: S,
+        dimension: u32,
+        samples: [Sample; LANES],
+        (count, k): (u32, u32),
+    ) -> [f64x8<S>; 2] {
         vectorized!(simd, {
             let mut nested = *self;
+            nested.count = self.count.saturating_mul(count);
             let mut is_numbered = [true; LANES];
-            for (lane, is_numbered) in is_numbered.iter_mut().enumerate() {
-                let index = u64::from(self.indices[lane]) * u64::from(count) + u64::from(k);
-                (nested.indices[lane], *is_numbered) = (index as u32, index <= u64::from(u32::MAX));
+            for (lane, (seed, pixel, index)) in samples.into_iter().enumerate() {
+                let index = u64::from(index) * u64::from(count) + u64::from(k);
+                is_numbered[lane] = index <= u64::from(u32::MAX);
+                (nested.seeds[lane], nested.indices[lane]) = nested.place((seed, pixel, index as u32));
             }
-            // Only these two have to know how many there are; and of cells there may be more than samples.
+            // Of cells there may be more than samples.
             let needed = match self.kind {
                 SamplerKind::Stratified { cells: [across, down], .. } => {
                     u64::from(across) * u64::from(down) * u64::from(count)
                 }
-                SamplerKind::Halton { .. } => u64::from(self.count) * u64::from(count),
-                SamplerKind::Random | SamplerKind::Sobol => 0,
+                SamplerKind::Random | SamplerKind::Sobol { .. } => 0,
             };
             if needed > u64::from(u32::MAX) {
                 is_numbered = [false; LANES];
             }
             nested.shuffle(simd);
-            nested.count = self.count.saturating_mul(count);
             if let SamplerKind::Stratified { cells, .. } = &mut nested.kind {
                 cells[0] = cells[0].saturating_mul(count);
             }
@@ -195,8 +218,9 @@ impl Points {
             };
             for lane in (0..LANES).filter(|lane| !is_numbered[*lane]) {
                 // More than can be numbered: independent ones.
-                let own = u64::from(self.indices[lane]) << 32 | u64::from(k);
-                let seed = mix(hash::of_dimension(self.seed(lane), dimension) ^ own);
+                let (seed, index) = Points { kind: SamplerKind::Random, ..*self }.place(samples[lane]);
+                let own = u64::from(index) << 32 | u64::from(k);
+                let seed = mix(hash::of_dimension(seed, dimension) ^ own);
                 (x[lane], y[lane]) = (unit(mix(seed)), unit(mix(!seed)));
             }
             [x, y]
@@ -211,7 +235,7 @@ impl Points {
         ([across, down], jitter): ([u32; 2], bool),
     ) -> [f64x8<S>; 2] {
         let points: [DVec2; LANES] = from_fn(|lane| {
-            let (seed, index) = (self.seed(lane), self.indices[lane]);
+            let (seed, index) = (self.seeds[lane], self.indices[lane]);
             let hash = hash::of_dimension(seed, dimension);
             let cell = permute(index % (across * down).max(1), across * down, hash as u32);
             let random = mix(hash ^ u64::from(index) << 32);
@@ -230,19 +254,8 @@ impl Points {
     /// What a function gives for each seed and index.
     #[inline(always)]
     fn each<S: Simd>(&self, simd: S, number: impl Fn(u64, u32) -> f64) -> f64x8<S> {
-        f64x8::from_fn(simd, |lane| number(self.seed(lane), self.indices[lane]))
+        f64x8::from_fn(simd, |lane| number(self.seeds[lane], self.indices[lane]))
     }
-
-    #[inline(always)]
-    fn seed(&self, lane: usize) -> u64 {
-        u64::from(self.seeds[1][lane]) << 32 | u64::from(self.seeds[0][lane])
-    }
-}
-
-/// The seed of a pixel.
-fn of_pixel(seed: u64, pixel: [i32; 2]) -> u64 {
-    let pixel = pixel.map(i32::cast_unsigned);
-    mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ (u64::from(pixel[0]) | u64::from(pixel[1]) << 32))
 }
 
 /// The seed of the `i`-th of several patterns that have nothing in common.

@@ -29,19 +29,21 @@ pub enum SamplerKind {
         /// If true, a random point in the cell; if false, its center. Default true.
         jitter: bool,
     },
-    /// The Halton sequence, Owen-scrambled per pixel. The default sampler of pbrt-v3, with 16 samples.
-    Halton {
-        /// If true, all camera rays pass through the pixel center. Default false.
+    /// The Sobol' sequence, Owen-scrambled; also for `halton`, the default of pbrt-v3. Default 16 samples.
+    Sobol {
+        /// If true, all camera rays pass through the pixel center (`samplepixelcenter` of `halton`). Default false.
         pixel_center: bool,
     },
-    /// The Sobol' sequence, Owen-scrambled per pixel. Default 16 samples.
-    Sobol,
+}
+
+impl SamplerKind {
+    /// The Sobol' sequence everywhere in the pixel.
+    pub const SOBOL: SamplerKind = SamplerKind::Sobol { pixel_center: false };
 }
 
 impl Sampler {
     /// The sampler of pbrt-v3 without a Sampler directive.
-    pub(crate) const PBRT_DEFAULT: Sampler =
-        Sampler { kind: SamplerKind::Halton { pixel_center: false }, samples_per_pixel: 16 };
+    pub(crate) const PBRT_DEFAULT: Sampler = Sampler { kind: SamplerKind::SOBOL, samples_per_pixel: 16 };
 
     /// The same sampler with jitter.
     pub fn jittered(self) -> Sampler {
@@ -102,11 +104,11 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind::new(
         "Sampler",
         "halton",
-        "the Halton sequence, scrambled in each pixel",
+        "as sobol, whose points lookat takes for these too",
         &[&[&PIXEL_SAMPLES, &PIXEL_CENTER]],
     )
     .by_default(),
-    Kind::new("Sampler", "sobol", "the Sobol' sequence, scrambled in each pixel", &[&[&PIXEL_SAMPLES]]),
+    Kind::new("Sampler", "sobol", "the Sobol' sequence, scrambled", &[&[&PIXEL_SAMPLES]]),
     Kind::new("Sampler", "random", "independent samples", &[&[&FEW_PIXEL_SAMPLES]]),
     Kind::new(
         "Sampler",
@@ -125,14 +127,14 @@ pub(crate) fn sampler(params: &mut Params) -> Option<Sampler> {
         "random" => (SamplerKind::Random, params.take(&FEW_PIXEL_SAMPLES)),
         "halton" => {
             let pixel_center = params.take(&PIXEL_CENTER);
-            (SamplerKind::Halton { pixel_center }, params.take(&PIXEL_SAMPLES))
+            (SamplerKind::Sobol { pixel_center }, params.take(&PIXEL_SAMPLES))
         }
-        "sobol" => (SamplerKind::Sobol, params.take(&PIXEL_SAMPLES)),
+        "sobol" => (SamplerKind::SOBOL, params.take(&PIXEL_SAMPLES)),
         "02sequence" | "lowdiscrepancy" | "maxmindist" => {
             let message = format!("lookat renders Sampler \"{}\" with \"sobol\"", params.kind());
             params.replaced(message, "the picture is the same apart from its noise");
             params.take(&DIMENSIONS);
-            (SamplerKind::Sobol, params.take(&PIXEL_SAMPLES))
+            (SamplerKind::SOBOL, params.take(&PIXEL_SAMPLES))
         }
         "stratified" => stratified(params),
         _ => return params.unknown_kind(&names(KINDS)),

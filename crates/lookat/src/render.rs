@@ -434,9 +434,9 @@ fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
         (None, None) => return,
     };
     let is_kept = match scene.view.sampler.kind {
-        SamplerKind::Sobol => true,
+        SamplerKind::Sobol { .. } => true,
         SamplerKind::Random => arguments.target_error.is_none(),
-        SamplerKind::Stratified { .. } | SamplerKind::Halton { .. } => false,
+        SamplerKind::Stratified { .. } => false,
     };
     if !is_kept {
         let file = loaded.sources.files[0].path.display();

@@ -2,7 +2,7 @@
 
 use lookat_render::{Stop, TargetError};
 use lookat_scene::LightChoice::{self, Power, Spatial, Uniform};
-use lookat_scene::SamplerKind::{self, Halton, Random, Sobol, Stratified};
+use lookat_scene::SamplerKind::{self, Random, Stratified};
 use lookat_scene::{DirectStrategy, Integrator, View};
 
 use Change::{Direct, Path, Sampler};
@@ -39,8 +39,7 @@ pub const METHODS: &[Method] = &[
         "one sample in each cell of a grid",
         Sampler(Stratified { cells: [1, 1], jitter: true }),
     ),
-    method("halton", "Halton sequence", Sampler(Halton { pixel_center: false })),
-    method("sobol", "Sobol sequence", Sampler(Sobol)),
+    method("sobol", "Sobol sequence", Sampler(SamplerKind::SOBOL)),
     method("direct-one", "direct lighting, one random light at each surface", Direct(DirectStrategy::One)),
     method("direct-all", "direct lighting, all lights at each surface", Direct(DirectStrategy::All)),
     method("path", "path tracing", Path(None)),
@@ -58,21 +57,21 @@ pub const METHODS: &[Method] = &[
         ..method(
             "target-error",
             "Sobol sequence, with as many samples in each pixel as the target error needs",
-            Sampler(Sobol),
+            Sampler(SamplerKind::SOBOL),
         )
     },
     Method {
         // With fewer, all pixels have alike many.
         first: 8,
         stop: |_| Stop::Adaptive,
-        ..method("adaptive", "Sobol sequence, with more samples in noisy pixels", Sampler(Sobol))
+        ..method("adaptive", "Sobol sequence, with more samples in noisy pixels", Sampler(SamplerKind::SOBOL))
     },
 ];
 
 /// Makes the reference.
 pub(super) const REFERENCE: Method = Method {
     stop: |_| Stop::Samples { error_layers: true },
-    ..method("reference", "Sobol sequence", Sampler(Sobol))
+    ..method("reference", "Sobol sequence", Sampler(SamplerKind::SOBOL))
 };
 
 const fn method(name: &'static str, about: &'static str, change: Change) -> Method {
@@ -80,7 +79,7 @@ const fn method(name: &'static str, about: &'static str, change: Change) -> Meth
 }
 
 /// The methods that are charted where none is named: the samplers.
-pub const DEFAULT: &str = "random,stratified,halton,sobol";
+pub const DEFAULT: &str = "random,stratified,sobol";
 
 /// Depth where the scene's integrator has none, and pbrt-v3's default.
 const DEPTH: u32 = 5;
@@ -143,12 +142,12 @@ mod tests {
             (view.sampler.kind, view.integrator, (method.stop)(4))
         };
         let stop = Stop::Samples { error_layers: false };
-        assert_eq!(chosen("halton"), (Halton { pixel_center: false }, integrator(Power), stop));
+        assert_eq!(chosen("sobol"), (SamplerKind::SOBOL, integrator(Power), stop));
         assert_eq!(chosen("path"), (own, integrator(Power), stop));
         let direct = Integrator::DirectLighting { strategy: DirectStrategy::All, max_depth: 7 };
         assert_eq!(chosen("direct-all"), (own, direct, stop));
         assert_eq!(chosen("path-uniform"), (own, integrator(Uniform), stop));
-        assert_eq!(chosen("adaptive"), (Sobol, integrator(Power), Stop::Adaptive));
+        assert_eq!(chosen("adaptive"), (SamplerKind::SOBOL, integrator(Power), Stop::Adaptive));
         assert!(DEFAULT.split(',').all(|name| named(name).is_some()));
     }
 }

@@ -230,7 +230,7 @@ mod tests {
         let all = [edges(12), tinted(12), lens(12), wall(12), plain(12), fireflies(12)];
         for (number, known) in all.into_iter().enumerate() {
             let mut scene = known.scene;
-            scene.view.sampler = Sampler { kind: lookat_scene::SamplerKind::Sobol, samples_per_pixel: 4096 };
+            scene.view.sampler = Sampler { kind: lookat_scene::SamplerKind::SOBOL, samples_per_pixel: 4096 };
             let image =
                 lookat_render::render(&scene, &Default::default(), &|_| ControlFlow::Continue(())).image;
             let (mut sum, mut most) = (0.0, 0.0_f64);

@@ -18,7 +18,7 @@ impl Context<'_> {
     /// Sets the scale of sums: by the root mean square of a few samples that depend on no seed and no crop window, and by the
     /// brightest light, which these samples may miss.
     pub fn expose(&mut self) {
-        let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 1 };
+        let sampler = Sampler { kind: SamplerKind::SOBOL, samples_per_pixel: 1 };
         let pattern = Pattern { sampler, seed: 0, is_watched: true };
         let [width, height] = self.film.of.resolution.map(u64::from);
         let place = |at: u64| {

@@ -105,10 +105,8 @@ impl Stop {
     pub(super) fn sampler(&self, view: &View) -> Sampler {
         let sampler = view.sampler;
         let kind = match sampler.kind {
-            SamplerKind::Random => SamplerKind::Random,
-            SamplerKind::Stratified { .. } | SamplerKind::Halton { .. } | SamplerKind::Sobol => {
-                SamplerKind::Sobol
-            }
+            SamplerKind::Stratified { .. } => SamplerKind::SOBOL,
+            other => other,
         };
         match *self {
             Stop::Samples { .. } => sampler,
@@ -117,7 +115,8 @@ impl Stop {
                 Sampler { kind, samples_per_pixel: max_samples.clamp(1, Stop::DEFAULT_MAX_SAMPLES_OF_TIME) }
             }
             Stop::TargetError { max_samples, .. } => {
-                Sampler { kind: SamplerKind::Sobol, samples_per_pixel: max_samples.max(target::FIRST) }
+                let kind = if kind == SamplerKind::Random { SamplerKind::SOBOL } else { kind };
+                Sampler { kind, samples_per_pixel: max_samples.max(target::FIRST) }
             }
         }
     }

@@ -118,11 +118,10 @@ impl Context<'_> {
             packets.push(rays);
             numbers.push(own);
         }
-        let dimension = if self.camera.has_lens() { 4 } else { 2 };
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
         let Worker { tracer, streams, wave, .. } = worker;
         let rays = (&packets[..], &numbers[..]);
-        self.integrator.li(simd, tracer, streams, wave, rays, (viewer, dimension));
+        self.integrator.li(simd, tracer, streams, wave, rays, viewer);
     }
 
     /// The camera rays of up to eight samples, from one on, and the numbers of these samples.

@@ -1,6 +1,11 @@
 //! Hashes of numbers, one by one and side by side.
 
-use fearless_simd::{Simd, f64x8, prelude::*, u32x8, u64x4, u64x8};
+use fearless_simd::{Simd, f64x8, prelude::*, u32x8, u64x8};
+
+/// The seed of a pixel or of another place.
+pub(super) fn of_place(seed: u64, place: u64) -> u64 {
+    mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ place)
+}
 
 /// Chooses the scramble of one dimension of a pixel.
 pub(super) fn of_dimension(seed: u64, dimension: u32) -> u64 {
@@ -70,24 +75,6 @@ pub(super) fn reversed<S: Simd>(mut x: u32x8<S>) -> u32x8<S> {
     x >> 16 | x << 16
 }
 
-/// The upper halves of products: of random numbers, numbers below `n`.
-#[inline(always)]
-pub(super) fn high<S: Simd>(x: u32x8<S>, n: u32x8<S>) -> u32x8<S> {
-    const LOW: u64 = u32::MAX as u64;
-    let (x, n): (u64x4<S>, u64x4<S>) = (x.bitcast(), n.bitcast());
-    let even = ((x & LOW) * (n & LOW)) >> 32;
-    let odd = ((x >> 32) * (n >> 32)) & !LOW;
-    (even | odd).bitcast()
-}
-
-/// As `f64`: the bits of 2^52 and more, less 2^52.
-#[inline(always)]
-pub(super) fn to_f64<S: Simd>(x: u32x8<S>) -> f64x8<S> {
-    const SHIFT: f64 = 4_503_599_627_370_496.0;
-    let shifted: f64x8<S> = (widened(x) | SHIFT.to_bits()).bitcast();
-    shifted - SHIFT
-}
-
 #[inline(always)]
 fn widened<S: Simd>(x: u32x8<S>) -> u64x8<S> {
     let (low, high) = x.widen();
@@ -119,9 +106,6 @@ mod tests {
                 let (x, y): (u32x8<_>, u32x8<_>) = (a.simd_into(simd), b.simd_into(simd));
                 assert_eq!(owen_scramble_rev(x, y)[3], parts::owen_scramble_rev(a, b));
                 assert_eq!(reversed(x)[5], a.reverse_bits());
-                assert_eq!(high(x, y)[2], ((u64::from(a) * u64::from(b)) >> 32) as u32);
-                assert_eq!(high(x, y)[7], high(x, y)[2]);
-                assert_eq!(to_f64(x)[7], f64::from(a));
                 let more = u64::from(lowbias(x ^ y)[6]);
                 assert_eq!(units(x, y)[6], unit(u64::from(a) << 32 | more));
             });

@@ -3,11 +3,10 @@
 use super::*;
 use crate::testing::baseline;
 
-const KINDS: [SamplerKind; 4] = [
+const KINDS: [SamplerKind; 3] = [
     SamplerKind::Random,
     SamplerKind::Stratified { cells: [8, 8], jitter: true },
-    SamplerKind::Halton { pixel_center: false },
-    SamplerKind::Sobol,
+    SamplerKind::SOBOL,
 ];
 
 /// The numbers of one sample, as [`Streams`] gives them.
@@ -88,14 +87,13 @@ fn first_dimensions_are_stratified() {
     };
     assert_eq!(occupied(KINDS[1], 64, 0), 64);
     assert_eq!(occupied(KINDS[2], 64, 0), 64);
-    assert_eq!(occupied(KINDS[2], 27, 1), 27);
-    assert_eq!(occupied(KINDS[3], 64, 0), 64);
-    assert_eq!(occupied(KINDS[3], 64, 3), 64);
+    assert_eq!(occupied(KINDS[2], 64, 3), 64);
 }
 
-/// The errors of estimates in neighboring pixels, and of different dimensions in one pixel, have nothing in common.
+/// The errors of estimates in neighboring pixels, and of different dimensions in one pixel, have nothing in common; those of neighbors may
+/// cancel.
 #[test]
-fn errors_of_neighbors_are_not_correlated() {
+fn errors_of_neighbors_do_not_add_up() {
     let pixels = 2000;
     for kind in KINDS {
         // The share of 16 samples that fall below a threshold, less its mean.
@@ -113,7 +111,9 @@ fn errors_of_neighbors_are_not_correlated() {
             let there = errors(step, dimension);
             let r = product(&here, &there) / (product(&here, &here) * product(&there, &there)).sqrt();
             // Four standard deviations.
-            assert!(r.abs() < 4.0 / f64::from(pixels).sqrt(), "{kind:?} {step:?} {dimension}: {r}");
+            let most = 4.0 / f64::from(pixels).sqrt();
+            let may_cancel = kind == SamplerKind::SOBOL && step != [0, 0];
+            assert!(r < most && (r > -most || may_cancel), "{kind:?} {step:?} {dimension}: {r}");
         }
     }
 }
@@ -134,15 +134,14 @@ fn nested_samples_differ_from_each_other() {
     }
 }
 
-/// However many samples there may be, those that are nested belong to one pattern.
+/// Nested samples of all samples of a pixel are as even as so many samples.
 #[test]
-fn nested_samples_of_sobol_need_no_count() {
-    let few = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 16 };
-    let many = Sampler { samples_per_pixel: 1 << 30, ..few };
-    for index in 0..16 {
-        let number = |sampler| of_sample(&sampler, [1, 2], index).nested_2d(8, 3).x;
-        assert_eq!(number(few), number(many));
-    }
+fn nested_samples_of_sobol_are_stratified() {
+    let numbers = streams(SamplerKind::SOBOL, 16, [1, 2])
+        .flat_map(|stream| (0..8).map(move |k| stream.clone().nested_2d(8, k).y));
+    let mut strata: Vec<u32> = numbers.map(|y| (y * 128.0) as u32).collect();
+    strata.sort_unstable();
+    assert!(strata.into_iter().eq(0..128));
 }
 
 /// With more samples than can be numbered, nested ones still differ.

@@ -53,7 +53,7 @@ fn is_sampler(sampler: &Sampler) -> bool {
         SamplerKind::Stratified { cells: [across, down], .. } => {
             across > 0 && across.checked_mul(down).is_some_and(|cells| cells >= sampler.samples_per_pixel)
         }
-        SamplerKind::Random | SamplerKind::Halton { .. } | SamplerKind::Sobol => true,
+        SamplerKind::Random | SamplerKind::Sobol { .. } => true,
     };
     has_cells && (1..=MAX_SAMPLES).contains(&sampler.samples_per_pixel)
 }
