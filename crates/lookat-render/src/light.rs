@@ -21,6 +21,7 @@ use lookat_scene::{DirectStrategy, Light, Transform, World};
 
 use crate::number::{Colors, LANES, Vec3x8, bits};
 use crate::ray::ElementId;
+use crate::surface::points::Surfaces;
 use crate::traceable::Traceable;
 pub(crate) use choice::{Chosen, LightSampler};
 use environment::{Environment, EnvironmentSample};
@@ -257,11 +258,17 @@ impl LightTable {
         self.of_primitive.get(element.primitive as usize).copied().flatten().filter(|_| in_world)
     }
 
-    /// Densities by solid angle with which [`LightTable::sample`] finds, from the points `p`, the points of a light that rays have found.
+    /// Densities by solid angle with which [`LightTable::sample`] finds, from surfaces, the points of a light that rays have found.
     #[inline(always)]
-    pub fn surface_pdf<S: Simd>(&self, simd: S, light: usize, p: Vec3x8<S>, found: &Found<S>) -> f64x8<S> {
+    pub fn surface_pdf<S: Simd>(
+        &self,
+        simd: S,
+        light: usize,
+        at: &Surfaces<S>,
+        found: &Found<S>,
+    ) -> f64x8<S> {
         match &self.lights[light] {
-            SceneLight::Surface(surface) => surface.pdf(simd, p, found),
+            SceneLight::Surface(surface) => surface.pdf(simd, at, found),
             _ => 0.0.simd_into(simd),
         }
     }

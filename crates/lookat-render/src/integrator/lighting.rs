@@ -327,7 +327,7 @@ impl<S: Simd> Vertices<'_, S> {
                 }
                 for (lane, alike) in groups(of_light, |a, b| light[a] == light[b]) {
                     on_light.is_there = bits(simd, alike);
-                    let own = table.surface_pdf(simd, light[lane] as usize, receivers.surfaces.p, &on_light);
+                    let own = table.surface_pdf(simd, light[lane] as usize, receivers.surfaces, &on_light);
                     density = on_light.is_there.select(own, density);
                 }
                 let triangle = on_light.triangle;

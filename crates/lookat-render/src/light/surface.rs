@@ -23,7 +23,7 @@ use crate::curved::Curved;
 use crate::frame::flipped;
 use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, those, vectorized};
 use crate::ray::{ElementId, Ray};
-use crate::surface::points::{Point, Points};
+use crate::surface::points::{Point, Points, Surfaces};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 use mesh::MeshLight;
@@ -287,13 +287,14 @@ impl SurfaceLight {
         LightSample::with_pdf(shines, Colors::splat(simd, self.radiance), pdf, shadow)
     }
 
-    /// Densities by solid angle with which points of the light are sampled that are found from `p`.
+    /// Densities by solid angle with which points of the light are sampled that are found from surfaces.
     #[inline(always)]
-    pub fn pdf<S: Simd>(&self, simd: S, p: Vec3x8<S>, found: &Found<S>) -> f64x8<S> {
+    pub fn pdf<S: Simd>(&self, simd: S, at: &Surfaces<S>, found: &Found<S>) -> f64x8<S> {
+        let p = at.p;
         let squared_distance = (found.p - p).length_squared();
         let density = match &self.form {
             SurfaceForm::Mesh(mesh) => {
-                mesh.density(simd, &self.primitive, p, (found.triangle, found.by_triangle))
+                mesh.density(simd, &self.primitive, at, (found.triangle, found.by_triangle))
             }
             SurfaceForm::Curved(shape) => {
                 let mut density = Density::by_area(0.0.simd_into(simd));

@@ -15,7 +15,7 @@ use crate::light::facing::Patch;
 use crate::light::receiver::Receivers;
 use crate::light::sample::LightSample;
 use crate::number::{LANES, Vec2x8, Vec3x8, bits, those, vectorized};
-use crate::surface::points::{Triangles, on_triangle};
+use crate::surface::points::{Surfaces, Triangles, on_triangle};
 use crate::triangle::corners;
 use crate::warp::sample_discrete;
 
@@ -114,37 +114,35 @@ impl MeshLight {
     #[inline(always)]
     fn seen<S: Simd>(
         &self,
-        p: Vec3x8<S>,
+        at: &Surfaces<S>,
         corners: [Vec3x8<S>; 3],
         are_chosen: bool,
     ) -> (SphericalTriangles<S>, Density<S>) {
-        let seen = SphericalTriangles::new(p, corners);
-        let [a, b, c] = corners;
-        let own = (b - a).cross(c - a).length_squared().sqrt() * 0.5;
-        let (mut area, mut solid_angle) = (own, seen.solid_angle);
+        let seen = SphericalTriangles::new(at, corners);
+        let (mut area, mut solid_angle) = (seen.area, seen.solid_angle);
         if !are_chosen {
-            area = self.area().simd_into(p.x.token());
-            solid_angle = solid_angle * area / own;
+            area = self.area().simd_into(area.token());
+            solid_angle = solid_angle * area / seen.area;
         }
         let density = Density { area, solid_angle, is_by_angle: seen.is_in_range };
         (seen, density)
     }
 
-    /// The densities of samples of triangles, from the points `p`.
+    /// The densities of samples of triangles.
     #[inline(never)]
     pub(super) fn density<S: Simd>(
         &self,
         simd: S,
         primitive: &Primitive,
-        p: Vec3x8<S>,
+        at: &Surfaces<S>,
         (triangles, are_chosen): (f64x8<S>, bool),
     ) -> Density<S> {
         vectorized!(simd, {
             if let Some(rectangle) = &self.rectangle {
-                return self.of_rectangle(&rectangle.seen_from(simd, p));
+                return self.of_rectangle(&rectangle.seen_from(simd, at));
             }
             let triangles = self.triangles(primitive, self.numbers(triangles));
-            self.seen(p, triangles.corners(simd), are_chosen && self.is_split()).1
+            self.seen(at, triangles.corners(simd), are_chosen && self.is_split()).1
         })
     }
 
@@ -179,7 +177,7 @@ impl SurfaceLight {
         vectorized!(simd, {
             match &mesh.rectangle {
                 Some(rectangle) => {
-                    let seen = rectangle.seen_from(simd, at.surfaces.p);
+                    let seen = rectangle.seen_from(simd, at.surfaces);
                     let [s, t] = match seen.is_in_range.any_true() {
                         true => seen.sample(u),
                         false => u,
@@ -207,7 +205,7 @@ impl SurfaceLight {
             None => sample_discrete(simd, [&mesh.sums; LANES], u),
         };
         let triangles = mesh.triangles(&self.primitive, indices);
-        let (seen, density) = mesh.seen(at.surfaces.p, triangles.corners(simd), chosen.is_some());
+        let (seen, density) = mesh.seen(at.surfaces, triangles.corners(simd), chosen.is_some());
         let is_by_angle = density.is_by_angle;
         // Points of a triangle, all alike (PBR 13.6.5).
         let root = rest.sqrt();

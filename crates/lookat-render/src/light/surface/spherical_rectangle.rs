@@ -9,7 +9,7 @@ use super::mesh::{NEAR, is_in_range};
 use crate::circle::{angle, at_turn};
 use crate::frame::flipped;
 use crate::number::{Vec2x8, Vec3x8};
-use crate::surface::points::{Point, Points};
+use crate::surface::points::{Point, Points, Surfaces};
 
 /// A rectangle of two triangles.
 pub(super) struct Rectangle {
@@ -37,7 +37,7 @@ pub(super) struct SphericalRectangles<S: Simd> {
     /// The cosines of the difference and of the sum of the latitudes of the shorter sides.
     latitudes: [f64x8<S>; 2],
     pub solid_angle: f64x8<S>,
-    /// Where it is to be sampled by solid angle.
+    /// Where it is to be sampled by solid angle; nowhere in its plane, where no light is sampled.
     pub is_in_range: mask64x8<S>,
 }
 
@@ -85,8 +85,8 @@ impl Rectangle {
 
     /// As points see it.
     #[inline(always)]
-    pub fn seen_from<S: Simd>(&self, simd: S, p: Vec3x8<S>) -> SphericalRectangles<S> {
-        let to = Vec3x8::splat(simd, self.corner) - p;
+    pub fn seen_from<S: Simd>(&self, simd: S, at: &Surfaces<S>) -> SphericalRectangles<S> {
+        let to = Vec3x8::splat(simd, self.corner) - at.p;
         let [x_axis, y_axis] = self.axes;
         let (x0, y0) = (to.dot(Vec3x8::splat(simd, x_axis)), to.dot(Vec3x8::splat(simd, y_axis)));
         let (x1, y1) = (x0 + self.lengths[0], y0 + self.lengths[1]);
@@ -106,6 +106,7 @@ impl Rectangle {
         let share = across * inverse;
         let [width, height] = self.lengths;
         let is_near = to.length_squared().simd_lt((width * width + height * height) * NEAR);
+        let is_above = h.simd_gt(at.rounding(self.magnitude.simd_into(simd)));
         let is_finite = inverse.is_finite() & sine.is_finite() & cosine.is_finite();
         SphericalRectangles {
             x: [x0, x1],
@@ -114,7 +115,7 @@ impl Rectangle {
             start: [c0 * inverse, s0 * inverse],
             latitudes: [(hh + product) * share, (hh - product) * share],
             solid_angle,
-            is_in_range: is_near & is_finite & is_in_range(solid_angle),
+            is_in_range: is_near & is_above & is_finite & is_in_range(solid_angle),
         }
     }
 }

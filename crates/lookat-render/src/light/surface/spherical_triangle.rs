@@ -7,6 +7,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use super::mesh::{NEAR, is_in_range};
 use crate::circle::{angle, at_turn};
 use crate::number::{Vec2x8, Vec3x8};
+use crate::surface::points::Surfaces;
 
 /// Triangles as points see them, one for each.
 pub(super) struct SphericalTriangles<S: Simd> {
@@ -16,31 +17,38 @@ pub(super) struct SphericalTriangles<S: Simd> {
     sides: [f64x8<S>; 3],
     /// Of the directions of the corners.
     determinant: f64x8<S>,
+    pub area: f64x8<S>,
     pub solid_angle: f64x8<S>,
-    /// Where they are to be sampled by solid angle.
+    /// Where they are to be sampled by solid angle; nowhere in their planes, where no light is sampled.
     pub is_in_range: mask64x8<S>,
 }
 
 impl<S: Simd> SphericalTriangles<S> {
     #[inline(always)]
-    pub fn new(p: Vec3x8<S>, [a, b, c]: [Vec3x8<S>; 3]) -> Self {
+    pub fn new(at: &Surfaces<S>, [a, b, c]: [Vec3x8<S>; 3]) -> Self {
+        let rounding = at.rounding(a.magnitude().max(b.magnitude()).max(c.magnitude()));
         let (e, f) = (b - a, c - a);
-        let (a, b, c) = (a - p, b - p, c - p);
+        let across = e.cross(f);
+        let double_area = across.length_squared().sqrt();
+        let (a, b, c) = (a - at.p, b - at.p, c - at.p);
+        let volume = a.dot(across).abs();
         let squared = a.length_squared();
         let is_near = squared.simd_lt(e.length_squared().max(f.length_squared()) * NEAR);
         let (ia, ib) = (1.0 / squared.sqrt(), 1.0 / b.length_squared().sqrt());
         let ic = 1.0 / c.length_squared().sqrt();
-        let determinant = (a.dot(e.cross(f)) * ia * ib * ic).abs();
+        let determinant = volume * ia * ib * ic;
         let (ca, cb, cc) = (b.dot(c) * (ib * ic), c.dot(a) * (ic * ia), a.dot(b) * (ia * ib));
         let cosine = 1.0 + ca + cb + cc;
         let solid_angle = angle(determinant, cosine) * 2.0;
+        let is_above = volume.simd_gt(rounding * double_area);
         let is_finite = determinant.is_finite() & cosine.is_finite();
         SphericalTriangles {
             inverse: [ia, ib, ic],
             sides: [ca, cb, cc],
             determinant,
+            area: double_area * 0.5,
             solid_angle,
-            is_in_range: is_near & is_finite & is_in_range(solid_angle),
+            is_in_range: is_near & is_above & is_finite & is_in_range(solid_angle),
         }
     }
 

@@ -136,7 +136,7 @@ fn drawn<S: Simd>(
         triangle: (triangle as f64).simd_into(simd),
         by_triangle: chosen.is_some(),
     };
-    let afterwards = table.surface_pdf(simd, 0, surfaces.p, &found)[0];
+    let afterwards = table.surface_pdf(simd, 0, surfaces, &found)[0];
     Some(Drawn { d: sample.shadow.d.lane(0), p: end.lane(0), triangle, pdf: sample.pdf[0], afterwards })
 }
 
