@@ -5,7 +5,6 @@ mod environment;
 mod facing;
 mod leaves;
 mod lune;
-mod mesh;
 mod point;
 mod receiver;
 mod sample;
@@ -22,7 +21,7 @@ use lookat_scene::{DirectStrategy, Light, Transform, World};
 
 use crate::number::{Colors, LANES, Vec3x8, bits};
 use crate::ray::ElementId;
-use crate::surface::Surface;
+use crate::surface::points::Surfaces;
 use crate::traceable::Traceable;
 pub(crate) use choice::{Chosen, LightSampler};
 use environment::{Environment, EnvironmentSample};
@@ -31,6 +30,7 @@ pub(crate) use lune::Lunes;
 use point::{PointLight, Spread};
 pub(crate) use receiver::Receivers;
 pub(crate) use sample::LightSample;
+pub(crate) use surface::Found;
 use surface::{SurfaceForm, SurfaceLight};
 
 /// All lights of a scene.
@@ -116,7 +116,7 @@ impl LightTable {
             SceneLight::Infinite { .. } => "infinite",
             SceneLight::Environment(_) => "infinite with a picture",
             SceneLight::Surface(light) => match light.form {
-                SurfaceForm::Mesh(..) => "mesh",
+                SurfaceForm::Mesh(_) => "mesh",
                 SurfaceForm::Curved(_) => "quadric",
             },
         })
@@ -258,18 +258,18 @@ impl LightTable {
         self.of_primitive.get(element.primitive as usize).copied().flatten().filter(|_| in_world)
     }
 
-    /// Density by solid angle with which [`LightTable::sample`] finds, from the point `from`, the point `hit` of a light, in
-    /// direction `d`. `of_triangle`: if its triangle has been chosen.
-    pub fn surface_pdf(
+    /// Densities by solid angle with which [`LightTable::sample`] finds, from surfaces, the points of a light that rays have found.
+    #[inline(always)]
+    pub fn surface_pdf<S: Simd>(
         &self,
+        simd: S,
         light: usize,
-        from: DVec3,
-        d: DVec3,
-        (hit, of_triangle): (&Surface, bool),
-    ) -> f64 {
+        at: &Surfaces<S>,
+        found: &Found<S>,
+    ) -> f64x8<S> {
         match &self.lights[light] {
-            SceneLight::Surface(surface) => surface.pdf(from, d, (hit, of_triangle)).unwrap_or(0.0),
-            _ => 0.0,
+            SceneLight::Surface(surface) => surface.pdf(simd, at, found),
+            _ => 0.0.simd_into(simd),
         }
     }
 

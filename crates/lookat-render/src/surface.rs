@@ -81,14 +81,6 @@ impl<'s> Surface<'s> {
         Surface { n: flipped(self.n, self.n.dot(d) > 0.0), ..self }
     }
 
-    /// The density, by solid angle, of this point when it is chosen evenly on an area, and seen in direction `d`, of length
-    /// one, from so far away. `None` where it is seen edge-on.
-    #[inline(always)]
-    pub fn pdf_from(&self, d: DVec3, squared_distance: f64, area: f64) -> Option<f64> {
-        let pdf = squared_distance / (self.n.dot(d).abs() * area);
-        pdf.is_finite().then_some(pdf)
-    }
-
     /// A ray that leaves the surface in direction `d`, unlimited.
     ///
     /// The element itself is not met again. Others that touch it here are told from it by an offset of 2^-40 of the

@@ -1,4 +1,4 @@
-//! Scattering, which is computed in `f32`: B1 to B4.
+//! Scattering, which is computed in `f32`, and light of flat lamps: B1 to B6.
 //!
 //! A picture shows one point of a surface from one direction, so its mean is known.
 
@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use crate::stability::prelude::*;
 
 pub(super) const MEASURES: &[(&str, Measure)] =
-    &[("B1", roughness), ("B2", grazing), ("B3", distant), ("B4", furnace)];
+    &[("B1", roughness), ("B2", grazing), ("B3", distant), ("B4", furnace), ("B5", at_edge), ("B6", sizes)];
 
 /// Pixels on a side of the pictures.
 const SIDE: u32 = 16;
@@ -17,9 +17,14 @@ const PATH: &str = "path\" \"integer maxdepth\" [1] \"string lightsamplestrategy
 
 /// The mean of a picture of `world`, in which a plane across y is seen from an angle to its normal, at one point.
 fn mean(angle: f64, world: &str) -> f64 {
+    mean_within(1e-6, angle, world)
+}
+
+/// The same of all points up to a distance.
+fn mean_within(reach: f64, angle: f64, world: &str) -> f64 {
     let eye = DVec3::new(angle.sin(), angle.cos(), 0.0);
     let camera = format!(
-        "LookAt {}  0 0 0  0 0 1 Camera \"orthographic\" \"float screenwindow\" [-1e-6 1e-6 -1e-6 1e-6]",
+        "LookAt {}  0 0 0  0 0 1 Camera \"orthographic\" \"float screenwindow\" [-{reach:e} {reach:e} -{reach:e} {reach:e}]",
         xyz(eye)
     );
     mean_of(&pictured(&camera, SIDE, 4096, PATH, world))
@@ -116,6 +121,48 @@ fn furnace(_: &Effort) -> Found {
         let integrator = PATH.replace("[1]", &format!("[{BOUNCES}] \"float rrthreshold\" [0]"));
         let mean = mean_of(&pictured(camera, SIDE, 64, &integrator, &world));
         error(mean, (1.0 - reflectance.powi(BOUNCES + 1)) / (1.0 - reflectance))
+    })
+}
+
+/// A polygon that emits evenly on both sides.
+fn lamp(radiance: f64, corners: &[DVec3; 4]) -> String {
+    format!(
+        "AttributeBegin AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\" [{radiance:?} {radiance:?} {radiance:?}]
+         {} AttributeEnd ",
+        mesh(corners, &[[0, 1, 2], [0, 2, 3]])
+    )
+}
+
+/// The light that a black body with the radiance 1 over a floor brings to its origin, as a share of what a sky does (Lambert 1760).
+fn share_of_sky(corners: &[DVec3; 4]) -> f64 {
+    let side = |at: usize| {
+        let (from, to) = (corners[at], corners[(at + 1) % 4]);
+        from.angle_between(to) * from.cross(to).normalize_or_zero().y
+    };
+    ((0..4).map(side).sum::<f64>() / TAU).abs()
+}
+
+/// A floor beside the edge of a lamp that stands on it: the nearest part of the lamp is the brightest.
+fn at_edge(_: &Effort) -> Found {
+    Found::sweep(0, decades(-8..=0).chain([0.0]), |_, gap| {
+        // Seen along the lamp. On the edge itself, points are off to either side, by less than rays are.
+        let reach = if gap > 0.0 { 1e-6 * gap } else { 1e-12 };
+        let [low, high] = [-0.4, 0.7].map(|x| DVec3::new(x, 0.0, -gap));
+        let corners = [low, high, high + DVec3::Y, low + DVec3::Y];
+        let world = lamp(1.0, &corners) + &floor("\"matte\" \"rgb Kd\" [.5 .5 .5]");
+        let expected = if gap > 0.0 { share_of_sky(&corners) } else { 0.5 };
+        error(mean_within(reach, FRAC_PI_4, &world), 0.5 * expected)
+    })
+}
+
+/// A small lamp before one of 1e9, which it hides in part.
+fn sizes(_: &Effort) -> Found {
+    Found::sweep(0, decades(-9..=0), |_, size| {
+        let ceiling = |height: f64, half: f64| square(DVec3::Y * height, DVec3::X * half, DVec3::Z * half);
+        let (small, large) = (ceiling(2.0 * size, size), ceiling(2e9, 4e9));
+        let world = lamp(3.0, &small) + &lamp(1.0, &large) + &floor("\"matte\" \"rgb Kd\" [.5 .5 .5]");
+        let expected = 0.5 * (share_of_sky(&large) + 2.0 * share_of_sky(&small));
+        error(mean_within(1e-6 * size, FRAC_PI_4, &world), expected)
     })
 }
 

@@ -9,8 +9,8 @@ use super::tracer::Tracer;
 use super::weighed::{LightSamples, directions, most_samples};
 use crate::bsdf::{Bsdf, Part};
 use crate::integrator::world::World;
-use crate::light::{Chosen, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
-use crate::number::{Colors, Vec2x8, bits, those, to_f32, vectorized};
+use crate::light::{Chosen, Found, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
+use crate::number::{Colors, Vec2x8, bits, groups, those, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::surface::points::Surfaces;
 use crate::trace::rays::{Hits, Rays, WORLD};
@@ -309,21 +309,28 @@ impl<S: Simd> Vertices<'_, S> {
             let all = directions.is_specular.select(1.0.simd_into(simd), count);
             let is_lit = hits.emits & active;
             if is_lit.any_true() {
-                let none = 0.0.simd_into(simd);
-                let (mut density, mut light, mut triangle): (f64x8<S>, f64x8<S>, f64x8<S>) =
-                    (none, none, none);
+                let none: f64x8<S> = 0.0.simd_into(simd);
+                let (mut light, mut density, mut of_light) = (none, none, 0);
+                let (d, by_triangle) = (directions.rays.d, self.sampler.by_triangle());
+                let mut on_light = Found { is_there: is_lit, d, p: d, n: d, triangle: none, by_triangle };
                 for lane in those(is_lit) {
                     let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
                     let surface = tracer.surface(&ray, &hit);
                     found.put(lane, surface.le(-ray.d));
                     if let Some(number) = table.of_element(surface.element) {
-                        let p = receivers.surfaces.p.lane(lane);
+                        of_light |= 1 << lane;
                         light[lane] = number as f64;
-                        triangle[lane] = f64::from(surface.element.index);
-                        let hit = (&surface, self.sampler.by_triangle());
-                        density[lane] = table.surface_pdf(number, p, ray.d, hit);
+                        on_light.triangle[lane] = f64::from(surface.element.index);
+                        on_light.p.put(lane, surface.p);
+                        on_light.n.put(lane, surface.n);
                     }
                 }
+                for (lane, alike) in groups(of_light, |a, b| light[a] == light[b]) {
+                    on_light.is_there = bits(simd, alike);
+                    let own = table.surface_pdf(simd, light[lane] as usize, receivers.surfaces, &on_light);
+                    density = on_light.is_there.select(own, density);
+                }
+                let triangle = on_light.triangle;
                 let other = density * self.samples_of((light, triangle), is_lit);
                 let weight = to_f32(weights(bits(simd, 0), pdf, other));
                 found = (found * weight).or_wide(!directions.is_specular, found);

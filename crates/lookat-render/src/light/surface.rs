@@ -1,40 +1,38 @@
 //! Light from shapes of the world.
 
-use std::array::from_fn;
+mod mesh;
+mod spherical_rectangle;
+mod spherical_triangle;
+#[cfg(test)]
+mod tests;
+
 use std::f64::consts::{PI, TAU};
 use std::iter::once;
-use std::sync::Arc;
 
 use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3, Vec3};
-use lookat_scene::{Mesh, Primitive, Shape};
+use lookat_scene::{Primitive, Shape};
 
 use super::facing::{Facing, Patch};
-use super::mesh::{MeshAreas, area_of};
 use super::receiver::Receivers;
 use super::sample::LightSample;
 use super::spheres::{OUTSIDE, Spheres};
 use super::tree::Emitter;
 use crate::color::strength;
 use crate::curved::Curved;
-use crate::cutout;
 use crate::frame::flipped;
 use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, those, vectorized};
 use crate::ray::{ElementId, Ray};
-use crate::surface::Surface;
-use crate::surface::points::{Point, Points, Triangles, on_triangle};
+use crate::surface::points::{Point, Points, Surfaces};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
-use crate::triangle::corners;
-use crate::warp::sample_discrete;
+use mesh::MeshLight;
 
 /// A shape of the world that emits.
 pub(super) struct SurfaceLight {
     /// The primitive of the world.
     pub number: u32,
     primitive: Primitive,
-    /// The world position of the origin.
-    origin: DVec3,
     pub form: SurfaceForm,
     /// The middle, and how far from it there is something.
     pub center: DVec3,
@@ -52,7 +50,44 @@ pub(super) struct SurfaceLight {
 
 pub(super) enum SurfaceForm {
     Curved(Box<Curved>),
-    Mesh(Arc<Mesh>, MeshAreas),
+    Mesh(Box<MeshLight>),
+}
+
+/// What rays have found of a light.
+pub(crate) struct Found<S: Simd> {
+    pub is_there: mask64x8<S>,
+    /// The directions of the rays.
+    pub d: Vec3x8<S>,
+    /// Positions and geometric normals.
+    pub p: Vec3x8<S>,
+    pub n: Vec3x8<S>,
+    /// The numbers of the triangles of meshes, and whether these are chosen one by one.
+    pub triangle: f64x8<S>,
+    pub by_triangle: bool,
+}
+
+/// How densely points of a light are sampled.
+struct Density<S: Simd> {
+    /// All alike on this area, or in this solid angle.
+    area: f64x8<S>,
+    solid_angle: f64x8<S>,
+    is_by_angle: mask64x8<S>,
+}
+
+impl<S: Simd> Density<S> {
+    #[inline(always)]
+    fn by_area(area: f64x8<S>) -> Self {
+        Density { area, solid_angle: area, is_by_angle: bits(area.token(), 0) }
+    }
+
+    /// The density by solid angle at points, from so far away, and at this cosine to their normals.
+    #[inline(always)]
+    fn pdf(&self, squared_distance: f64x8<S>, cosine: f64x8<S>) -> f64x8<S> {
+        let (mut above, mut below) = (squared_distance, cosine.abs() * self.area);
+        above = self.is_by_angle.select(1.0.simd_into(above.token()), above);
+        below = self.is_by_angle.select(self.solid_angle, below);
+        above / below
+    }
 }
 
 impl SurfaceLight {
@@ -62,11 +97,10 @@ impl SurfaceLight {
         let (origin, two_sided) = (traceable.origin, emission.two_sided);
         let (form, center, radius, area, facing) = match (&primitive.shape, traceable.curved(number)) {
             (Shape::TriangleMesh(mesh), _) => {
-                let (areas, center) = MeshAreas::new(mesh, origin);
-                let (area, radius) = (areas.total(), mesh_radius(mesh, origin, center));
-                let patches = triangles((traceable.level, origin), primitive, mesh);
-                let facing = Facing::new(patches, center, two_sided);
-                (SurfaceForm::Mesh(mesh.clone(), areas), center, radius, area, facing)
+                let (mesh, center) = MeshLight::new(primitive, mesh, (traceable.level, origin));
+                let (area, radius) = (mesh.area(), mesh.radius(center));
+                let facing = Facing::new(mesh.patches(traceable.level, primitive), center, two_sided);
+                (SurfaceForm::Mesh(Box::new(mesh)), center, radius, area, facing)
             }
             (Shape::Quadric(_), Some(shape)) => {
                 let (center, radius) = (shape.center, shape.half_extent().length());
@@ -80,7 +114,6 @@ impl SurfaceLight {
         let light = SurfaceLight {
             number,
             primitive: primitive.clone(),
-            origin,
             form,
             center,
             radius,
@@ -116,9 +149,9 @@ impl SurfaceLight {
         (triangles, u): (Option<f64x8<S>>, Vec2x8<S>),
     ) -> LightSample<S> {
         match &self.form {
-            SurfaceForm::Mesh(mesh, areas) => {
-                let triangles = triangles.filter(|_| self.is_split());
-                self.sample_mesh(simd, (mesh, areas), at, (triangles, u))
+            SurfaceForm::Mesh(mesh) => {
+                let triangles = triangles.filter(|_| mesh.is_split());
+                self.sample_mesh(simd, mesh, at, (triangles, u))
             }
             SurfaceForm::Curved(shape) => {
                 let Some(radius) = shape.whole_sphere() else {
@@ -189,63 +222,12 @@ impl SurfaceLight {
     pub fn sphere(&self) -> Option<(&Curved, f64)> {
         match &self.form {
             SurfaceForm::Curved(shape) => Some((&**shape, shape.whole_sphere()?)),
-            SurfaceForm::Mesh(..) => None,
+            SurfaceForm::Mesh(_) => None,
         }
     }
 
     fn shines_outwards(&self) -> bool {
         !self.primitive.reverse_orientation || self.two_sided
-    }
-
-    /// Directions to points of a mesh.
-    #[inline(never)]
-    fn sample_mesh<S: Simd>(
-        &self,
-        simd: S,
-        (mesh, areas): (&Mesh, &MeshAreas),
-        at: &Receivers<S>,
-        (chosen, [u, v]): (Option<f64x8<S>>, Vec2x8<S>),
-    ) -> LightSample<S> {
-        vectorized!(simd, {
-            let (indices, rest) = match chosen {
-                // Those of other lights may be beyond the end.
-                Some(chosen) => {
-                    let last = mesh.triangles() - 1;
-                    (from_fn(|lane| (chosen[lane].max(0.0) as usize).min(last)), u)
-                }
-                None => sample_discrete(simd, [&areas.sums; LANES], u),
-            };
-            let mut area: f64x8<S> = self.area.simd_into(simd);
-            let mut triangles = Triangles::default();
-            for (lane, index) in indices.into_iter().enumerate() {
-                let corners = corners(mesh, index, self.origin);
-                triangles.put(lane, &self.primitive, (mesh, index, corners));
-                if chosen.is_some() {
-                    area[lane] = area_of(corners);
-                }
-            }
-            // Points of a triangle, all alike (PBR 13.6.5).
-            let root = rest.sqrt();
-            let (b0, b1) = (1.0 - root, v * root);
-            let all = bits(simd, 0xff);
-            let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], all);
-            let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
-            let mut sample = self.towards(at, &on_light, index + self.label, area);
-            if self.primitive.cutout.is_some() {
-                for lane in those(sample.is_there) {
-                    // No light comes out of a hole, as none is seen there.
-                    let element = element(self.number, indices[lane]);
-                    let is_there = cutout::is_there(
-                        simd.level(),
-                        (&self.primitive, element),
-                        [b0[lane], b1[lane]],
-                        false,
-                    );
-                    sample.is_there &= bits(simd, !(u64::from(!is_there) << lane));
-                }
-            }
-            sample
-        })
     }
 
     /// Directions to points of a curved shape.
@@ -269,7 +251,8 @@ impl SurfaceLight {
             let emitting = if self.primitive.reverse_orientation { -n } else { n };
             let magnitude = shape.magnitude().simd_into(simd);
             let on_light = Point { p, magnitude, n, ns: n, emitting };
-            let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), areas.simd_into(simd));
+            let density = Density::by_area(areas.simd_into(simd));
+            let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), &density);
             for lane in those(sample.is_there) {
                 let Rays { o, d, t_max, .. } = &sample.shadow;
                 let ray = Ray { t_max: t_max[lane], ..Ray::new(o.lane(lane), d.lane(lane)) };
@@ -281,84 +264,74 @@ impl SurfaceLight {
         })
     }
 
-    /// The directions to points of the light, which are chosen on `area`; `target`: the labels of their elements.
+    /// The directions to points of the light, which are chosen with a density; `target`: the labels of their elements.
     #[inline(always)]
     fn towards<S: Simd>(
         &self,
         at: &Receivers<S>,
         on_light: &Points<S>,
         target: f64x8<S>,
-        area: f64x8<S>,
+        density: &Density<S>,
     ) -> LightSample<S> {
-        let simd = area.token();
+        let simd = target.token();
         let way = at.surfaces.towards(on_light.p);
         let squared_distance = (on_light.p - at.surfaces.p).length_squared();
         let height = on_light.emitting.dot(-way.d) * way.t_max;
         let height = if self.two_sided { height.abs() } else { height };
         // What lies in the plane of a light gets none, in spite of rounding.
         let shines = height.simd_gt(at.surfaces.rounding(on_light.magnitude));
-        let pdf = squared_distance / (on_light.n.dot(way.d).abs() * area);
+        let pdf = density.pdf(squared_distance, on_light.n.dot(way.d));
         // The ray ends at the light, which does not block it.
         let t_max = at.surfaces.reach(way.t_max, on_light.magnitude);
         let shadow = Rays { t_max, target, ..way };
         LightSample::with_pdf(shines, Colors::splat(simd, self.radiance), pdf, shadow)
     }
 
-    /// Density by solid angle with which a point of the light is sampled, that is seen from `p` in direction `d`.
-    pub fn pdf(&self, p: DVec3, d: DVec3, (on_light, of_triangle): (&Surface, bool)) -> Option<f64> {
-        if let SurfaceForm::Curved(shape) = &self.form
-            && let Some(radius) = shape.whole_sphere()
-        {
-            let distance = (shape.center - p).length();
-            if distance > radius * OUTSIDE {
-                let sin_squared = (radius / distance).powi(2);
-                return Some(1.0 / (TAU * (sin_squared / (1.0 + (1.0 - sin_squared).sqrt()))));
-            }
-        }
-        self.point_pdf((on_light, of_triangle), d, (on_light.p - p).length_squared())
-    }
-
-    /// The same of points that are sampled on all of the light.
-    // Inlined, as its arguments are new.
+    /// Densities by solid angle with which points of the light are sampled that are found from surfaces.
     #[inline(always)]
-    fn point_pdf(
-        &self,
-        (on_light, of_triangle): (&Surface, bool),
-        d: DVec3,
-        squared_distance: f64,
-    ) -> Option<f64> {
-        let area = match &self.form {
-            SurfaceForm::Curved(shape) => shape.stretch(on_light.p),
-            SurfaceForm::Mesh(mesh, _) if of_triangle && self.is_split() => {
-                area_of(corners(mesh, on_light.element.index as usize, self.origin))
+    pub fn pdf<S: Simd>(&self, simd: S, at: &Surfaces<S>, found: &Found<S>) -> f64x8<S> {
+        let p = at.p;
+        let squared_distance = (found.p - p).length_squared();
+        let density = match &self.form {
+            SurfaceForm::Mesh(mesh) => {
+                mesh.density(simd, &self.primitive, at, (found.triangle, found.by_triangle))
             }
-            SurfaceForm::Mesh(..) => self.area,
+            SurfaceForm::Curved(shape) => {
+                let mut density = Density::by_area(0.0.simd_into(simd));
+                for lane in those(found.is_there) {
+                    density.area[lane] = shape.stretch(found.p.lane(lane));
+                }
+                if let Some(radius) = shape.whole_sphere() {
+                    let squared = (Vec3x8::splat(simd, shape.center) - p).length_squared();
+                    let sin_squared = radius * radius / squared;
+                    density.solid_angle = TAU * (sin_squared / (1.0 + (1.0 - sin_squared).max(0.0).sqrt()));
+                    density.is_by_angle = squared.sqrt().simd_gt(radius * OUTSIDE);
+                }
+                density
+            }
         };
-        on_light.pdf_from(d, squared_distance, area)
+        let pdf = density.pdf(squared_distance, found.n.dot(found.d));
+        // Edge-on there is none.
+        pdf.is_finite().select(pdf, 0.0.simd_into(simd))
     }
 
     /// How many leaves it has in the tree of lights.
     pub fn leaves(&self) -> usize {
         match &self.form {
-            SurfaceForm::Mesh(mesh, _) if mesh.triangles() > MOST_WHOLE => mesh.triangles(),
+            SurfaceForm::Mesh(light) if light.is_split() => light.mesh.triangles(),
             _ => 1,
         }
-    }
-
-    /// True if its triangles are leaves of the tree of lights, each of its own.
-    pub fn is_split(&self) -> bool {
-        self.leaves() > 1
     }
 
     /// The emission of each leaf; none of triangles without an area.
     pub fn emitters(&self) -> Box<dyn Iterator<Item = Option<Emitter>> + '_> {
         let (brightness, two_sided) = (self.brightness, self.two_sided);
         match &self.form {
-            SurfaceForm::Mesh(mesh, _) if self.is_split() => {
-                let patches = triangles((Level::new(), self.origin), &self.primitive, mesh);
+            SurfaceForm::Mesh(mesh) if mesh.is_split() => {
+                let patches = mesh.patches(Level::new(), &self.primitive);
                 Box::new(patches.enumerate().map(move |(index, patch)| {
                     let squared = |corner: &DVec3| corner.distance_squared(patch.p);
-                    let corners = corners(mesh, index, self.origin);
+                    let corners = mesh.corners(index);
                     let radius = corners.iter().map(squared).fold(0.0, f64::max).sqrt();
                     let facing = Facing::of_flat(patch.emitting, two_sided);
                     let emitter = || facing.emitter((patch.p, radius), (brightness, patch.area));
@@ -381,35 +354,6 @@ impl SurfaceLight {
 /// The element that is triangle `index` of a primitive of the world, or the first.
 fn element(number: u32, index: usize) -> ElementId {
     ElementId { instance: ElementId::WORLD, primitive: number, index: index as u32 }
-}
-
-/// Meshes of more triangles are leaves of the tree of lights by their triangles. A rectangle is better sampled as one.
-const MOST_WHOLE: usize = 2;
-
-/// The triangles of a mesh.
-fn triangles(
-    (level, origin): (Level, DVec3),
-    primitive: &Primitive,
-    mesh: &Mesh,
-) -> impl Iterator<Item = Patch> + Clone {
-    (0..mesh.triangles()).map(move |index| {
-        let corners = corners(mesh, index, origin);
-        let middle = on_triangle(level, primitive, (mesh, index, corners), [1.0 / 3.0; 3]);
-        // Normals of the file decide, at each point.
-        let side = |vertex: usize| DVec3::from(mesh.normals()[vertex]).dot(middle.n);
-        let sides = || mesh.triangle(index).map(side);
-        let is_same = mesh.normals().is_empty()
-            || sides().iter().all(|side| *side > 0.0)
-            || sides().iter().all(|side| *side < 0.0);
-        let emitting = if is_same { middle.emitting } else { DVec3::ZERO };
-        Patch { p: middle.p, emitting, area: area_of(corners) }
-    })
-}
-
-/// How far from a place there are vertices.
-fn mesh_radius(mesh: &Mesh, origin: DVec3, center: DVec3) -> f64 {
-    let squared = |p: &[f64; 3]| (DVec3::from(*p) - origin).distance_squared(center);
-    mesh.positions().iter().map(squared).fold(0.0, f64::max).sqrt()
 }
 
 /// Patches of a curved shape.

@@ -217,10 +217,16 @@ impl Triangles {
         self.is_smooth |= u64::from(reverse_orientation) << lane;
     }
 
+    /// The corners.
+    #[inline(always)]
+    pub fn corners<S: Simd>(&self, simd: S) -> [Vec3x8<S>; 3] {
+        Vec3x8::three(simd, &self.corners)
+    }
+
     /// Those that the corners weigh so much at; of the triangles that are there.
     #[inline(always)]
     pub fn points<S: Simd>(&self, simd: S, [b0, b1, b2]: [f64x8<S>; 3], there: mask64x8<S>) -> Points<S> {
-        let [p0, p1, p2] = Vec3x8::three(simd, &self.corners);
+        let [p0, p1, p2] = self.corners(simd);
         let p = p0 * b0 + p1 * b1 + p2 * b2;
         let magnitude = p0.magnitude().max(p1.magnitude()).max(p2.magnitude());
         let winding = across(p1 - p0, p2 - p0, there);
