@@ -128,7 +128,7 @@ fn errors_are_those_of_the_pictures_that_render_makes() {
     let folder = Folder::new();
     folder.render("reference.exr", &["--spp", "256", "--seed", "1000", "--error-layers"]);
     let arguments =
-        ["--spp", "4", "--methods", "sobol,halton", "--reference", "reference.exr", "--seed", "7"];
+        ["--spp", "4", "--methods", "sobol,random", "--reference", "reference.exr", "--seed", "7"];
     let (run, json) = folder.chart(&arguments);
     assert!(
         !run.err.contains("a reference of")
@@ -179,14 +179,14 @@ fn a_bias_is_named() {
 fn a_budget_decides_how_far_it_goes() {
     let folder = Folder::new();
     // The fewest points take milliseconds, so that a busy machine has time for them too.
-    let arguments = ["--methods", "random,halton", "--resolution", "8x6", "--budget", "3"];
+    let arguments = ["--methods", "random,stratified", "--resolution", "8x6", "--budget", "3"];
     let run = folder.run(&[&["chart", "scene.pbrt"], &arguments[..]].concat());
     assert_eq!(run.status, 0, "{}", run.err);
     assert!(run.err.contains("samples per pixel") && run.err.contains("; about "), "{}", run.err);
     for name in ["svg", "png", "csv", "json"] {
         assert!(folder.has(&format!("scene-chart/chart.{name}")), "{name}");
     }
-    for name in ["random", "halton"] {
+    for name in ["random", "stratified"] {
         assert!(run.out.contains(&format!("\n{name} ")), "{}", run.out);
     }
     let run = folder.run(&["chart", "scene.pbrt", "--budget", "1e-6"]);
@@ -223,8 +223,8 @@ fn what_cannot_be_charted_is_refused() {
         &["scene.pbrt", "--reference", "white.png"],
         "white.png: pixels at the largest value may be clipped",
     );
-    refused(&["scene.pbrt", "--methods", "sobol,haltn"], "did you mean `halton`?");
-    refused(&["scene.pbrt", "--methods", "sobol,halton,sobol"], "--methods names sobol twice");
+    refused(&["scene.pbrt", "--methods", "random,sobl"], "did you mean `sobol`?");
+    refused(&["scene.pbrt", "--methods", "sobol,random,sobol"], "--methods names sobol twice");
     let name = format!("{}=1,small.exr", "x".repeat(41));
     refused(&["scene.pbrt", "--point", &name], "at most 40 letters");
     refused(&["scene.pbrt", "--spp", "12"], "power of two");

@@ -32,7 +32,7 @@ fn charted(folder: &Path) -> (String, Value) {
 }
 
 /// The names of methods, which are keys of some objects.
-const METHODS: [&str; 4] = ["random", "stratified", "halton", "sobol"];
+const METHODS: [&str; 3] = ["random", "stratified", "sobol"];
 
 /// All names of members, but for those of metrics, files and methods, which stand for themselves.
 fn members(value: &Value, found: &mut BTreeSet<String>) {

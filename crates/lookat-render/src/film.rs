@@ -1,18 +1,21 @@
 //! The film: exact sums of weighted samples, pixel by pixel, in tiles.
 
 mod area;
+mod film_sums;
 mod frame;
 pub(crate) mod sum;
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use lookat_image::{Image, PixelError, Shared, Window};
-use lookat_scene::View;
+use lookat_scene::{PixelBounds, View};
 
 use crate::color::luminance;
 use crate::filter::PixelFilter;
 pub(crate) use area::Area;
+pub use film_sums::{FilmSums, FilmSumsError};
 use frame::BLOCK;
 pub(crate) use frame::Frame;
 pub(crate) use sum::{Scale, Spread, Sum};
@@ -32,6 +35,7 @@ pub(crate) struct Film<'v> {
     has_unfiltered: bool,
     /// That of 1 until it is set.
     scale: OnceLock<Scale>,
+    light_paths: AtomicU64,
     /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
     /// calls back while it does.
     pub tiles: Vec<Mutex<Tile>>,
@@ -61,6 +65,8 @@ pub(crate) struct Tile {
     pub sums: Vec<Sum>,
     /// Those of the pass over the picture that is not merged yet; empty where samples are added to `sums` at once.
     pub pass: Vec<Sum>,
+    /// Those of splats; empty before the first.
+    splats: Vec<Sum>,
     /// The spread of the replicates of each pixel; empty without estimates of errors.
     pub spreads: Vec<Spread>,
     /// That of the samples in each pixel itself, without the filter; empty if that is no other.
@@ -76,6 +82,7 @@ impl Tile {
             counts: vec![0; sources.size()],
             sums: vec![Sum::default(); bounds.size()],
             pass: vec![Sum::default(); of(keeps != Keeps::Sums)],
+            splats: Vec::new(),
             spreads: vec![Spread::default(); of(keeps == Keeps::Spreads)],
             unfiltered: vec![Spread::default(); of(has_unfiltered)],
         }
@@ -105,7 +112,15 @@ impl<'v> Film<'v> {
         let tiles = tiles
             .map(|sources| Mutex::new(Tile::new(sources.intersection(crop), sources, keeps, has_unfiltered)))
             .collect();
-        Film { of: &view.film, filter, side, has_unfiltered, scale: OnceLock::new(), tiles }
+        Film {
+            of: &view.film,
+            filter,
+            side,
+            has_unfiltered,
+            scale: OnceLock::new(),
+            light_paths: AtomicU64::new(0),
+            tiles,
+        }
     }
 
     /// The pixels of the picture.
@@ -153,6 +168,43 @@ impl<'v> Film<'v> {
         }
     }
 
+    /// Adds light that a path from a light brings to a position on the film, in pixels, to the pixels that the filter reaches. The integral
+    /// of what it gives is the value, so that it joins what the samples of the pixels bring; the pixels that they become are divided by the
+    /// number of [light paths](Film::add_light_paths). From any thread, and exact in any order. False, without adding it, if the value is
+    /// infinite or not a number.
+    #[cfg_attr(not(test), expect(dead_code, reason = "paths from lights are to use it"))]
+    pub fn add_splat(&self, position: DVec2, value: Vec3) -> bool {
+        if !value.is_finite() || !position.is_finite() {
+            return false;
+        }
+        let value = self.scale().clamped(self.limited(value)) / self.filter.integral();
+        let corner = position.floor();
+        let [x, y] = corner.as_ivec2().to_array();
+        let reached = Area { x0: x, y0: y, x1: x + 1, y1: y + 1 }.grown(self.filter.reach());
+        let mut weights = Default::default();
+        self.filter.weigh(position - corner, &mut weights);
+        for at in self.tiles_of(reached) {
+            let Tile { bounds, splats, .. } = &mut *lock(&self.tiles[at]);
+            splats.resize(bounds.size(), Sum::default());
+            for place in bounds.intersection(reached).places() {
+                let weight = weights[0][(place[0] - reached.x0) as usize]
+                    * weights[1][(place[1] - reached.y0) as usize];
+                splats[bounds.index(place)] += Sum::new((value * weight).extend(0.0), self.scale());
+            }
+        }
+        true
+    }
+
+    /// Counts light paths, whether they have brought splats or not.
+    #[cfg_attr(not(test), expect(dead_code, reason = "paths from lights are to use it"))]
+    pub fn add_light_paths(&self, more: u64) {
+        self.light_paths.fetch_add(more, Ordering::Relaxed);
+    }
+
+    fn light_paths(&self) -> u64 {
+        self.light_paths.load(Ordering::Relaxed)
+    }
+
     /// The numbers of the tiles that an area has pixels or sources of.
     fn tiles_of(&self, area: Area) -> impl Iterator<Item = usize> + use<> {
         let (side, all) = (self.side, self.sources());
@@ -164,9 +216,14 @@ impl<'v> Film<'v> {
     pub fn values(&self) -> impl Iterator<Item = DVec3> {
         let of_tile = |tile: &Mutex<Tile>| {
             let tile = lock(tile);
-            (0..tile.bounds.size()).map(|at| tile.so_far(at).mean(self.scale())).collect::<Vec<_>>()
+            (0..tile.bounds.size()).map(|at| self.value(&tile, at)).collect::<Vec<_>>()
         };
         self.tiles.iter().flat_map(of_tile)
+    }
+
+    /// The value of a pixel of a tile so far.
+    fn value(&self, tile: &Tile, at: usize) -> DVec3 {
+        sum::value(&tile.so_far(at), tile.splats.get(at), self.light_paths(), self.scale())
     }
 
     /// The error of a pixel of a tile with spreads.
@@ -197,43 +254,48 @@ impl<'v> Film<'v> {
     /// The picture so far; `with_errors` adds the layers of its error if there are spreads.
     pub fn develop(&self, with_errors: bool) -> Image {
         let crop = self.crop();
-        let mut planes = [(); 3].map(|()| vec![0.0; crop.size()]);
         let mut errors = Vec::new();
-        for tile in &self.tiles {
+        let of_tile = |tile: &Mutex<Tile>| {
             let tile = lock(tile);
-            for (own, place) in tile.bounds.places().enumerate() {
-                // pbrt-v3 writes nothing below black, which filters with negative lobes give.
-                let value = tile.so_far(own).mean(self.scale()).max(DVec3::ZERO) * self.of.scale;
-                let value = value.clamp(DVec3::splat(f32::MIN.into()), DVec3::splat(f32::MAX.into()));
-                let value = value.as_vec3().to_array();
-                let at = crop.index(place);
-                planes.iter_mut().zip(value).for_each(|(plane, value)| plane[at] = value);
+            if with_errors && !tile.spreads.is_empty() {
+                errors.resize(crop.size(), PixelError::default());
+                for (own, place) in tile.bounds.places().enumerate() {
+                    errors[crop.index(place)] = self.scaled(self.error(&tile, own));
+                }
             }
-            if !with_errors || tile.spreads.is_empty() {
-                continue;
-            }
-            errors.resize(crop.size(), PixelError::default());
-            for (own, place) in tile.bounds.places().enumerate() {
-                let error = self.error(&tile, own);
-                let scaled = |errors: [f32; 3]| errors.map(|error| error * self.of.scale.abs() as f32);
-                let shared = |shared: Shared| Shared { unfiltered: scaled(shared.unfiltered), ..shared };
-                errors[crop.index(place)] = PixelError {
-                    standard_error: scaled(error.standard_error),
-                    shared: error.shared.map(shared),
-                    ..error
-                };
-            }
-        }
-        let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
-        let of = self.of.crop;
-        let data = window(of.x0, of.y0, of.width(), of.height());
-        let display = window(0, 0, self.of.resolution[0], self.of.resolution[1]);
-        let mut image = Image::from_planes(data, display, planes);
+            let pixel = |(own, place)| (crop.index(place), self.value(&tile, own));
+            tile.bounds.places().enumerate().map(pixel).collect::<Vec<_>>()
+        };
+        let mut image = develop(self.of, self.tiles.iter().flat_map(of_tile));
         if !errors.is_empty() {
             image.add_errors(&errors);
         }
         image
     }
+
+    /// An error on the scale of the picture.
+    fn scaled(&self, error: PixelError) -> PixelError {
+        let scaled = |errors: [f32; 3]| errors.map(|error| error * self.of.scale.abs() as f32);
+        let shared = error.shared.map(|shared| Shared { unfiltered: scaled(shared.unfiltered), ..shared });
+        PixelError { standard_error: scaled(error.standard_error), shared, ..error }
+    }
+}
+
+/// The picture of a film, from the values of its pixels by their numbers in the crop window.
+fn develop(film: &lookat_scene::Film, values: impl Iterator<Item = (usize, DVec3)>) -> Image {
+    let mut planes = [(); 3].map(|()| vec![0.0; Area::of(film.crop).size()]);
+    for (at, value) in values {
+        // pbrt-v3 writes nothing below black, which filters with negative lobes give.
+        let value = value.max(DVec3::ZERO) * film.scale;
+        let value = value.clamp(DVec3::splat(f32::MIN.into()), DVec3::splat(f32::MAX.into()));
+        let value = value.as_vec3().to_array();
+        planes.iter_mut().zip(value).for_each(|(plane, value)| plane[at] = value);
+    }
+    let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
+    let PixelBounds { x0, y0, .. } = film.crop;
+    let data = window(x0, y0, film.crop.width(), film.crop.height());
+    let display = window(0, 0, film.resolution[0], film.resolution[1]);
+    Image::from_planes(data, display, planes)
 }
 
 /// What no other thread uses meanwhile.
@@ -268,7 +330,7 @@ fn tiles(area: Area, side: i32) -> impl Iterator<Item = Area> {
 mod tests {
     use std::ops::ControlFlow;
 
-    use glam::DVec2;
+    use rayon::prelude::*;
 
     use super::*;
     use crate::render::{Settings, Stop, render};
@@ -359,5 +421,63 @@ mod tests {
             let is_far = place[0].abs_diff(4) > 2 || place[1].abs_diff(5) > 2;
             assert!(!is_far || found == [3.0; 3], "{place:?}");
         }
+    }
+
+    /// From several threads at once: each splat brings its value, in the mean over its places, and the bits do not depend on the order.
+    #[test]
+    fn splats_keep_their_energy() {
+        for filter in ["box", "triangle", "gaussian", "mitchell", "sinc"] {
+            let scene = scene(&format!(
+                "Film \"image\" \"integer xresolution\" 40 \"integer yresolution\" 40 Camera \"perspective\"
+                PixelFilter \"{filter}\" WorldBegin Shape \"sphere\" WorldEnd"
+            ));
+            // Over all places in a pixel, in the middle of the picture.
+            let at = |step: i32, of: i32| f64::from(19) + (f64::from(step) + 0.5) / f64::from(of);
+            let places: Vec<DVec2> =
+                (0..32).flat_map(|y| (0..32).map(move |x| DVec2::new(at(x, 32), at(y, 32)))).collect();
+            let sums = [false, true].map(|is_reversed| {
+                let film = Film::new(&scene.view, Keeps::Sums);
+                let splat = |place: &DVec2| assert!(film.add_splat(*place, Vec3::new(1.0, 1e-5, 3e4)));
+                match is_reversed {
+                    false => places.par_iter().for_each(splat),
+                    true => places.iter().rev().for_each(splat),
+                }
+                film.add_light_paths(places.len() as u64);
+                film.sums()
+            });
+            assert_eq!(sums[0], sums[1]);
+            let image = sums[0].image();
+            let total =
+                |channel: usize| image.channels[channel].samples.iter().copied().map(f64::from).sum::<f64>();
+            // What is below black is written as black.
+            let is_signed = matches!(filter, "mitchell" | "sinc");
+            for (channel, expected) in [1.0, 1e-5, 3e4].into_iter().enumerate() {
+                let ratio = total(channel) / expected;
+                let most = if is_signed { 1.3 } else { 1.0 + 1e-5 };
+                assert!(ratio > 1.0 - 1e-5 && ratio < most, "{filter}: {ratio}");
+            }
+        }
+    }
+
+    /// Splats join the samples of the picture, at its edges too, and bad ones are refused.
+    #[test]
+    fn splats_join_samples() {
+        let scene = scene(
+            "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8 Camera \"perspective\"
+            PixelFilter \"box\" WorldBegin Shape \"sphere\" WorldEnd",
+        );
+        let film = Film::new(&scene.view, Keeps::Sums);
+        let mut frame = Frame::default();
+        frame.restart(&film, film.sources());
+        frame.add(&film.filter, [3, 4], DVec2::splat(0.5), DVec3::splat(2.0).extend(1.0));
+        film.add(&frame);
+        assert!(film.add_splat(DVec2::new(3.2, 4.9), Vec3::splat(6.0)));
+        assert!(film.add_splat(DVec2::new(-0.1, 1e9), Vec3::splat(6.0)));
+        assert!(!film.add_splat(DVec2::new(3.2, 4.9), Vec3::NAN));
+        assert!(!film.add_splat(DVec2::new(f64::INFINITY, 4.9), Vec3::ONE));
+        film.add_light_paths(4);
+        let image = film.develop(false).rgb().unwrap();
+        assert_eq!(image[4 * 8 + 3], [3.5; 3]);
+        assert_eq!(image.iter().filter(|pixel| **pixel != [0.0; 3]).count(), 1);
     }
 }

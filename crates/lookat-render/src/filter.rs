@@ -33,6 +33,11 @@ impl PixelFilter {
         self.axes[0].noise_area * self.axes[1].noise_area
     }
 
+    /// The integral of the weights over the distance, in pixels.
+    pub fn integral(&self) -> f64 {
+        self.axes[0].integral * self.axes[1].integral
+    }
+
     /// The weights of a sample for the pixels around, across and down.
     #[inline(always)]
     pub fn weigh(&self, place: DVec2, weights: &mut [Vec<f64>; 2]) {
@@ -66,6 +71,7 @@ struct Axis {
     /// Makes the largest weight, and the sum of the weights of a sample, about 1 at most.
     scale: f64,
     noise_area: f64,
+    integral: f64,
     /// Of a Gaussian its value at the radius.
     floor: f64,
     /// What does not depend on the sample, for pixels so far away: of a Gaussian its value there; of a sinc the sine and the cosine of the
@@ -90,12 +96,13 @@ impl Axis {
             }
             _ => (0.0, Vec::new()),
         };
-        let mut axis = Axis { kind, radius, reach, scale: 1.0, noise_area: 1.0, floor, far };
+        let mut axis = Axis { kind, radius, reach, scale: 1.0, noise_area: 1.0, integral: 1.0, floor, far };
         let step = radius / f64::from(STEPS);
         let values: Vec<f64> = (0..STEPS).map(|at| axis.at((f64::from(at) + 0.5) * step)).collect();
         let integral = |of: fn(f64) -> f64| 2.0 * step * values.iter().copied().map(of).sum::<f64>();
         let most = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
         axis.scale = integral(f64::abs).max(most).recip();
+        axis.integral = integral(|value| value) * axis.scale;
         axis.noise_area = (integral(|value| value).powi(2) / integral(|value| value * value)).max(1.0);
         axis
     }

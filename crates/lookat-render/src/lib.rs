@@ -28,6 +28,7 @@
 //! | render a picture | [`render()`], with [`Settings`] and their stopping rule [`Stop`] |
 //! | render many views of a world | [`Prepared`] |
 //! | show a picture that grows | [`Progress::snapshot`] |
+//! | add up pictures of other samples, exactly | [`Progress::sums`] and [`FilmSums`] |
 //! | know what is at a place of a picture | [`Prepared::pick`] |
 //! | give a picture depth, normals and other layers | [`Settings::layers`] |
 //! | trace rays of your own | [`Probe`] |
@@ -78,7 +79,7 @@ mod view_facts;
 mod warp;
 
 pub use camera::focus::Focus;
-pub use film::REPLICATES;
+pub use film::{FilmSums, FilmSumsError, REPLICATES};
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::{Draw, StageProfile};
 pub use lookat_image as image;

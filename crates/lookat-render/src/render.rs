@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 use lookat_image::Image;
 use lookat_scene::{Scene, View};
 
-use crate::film::{Film, Keeps, lock};
+use crate::film::{Film, FilmSums, Keeps, lock};
 use crate::integrator::Profiler;
 use crate::prepare::Prepared;
 use crate::threads;
@@ -74,10 +74,17 @@ impl Progress<'_> {
         self.film.develop(true)
     }
 
+    /// The sums of the samples so far. With [`Stop::Adaptive`] samples are weighed by the counts of this rendering, and with
+    /// [`Stop::TargetError`] pixels keep the samples they were judged by, so that only sums with other settings add up to a larger
+    /// rendering.
+    pub fn sums(&self) -> FilmSums {
+        self.film.sums()
+    }
+
     /// The result of [`render`] if it ended now. `with_errors` adds the error layers; there are no other layers.
     pub fn rendered(&self, with_errors: bool) -> Rendered {
         let (image, statistics) = (self.film.develop(with_errors), self.film.count(self.statistics));
-        Rendered { image, statistics, preparation: Duration::ZERO, complete: false }
+        Rendered { image, sums: None, statistics, preparation: Duration::ZERO, complete: false }
     }
 }
 
@@ -86,6 +93,8 @@ impl Progress<'_> {
 pub struct Rendered {
     /// The picture: linear RGB, with the film's crop window as data window.
     pub image: Image,
+    /// The sums of the film, if the settings ask for them: see [`Progress::sums`].
+    pub sums: Option<FilmSums>,
     /// What it took.
     pub statistics: Statistics,
     /// How long it took to sort the scene into trees and to weigh its lights, before the first sample.
@@ -282,7 +291,8 @@ fn develop(context: &Context, view: &View, settings: &Settings, target: Option<R
     if complete && !settings.layers.is_empty() {
         complete = layers::add(context, view, settings, &mut image);
     }
-    Rendered { image, statistics, preparation: Duration::ZERO, complete }
+    let sums = settings.keep_sums.then(|| film.sums());
+    Rendered { image, sums, statistics, preparation: Duration::ZERO, complete }
 }
 
 #[cfg(test)]

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use lookat_image::Format;
 use lookat_syntax::ParamType;
+use serde::{Deserialize, Serialize};
 
 use crate::color;
 use crate::params::Params;
 use crate::schema::{Edges, Effect, Key, Kind, Name, Range, Unit, names};
 
 /// The film.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Film {
     /// Width and height of the full picture in pixels, from 1 to [`MAX_SIDE`] (`xresolution`, default 1280, and `yresolution`,
     /// default 720).
@@ -35,7 +36,7 @@ pub struct FilmOverride {
 }
 
 /// A rectangle of pixels, y down: `x0 <= x < x1`, `y0 <= y < y1`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PixelBounds {
     /// First column.
     pub x0: u32,

@@ -4,10 +4,11 @@ use std::array::from_fn;
 use std::ops::AddAssign;
 
 use glam::{DVec3, DVec4, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// The unit of fixed-point sums of radiance. A sample is exact if it is brighter than 2^-28 of the scene's brightness, and counts as at
 /// most 2^31 times as bright as that.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Scale {
     /// A power of two.
     brightness: f64,
@@ -42,6 +43,11 @@ impl Scale {
         Scale { brightness, high: HIGH / brightness }
     }
 
+    /// Whether [`Scale::new`] gives it.
+    pub fn is_valid(self) -> bool {
+        self.brightness > 0.0 && self.brightness.is_finite() && self == Scale::new(self.brightness)
+    }
+
     /// Whether a sample is too bright for its sum.
     #[inline(always)]
     pub fn clamps(self, radiance: Vec3) -> bool {
@@ -57,7 +63,7 @@ impl Scale {
 }
 
 /// A sum of samples times their weights, and of the weights.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Sum {
     /// Red, green, blue in units of [`Scale`], and the weight: high units, and from 0 to 2^51 low ones of 2^51 to a high unit.
     high: [i64; 4],
@@ -94,6 +100,11 @@ impl Sum {
         if sum.w == 0.0 { DVec3::ZERO } else { sum.truncate() / sum.w }
     }
 
+    /// Whether its low units are fewer than a high one.
+    pub fn is_carried(&self) -> bool {
+        self.low.iter().all(|low| (0..1 << LOW).contains(low))
+    }
+
     /// Makes high units of low ones. Equal sums then have equal bits.
     #[inline(always)]
     fn carry(&mut self) {
@@ -102,6 +113,12 @@ impl Sum {
             *low &= (1 << LOW) - 1;
         }
     }
+}
+
+/// The value of a pixel: the mean of its samples, and what splats of so many light paths add.
+pub(crate) fn value(sum: &Sum, splats: Option<&Sum>, light_paths: u64, scale: Scale) -> DVec3 {
+    let splats = splats.map(|splats| splats.weighted(scale).truncate() / light_paths.max(1) as f64);
+    sum.mean(scale) + splats.unwrap_or_default()
 }
 
 impl AddAssign for Sum {

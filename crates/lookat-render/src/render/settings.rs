@@ -8,7 +8,7 @@ use super::adaptive;
 use super::layers::set::Layers;
 use super::stop::TargetError;
 use super::target;
-use crate::film::{Keeps, pixel_bytes};
+use crate::film::{FilmSums, Keeps, pixel_bytes};
 use crate::threads::threads;
 
 /// How to render, apart from what the scene says.
@@ -24,6 +24,8 @@ pub struct Settings {
     /// What the picture has beside its colors. Takes a pass over first hits after the picture, by the samples per pixel of the
     /// scene. An interrupted picture has none. Default none.
     pub layers: Layers,
+    /// True to keep the sums of the film as [`Rendered::sums`](crate::Rendered::sums). Default false.
+    pub keep_sums: bool,
 }
 
 /// The stopping rule.
@@ -146,6 +148,7 @@ pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
     };
     let pixel = pixel_bytes(settings.stop.keeps(), view.filter.shares_samples())
         + policy
-        + settings.layers.pixel_bytes();
+        + settings.layers.pixel_bytes()
+        + if settings.keep_sums { FilmSums::PIXEL_BYTES } else { 0 };
     view.film.crop.area() * pixel as u64
 }

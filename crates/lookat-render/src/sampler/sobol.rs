@@ -98,7 +98,7 @@ impl Shuffled {
         let (seeds, indices): (u32x8<S>, u32x8<S>) =
             (self.seeds.simd_into(simd), self.indices.simd_into(simd));
         let of_pixel = MASK >> bits(count);
-        let seeds = lowbias(seeds ^ (indices & of_pixel) * 0x9e37_79b9);
+        let seeds = lowbias(seeds ^ ((indices & of_pixel) * 0x9e37_79b9));
         Shuffled { seeds: seeds.to_array(), indices: (indices & !of_pixel).to_array() }
     }
 

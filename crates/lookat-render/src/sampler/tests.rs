@@ -3,11 +3,8 @@
 use super::*;
 use crate::testing::baseline;
 
-const KINDS: [SamplerKind; 3] = [
-    SamplerKind::Random,
-    SamplerKind::Stratified { cells: [8, 8], jitter: true },
-    SamplerKind::SOBOL,
-];
+const KINDS: [SamplerKind; 3] =
+    [SamplerKind::Random, SamplerKind::Stratified { cells: [8, 8], jitter: true }, SamplerKind::SOBOL];
 
 /// The numbers of one sample, as [`Streams`] gives them.
 #[derive(Clone)]

@@ -155,7 +155,7 @@ fn layers_have_equal_bits_at_every_level_and_on_any_number_of_threads() {
         let image = |level, threads| {
             let mut prepared = Prepared::new(&scene);
             prepared.traceable.level = level;
-            let settings = Settings { seed: 5, threads, stop, layers: all() };
+            let settings = Settings { seed: 5, threads, stop, layers: all(), ..Settings::default() };
             prepared.render(&scene.view, &settings, &|_| ControlFlow::Continue(())).image
         };
         let bits = |image: Image| -> Vec<(String, Vec<u32>)> {
