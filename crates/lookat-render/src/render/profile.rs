@@ -35,7 +35,7 @@ mod tests {
     fn each_ray_belongs_to_a_stage() {
         let scene = scene(
             r#"Film "image" "integer xresolution" 20 "integer yresolution" 20 Camera "perspective"
-            Sampler "sobol" "integer pixelsamples" 4 Integrator "path" "integer maxdepth" 2 WorldBegin
+            Sampler "sobol" "integer pixelsamples" 64 Integrator "path" "integer maxdepth" 2 WorldBegin
             LightSource "infinite" AttributeBegin AreaLightSource "diffuse" Translate 0 3 4
             Shape "sphere" "float radius" .5 AttributeEnd Translate 0 0 4 Shape "sphere" Shape "disk" WorldEnd"#,
         );
