@@ -12,6 +12,7 @@ mod tests;
 
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::Vec3;
+use smallvec::SmallVec;
 
 use crate::frame::Frames;
 use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
@@ -19,7 +20,7 @@ use lobe::Kind;
 pub(crate) use material::most_lobes;
 use slots::Slot;
 pub(crate) use slots::{PointLobes, Slots};
-use specular::Single;
+pub(crate) use specular::Single;
 
 /// Which lobes are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -200,6 +201,38 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             }
             sample.is_there &= widen(self.local_o.z.simd_ne(0.0));
             sample
+        })
+    }
+
+    /// All single directions of each point, those of its first lobes first, with their probabilities among them: what
+    /// [`Bsdf::sample`] chooses from.
+    #[inline(never)]
+    pub fn singles(&self) -> SmallVec<[Single<S>; 2]> {
+        let simd = self.local_o.z.token();
+        vectorized!(simd, {
+            let all = choice::probability(simd, self.slots, Part::Specular);
+            let is_seen = widen(self.local_o.z.simd_ne(0.0));
+            let mut singles: SmallVec<[Single<S>; 2]> = SmallVec::new();
+            for slot in self.slots.iter().filter(|slot| slot.lobe.kind.is_specular()) {
+                let mut own = widen(slot.mask) & is_seen;
+                // Glass reflects for small numbers, and refracts for large ones.
+                for u in [0.0, 1.0 - f64::EPSILON] {
+                    let mut single = slot.lobe.single(self.ns, self.wo, u.simd_into(simd));
+                    let rest = own & widen(single.probability.simd_lt(1.0));
+                    single.probability *= slot.probability / all;
+                    single.is_there &= own & single.factor.is_light();
+                    for place in &mut singles {
+                        let free = single.is_there & !place.is_there;
+                        *place = single.or(free, *place);
+                        single.is_there &= !free;
+                    }
+                    if single.is_there.any_true() {
+                        singles.push(single);
+                    }
+                    own = rest;
+                }
+            }
+            singles
         })
     }
 

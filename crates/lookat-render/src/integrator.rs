@@ -82,11 +82,7 @@ impl<'s> SceneIntegrator<'s> {
             SceneIntegrator::Ambient(_) => (1, 0, Sees::Nothing),
         };
         self.world().begin(simd, tracer, rays, (surfaces > 0, sees), wave);
-        for depth in 0..surfaces {
-            let count = wave.begin_surface();
-            if count == 0 {
-                return;
-            }
+        while let Some((depth, count)) = wave.begin_surface() {
             for first in (0..count).step_by(LANES) {
                 if !tracer.goes_on() {
                     return;

@@ -8,7 +8,7 @@ use crate::number::{Colors, Vec3x8, narrow, splat_f32, to_f32, to_f64, widen};
 
 /// Directions of lobes that have only single ones.
 #[derive(Clone, Copy)]
-pub(super) struct Single<S: Simd> {
+pub(crate) struct Single<S: Simd> {
     pub is_there: mask64x8<S>,
     pub wi: Vec3x8<S>,
     /// Radiance from `wi` times this comes along `wo`.

@@ -111,7 +111,7 @@ impl<'s> Paths<'s> {
                 let sample = bsdf.sample(streams.next_2d(simd), Part::All);
                 active &= sample.is_there;
                 let mut beta = paths.beta * sample.weight;
-                let compression = paths.compression * sample.compression;
+                let compression = paths.carried * sample.compression;
                 let directions = Directions {
                     rays: surfaces.leave(sample.wi),
                     pdf: sample.pdf,
@@ -128,7 +128,8 @@ impl<'s> Paths<'s> {
                 let found = self.world.nearest(simd, tracer, &directions.rays, active);
                 let light = vertices.light_of(tracer, &directions, &found, active);
                 wave.add(samples, beta * light, active);
-                let found = &mut Found { rays: directions.rays, hits: found, weight: (beta, compression) };
+                let weight = (beta, compression);
+                let found = &mut Found { rays: directions.rays, hits: found, weight, branch: 0 };
                 self.world.go_on(simd, tracer, found, samples, (active, sample.is_specular, Sees::All), wave);
             },
         )

@@ -11,11 +11,13 @@ use crate::number::{Colors, LANES, first_lanes, splat_f32, those, vectorized};
 use crate::trace::MOST_PACKETS;
 use crate::trace::rays::{Hits, Rays};
 
-/// Rays with what they have hit, and by what radiance along them is multiplied: beta, and what refraction has done to it.
+/// Rays with what they have hit, by what radiance along them is multiplied, and what the integrator keeps with their paths.
 pub(crate) struct Found<S: Simd> {
     pub rays: Rays<S>,
     pub hits: Hits<S>,
     pub weight: (Colors<S>, f32x8<S>),
+    /// Which of the directions from their surfaces these are, from 0.
+    pub branch: usize,
 }
 
 impl World<'_> {
@@ -37,7 +39,7 @@ impl World<'_> {
         let hits = self.nearest_of(simd, tracer, packets, &active);
         for (at, active) in active.iter().enumerate() {
             let weight = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
-            let found = &mut Found { rays: packets[at], hits: hits[at], weight };
+            let found = &mut Found { rays: packets[at], hits: hits[at], weight, branch: 0 };
             self.see(simd, tracer, found, &samples[at], (*active, sees), wave);
             if goes_on {
                 self.go_on(simd, tracer, found, &samples[at], (*active, *active, sees), wave);
@@ -51,7 +53,7 @@ impl World<'_> {
         &self,
         simd: S,
         tracer: &Tracer,
-        Found { rays, hits, weight }: &Found<S>,
+        Found { rays, hits, weight, .. }: &Found<S>,
         samples: &[u16],
         (active, sees): (mask64x8<S>, Sees),
         wave: &mut Wave,
@@ -78,7 +80,7 @@ impl World<'_> {
         &self,
         simd: S,
         tracer: &mut Tracer,
-        Found { rays, hits, weight }: &mut Found<S>,
+        Found { rays, hits, weight, branch }: &mut Found<S>,
         samples: &[u16],
         (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
         wave: &mut Wave,
@@ -90,7 +92,8 @@ impl World<'_> {
                     |lane, light| wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
                 passed = self.pass(simd, tracer, rays, hits, (active, is_full, sees), add);
             }
-            wave.push(simd, (rays, hits), *weight, samples, (active & hits.is_hit(), passed));
+            let goes_on = (active & hits.is_hit(), passed);
+            wave.push(simd, (rays, hits), *weight, (samples, *branch), goes_on);
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Paths that are followed together, surface by surface.
+//! Paths that are followed together, surface by surface, one branch after the other.
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
@@ -19,14 +19,26 @@ pub(crate) struct Wave {
     pub radiance: [Vec3; WAVE],
     /// Their places on the film, and what chooses the points on the lens.
     pub places: [(DVec2, DVec2); WAVE],
+    block: Box<Block>,
+    /// Branches that are followed later, the last first.
+    pending: Vec<Box<Block>>,
+    /// How many of them come from surfaces before this one.
+    before: usize,
+    spare: Vec<Box<Block>>,
+}
+
+/// Paths at the same depth, at most one for each sample: so the light of a sample is added up in one order, whatever is in its wave.
+struct Block {
     /// Origins and directions of rays, distances, numbers and instances of elements that they have hit, and where on these.
     numbers: [[f64; ROOM]; 12],
-    /// What the light is multiplied by, and what refraction has done to that.
+    /// What the light is multiplied by, and [`Taken::carried`].
     beta: [[f32; ROOM]; 4],
     samples: [u16; ROOM],
     /// Whether the ray has passed anything.
     passed: [bool; ROOM],
     count: usize,
+    /// The number of surfaces before the next one.
+    depth: u32,
 }
 
 /// Some of them.
@@ -35,8 +47,9 @@ pub(in crate::integrator) struct Taken<S: Simd> {
     pub hits: Hits<S>,
     /// By what radiance along the rays is multiplied.
     pub beta: Colors<S>,
-    /// What refraction has done to beta: roulette is to count light, not its density.
-    pub compression: f32x8<S>,
+    /// What the integrator keeps with a path, 1 at first. Path tracing: what refraction has done to beta. Direct lighting: the path's
+    /// share in its sample.
+    pub carried: f32x8<S>,
     /// Those that have passed nothing since their last surface, as bits.
     pub direct: u64,
     /// The samples that they are for.
@@ -48,32 +61,42 @@ impl Wave {
         Wave {
             radiance: [Vec3::ZERO; WAVE],
             places: [Default::default(); WAVE],
-            numbers: [[0.0; ROOM]; 12],
-            beta: [[0.0; ROOM]; 4],
-            samples: [0; ROOM],
-            passed: [false; ROOM],
-            count: 0,
+            block: Box::new(Block::new()),
+            pending: Vec::new(),
+            before: 0,
+            spare: Vec::new(),
         }
     }
 
     /// Forgets all paths.
     pub fn clear(&mut self) {
-        (self.radiance, self.count) = ([Vec3::ZERO; WAVE], 0);
+        self.radiance = [Vec3::ZERO; WAVE];
+        (self.block.count, self.block.depth, self.before) = (0, 0, 0);
+        self.spare.append(&mut self.pending);
     }
 
-    /// How many paths are at this surface. Those that go on, of all that are taken, will be at the next one.
-    pub(in crate::integrator) fn begin_surface(&mut self) -> usize {
-        std::mem::take(&mut self.count)
+    /// How many surfaces there were before this one, and how many paths are at it; of the last branch once the others have ended. Those
+    /// that go on, of all that are taken, will be at the next one.
+    pub(in crate::integrator) fn begin_surface(&mut self) -> Option<(u32, usize)> {
+        if self.block.count == 0 {
+            let branch = self.pending.pop()?;
+            self.spare.push(std::mem::replace(&mut self.block, branch));
+        }
+        self.before = self.pending.len();
+        let count = std::mem::take(&mut self.block.count);
+        self.block.depth += 1;
+        Some((self.block.depth - 1, count))
     }
 
     /// Those from one number to before another, at most eight; of no more than are at this surface.
     #[inline(always)]
     pub(in crate::integrator) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Taken<S> {
-        let [ox, oy, oz, dx, dy, dz, t, element, instance, a, b, c] = &self.numbers;
+        let Block { numbers, beta, .. } = &*self.block;
+        let [ox, oy, oz, dx, dy, dz, t, element, instance, a, b, c] = numbers;
         let (mut samples, mut direct) = (ArrayVec::new(), 0);
         for (lane, at) in (from..to).enumerate() {
-            samples.push(self.samples[at]);
-            direct |= u64::from(!self.passed[at]) << lane;
+            samples.push(self.block.samples[at]);
+            direct |= u64::from(!self.block.passed[at]) << lane;
         }
         Taken {
             rays: Rays::new(load_vectors(simd, [ox, oy, oz], from), load_vectors(simd, [dx, dy, dz], from)),
@@ -86,29 +109,31 @@ impl Wave {
                 emits: mask64x8::splat(simd, false),
             },
             beta: Colors {
-                x: f32x8::from_slice(simd, &self.beta[0][from..from + LANES]),
-                y: f32x8::from_slice(simd, &self.beta[1][from..from + LANES]),
-                z: f32x8::from_slice(simd, &self.beta[2][from..from + LANES]),
+                x: f32x8::from_slice(simd, &beta[0][from..from + LANES]),
+                y: f32x8::from_slice(simd, &beta[1][from..from + LANES]),
+                z: f32x8::from_slice(simd, &beta[2][from..from + LANES]),
             },
-            compression: f32x8::from_slice(simd, &self.beta[3][from..from + LANES]),
+            carried: f32x8::from_slice(simd, &beta[3][from..from + LANES]),
             direct,
             samples,
         }
     }
 
-    /// Adds the paths that go on to the next surface. `passed`: bits of the rays that have passed surfaces without a material.
+    /// Adds the paths that go on to the next surface. `branch`: which of the directions from the last surface they follow, from 0.
+    /// `passed`: bits of the rays that have passed surfaces without a material.
     #[inline(always)]
     pub(in crate::integrator) fn push<S: Simd>(
         &mut self,
         simd: S,
         (rays, hits): (&Rays<S>, &Hits<S>),
-        (beta, compression): (Colors<S>, f32x8<S>),
-        samples: &[u16],
+        (beta, carried): (Colors<S>, f32x8<S>),
+        (samples, branch): (&[u16], usize),
         (goes_on, passed): (mask64x8<S>, u64),
     ) {
+        let block = self.block(branch);
         let (Rays { o, d, .. }, Hits { t, element, instance, sides: [a, b, c], .. }) = (rays, hits);
-        let at = self.count;
-        let mut columns = self.numbers.iter_mut();
+        let at = block.count;
+        let mut columns = block.numbers.iter_mut();
         let mut put = |values: f64x8<S>| {
             if let Some(column) = columns.next() {
                 simd.compress_f64x8(values, goes_on).store_slice(&mut column[at..at + LANES]);
@@ -128,14 +153,26 @@ impl Wave {
         put(*b);
         put(*c);
         let narrow = narrow(goes_on);
-        for (own, values) in self.beta.iter_mut().zip([beta.x, beta.y, beta.z, compression]) {
+        for (own, values) in block.beta.iter_mut().zip([beta.x, beta.y, beta.z, carried]) {
             simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
         }
         for lane in those(goes_on) {
-            self.samples[self.count] = samples[lane];
-            self.passed[self.count] = passed >> lane & 1 == 1;
-            self.count += 1;
+            block.samples[block.count] = samples[lane];
+            block.passed[block.count] = passed >> lane & 1 == 1;
+            block.count += 1;
         }
+    }
+
+    /// Where the paths of a branch from this surface go.
+    #[inline(always)]
+    fn block(&mut self, branch: usize) -> &mut Block {
+        let Some(other) = branch.checked_sub(1) else { return &mut self.block };
+        while self.pending.len() <= self.before + other {
+            let mut block = self.spare.pop().unwrap_or_else(|| Box::new(Block::new()));
+            (block.count, block.depth) = (0, self.block.depth);
+            self.pending.push(block);
+        }
+        &mut self.pending[self.before + other]
     }
 
     /// Adds light to the samples of paths.
@@ -148,6 +185,19 @@ impl Wave {
     ) {
         for lane in those(active) {
             self.radiance[usize::from(samples[lane])] += light.lane(lane);
+        }
+    }
+}
+
+impl Block {
+    fn new() -> Self {
+        Block {
+            numbers: [[0.0; ROOM]; 12],
+            beta: [[0.0; ROOM]; 4],
+            samples: [0; ROOM],
+            passed: [false; ROOM],
+            count: 0,
+            depth: 0,
         }
     }
 }
