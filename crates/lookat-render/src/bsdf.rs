@@ -150,9 +150,12 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             let same_side = (wo.z * local_i.z).simd_gt(0.0);
             let (mut f, mut pdf) = (black, none);
             for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_specular()) {
-                let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i);
-                let (side, sampled) =
-                    if slot.lobe.kind.transmits() { (through, !same_side) } else { (above, same_side) };
+                let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i, above);
+                let (side, sampled) = match slot.lobe.kind {
+                    Kind::RoughGlass => (above | through, is_seen),
+                    kind if kind.transmits() => (through, !same_side),
+                    _ => (above, same_side),
+                };
                 f = f + own_f.or(side & slot.mask, black);
                 pdf += (sampled & slot.mask).select(slot.probability * own_pdf, none);
             }
@@ -171,6 +174,9 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         vectorized!(simd, {
             let choice = choice::choose(self.slots, part, u);
             let one = splat_f32(simd, 1.0);
+            // What is left of the number beyond the 24 bits that directions take.
+            let fine = choice.rest * 16_777_216.0;
+            let fine = to_f32(fine - fine.floor()).min(BELOW_ONE);
             let square = [to_f32(choice.rest).min(BELOW_ONE), to_f32(v).min(BELOW_ONE)];
             let none = mask32x8::splat(simd, false);
             let (mut local, mut compression, mut is_smooth) = (self.local_o, one, none);
@@ -188,10 +194,10 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                         None => (own, sample),
                     });
                 } else {
-                    let (wi, is_there) = slot.lobe.sample(self.local_o, square);
+                    let (wi, is_there) = slot.lobe.sample(self.local_o, square, fine);
                     local = wi.or(own, local);
                     is_smooth |= own & is_there;
-                    compression = own.select(slot.lobe.compression(self.local_o.z), compression);
+                    compression = own.select(slot.lobe.compression(self.local_o.z, wi.z), compression);
                 }
             }
             let mut sample = self.smooth(local, is_smooth, part);

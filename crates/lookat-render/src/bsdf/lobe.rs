@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::Vec3;
 
 use super::fresnel::{Fresnel, conductor, dielectric, schlick};
-use super::microfacet::{TrowbridgeReitz, half, ratio, upward};
+use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upward};
 use crate::number::{Colors, V3, splat_f32};
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
@@ -21,8 +21,9 @@ pub(super) enum Kind {
     OrenNayar,
     /// Torrance and Sparrow's model (PBR 8.4.4).
     Microfacet(Fresnel),
-    /// Walter et al.'s model of rough refraction (PBR 8.4.4).
-    MicrofacetTransmission,
+    /// Torrance and Sparrow's model and Walter et al.'s model of rough refraction in one (PBR 8.4.4), chosen at each facet as Fresnel's
+    /// equations say.
+    RoughGlass,
     /// Ashikhmin and Shirley's model (PBR 8.5).
     Substrate,
     /// PBR 8.2.2.
@@ -40,10 +41,10 @@ impl Kind {
         matches!(self, Kind::Mirror(_) | Kind::Refraction | Kind::Glass)
     }
 
-    /// Whether it scatters to the other side, into all directions.
+    /// Whether it scatters to the other side, into all directions; rough glass does so to both.
     #[inline]
     pub fn transmits(self) -> bool {
-        matches!(self, Kind::LambertTransmission | Kind::MicrofacetTransmission)
+        matches!(self, Kind::LambertTransmission | Kind::RoughGlass)
     }
 }
 
@@ -137,14 +138,12 @@ impl<S: Simd> Lobes<S> {
         match self.kind {
             Kind::Lambert | Kind::OrenNayar | Kind::LambertTransmission => self.color,
             Kind::Microfacet(fresnel) | Kind::Mirror(fresnel) => self.fresnel(fresnel, cos_o),
-            Kind::MicrofacetTransmission | Kind::Refraction => {
-                self.color - self.color * dielectric(cos_o, self.eta)
-            }
+            Kind::Refraction => self.color - self.color * dielectric(cos_o, self.eta),
             Kind::Substrate => {
                 let [base, coat] = self.colors;
                 self.color * (base - base * coat + schlick(coat, cos_o.abs()))
             }
-            Kind::Glass => {
+            Kind::Glass | Kind::RoughGlass => {
                 let [reflectance, transmittance] = self.colors;
                 transmittance + (reflectance - transmittance) * dielectric(cos_o, self.eta)
             }
@@ -152,9 +151,9 @@ impl<S: Simd> Lobes<S> {
     }
 
     /// The value of the BSDF, and the density by solid angle of [`Lobes::sample`] where `wi` is on its side; neither of single
-    /// directions.
+    /// directions. `above`: where light is reflected, as geometric normals say; elsewhere it passes.
     #[inline(always)]
-    pub fn f_pdf(&self, wo: Directions<S>, wi: Directions<S>) -> (Colors<S>, f32x8<S>) {
+    pub fn f_pdf(&self, wo: Directions<S>, wi: Directions<S>, above: mask32x8<S>) -> (Colors<S>, f32x8<S>) {
         let simd = wi.z.token();
         let none = splat_f32(simd, 0.0);
         match self.kind {
@@ -171,9 +170,21 @@ impl<S: Simd> Lobes<S> {
                 let value = is_there.select(value, none);
                 (self.fresnel(fresnel, wi.dot(upward(wh))) * value, is_there.select(pdf, none))
             }
-            Kind::MicrofacetTransmission => {
-                let (value, pdf, is_there) = self.facets().transmission(self.eta, wo, wi);
-                (self.color * is_there.select(value, none), is_there.select(pdf, none))
+            Kind::RoughGlass => {
+                let [reflectance, transmittance] = self.colors;
+                let (wh, is_there) = half(wo, wi);
+                let wh = upward(wh);
+                let (value, pdf) = self.facets().reflection(wo, wi, wh);
+                let share = self.reflected_share(dielectric(wo.dot(wh).copysign(wo.z), self.eta));
+                let reflected =
+                    reflectance * (dielectric(wi.dot(wh), self.eta) * is_there.select(value, none));
+                let reflected_pdf = is_there.select(pdf * share, none);
+                let (value, pdf, cos, is_there) = self.facets().transmission(self.eta, wo, wi);
+                let share = self.reflected_share(dielectric(cos, self.eta));
+                let transmitted = transmittance * is_there.select(value, none);
+                let transmitted_pdf = is_there.select(pdf * (1.0 - share), none);
+                let same_side = (wo.z * wi.z).simd_gt(0.0);
+                (reflected.or(above, transmitted), same_side.select(reflected_pdf, transmitted_pdf))
             }
             Kind::Substrate => {
                 let [base, coat] = self.colors;
@@ -190,15 +201,28 @@ impl<S: Simd> Lobes<S> {
         }
     }
 
-    /// A direction, and where there is one; none of single directions.
+    /// A direction, and where there is one; none of single directions. `fine`: a number from 0 to 1 that chooses at a facet.
     #[inline(always)]
-    pub fn sample(&self, wo: Directions<S>, [u, v]: [f32x8<S>; 2]) -> (Directions<S>, mask32x8<S>) {
+    pub fn sample(
+        &self,
+        wo: Directions<S>,
+        [u, v]: [f32x8<S>; 2],
+        fine: f32x8<S>,
+    ) -> (Directions<S>, mask32x8<S>) {
         let all = mask32x8::splat(u.token(), true);
         match self.kind {
             Kind::Lambert | Kind::OrenNayar => (cosine_direction(wo.z, [u, v]), all),
             Kind::LambertTransmission => (cosine_direction(-wo.z, [u, v]), all),
             Kind::Microfacet(_) => self.facets().reflected(wo, [u, v]),
-            Kind::MicrofacetTransmission => self.facets().refracted(self.eta, wo, [u, v]),
+            Kind::RoughGlass => {
+                let wh = self.facets().visible_normal(wo, [u, v]);
+                let share = self.reflected_share(dielectric(wo.dot(wh).copysign(wo.z), self.eta));
+                let is_reflected = fine.simd_lt(share);
+                let ((above, has_above), (through, has_through)) =
+                    (reflected(wo, wh), refracted(self.eta, wo, wh));
+                let is_there = is_reflected & has_above | !is_reflected & has_through;
+                (above.or(is_reflected, through), is_there)
+            }
             Kind::Substrate => {
                 let is_coat = u.simd_ge(0.5);
                 let u = [is_coat.select(2.0 * u - 1.0, 2.0 * u), v];
@@ -209,12 +233,24 @@ impl<S: Simd> Lobes<S> {
         }
     }
 
-    /// What refraction alone does to radiance on the way to `wo`.
+    /// The share of samples that is reflected by facets which reflect a share `fresnel` of light.
     #[inline(always)]
-    pub fn compression(&self, cos_o: f32x8<S>) -> f32x8<S> {
+    fn reflected_share(&self, fresnel: f32x8<S>) -> f32x8<S> {
+        let [reflectance, transmittance] = self.colors;
+        let (r, t) = (reflectance.amount() * fresnel, transmittance.amount() * (1.0 - fresnel));
+        let share = r / (r + t);
+        // Textures may give more than can be added up.
+        share.is_finite().select(share, splat_f32(fresnel.token(), 0.5))
+    }
+
+    /// What refraction alone does to radiance from `wi` on the way to `wo`; of glass that is not rough, if it refracts.
+    #[inline(always)]
+    pub fn compression(&self, cos_o: f32x8<S>, cos_i: f32x8<S>) -> f32x8<S> {
+        let one = splat_f32(cos_o.token(), 1.0);
         let ratio = match self.kind {
-            Kind::MicrofacetTransmission | Kind::Refraction | Kind::Glass => ratio(cos_o, self.eta),
-            _ => splat_f32(cos_o.token(), 1.0),
+            Kind::RoughGlass => (cos_o * cos_i).simd_lt(0.0).select(ratio(cos_o, self.eta), one),
+            Kind::Refraction | Kind::Glass => ratio(cos_o, self.eta),
+            _ => one,
         };
         1.0 / (ratio * ratio)
     }

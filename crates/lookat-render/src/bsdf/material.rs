@@ -58,9 +58,8 @@ fn bound(material: &MaterialKind) -> MostLobes {
         MaterialKind::Matte(_) | MaterialKind::Metal(_) | MaterialKind::Substrate(_) => most(1, 0),
         MaterialKind::Mirror(_) => most(1, 1),
         MaterialKind::Plastic(_) => most(2, 0),
-        MaterialKind::Translucent(_) => most(4, 0),
-        // Smooth it has one lobe, and so between alike media.
-        MaterialKind::Glass(_) => most(2, 1),
+        MaterialKind::Translucent(_) => most(3, 0),
+        MaterialKind::Glass(_) => most(1, 1),
         MaterialKind::Uber(_) => most(5, 3),
         MaterialKind::Mix(mix) => {
             let [a, b] = [0, 1].map(|part: usize| bound(mix.materials[part].kind()));
@@ -180,9 +179,9 @@ impl<S: Simd> Builder<'_, S> {
         let one = splat_f32(active.token(), 1.0);
         self.refraction(transmittance, one, active & is_alike);
         let (active, eta) = (active & !is_alike, to_f32(eta));
-        self.glossy(reflectance, roughness, eta, active);
-        let lobe = Lobes::new(Kind::MicrofacetTransmission, transmittance);
-        self.push(Lobes { roughness, eta, ..lobe }, active);
+        let lobe = Lobes::new(Kind::RoughGlass, larger(reflectance, transmittance));
+        let colors = [reflectance, transmittance];
+        self.push(Lobes { colors, roughness, eta, ..lobe }, active);
     }
 
     #[inline(always)]

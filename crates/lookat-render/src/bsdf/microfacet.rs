@@ -73,15 +73,16 @@ impl<S: Simd> TrowbridgeReitz<S> {
         (density / both, density / of_o)
     }
 
-    /// What facets let through between media of relative index `eta`, and the density of [`TrowbridgeReitz::refracted`]; and where any
-    /// facet does. pbrt-v3 also counts facets that one direction sees from behind, but never samples them.
+    /// What facets let through between media of relative index `eta`, the density of directions that facets refract which `wo` sees, the
+    /// cosine between `wo` and the facet, and where any facet does. pbrt-v3 also counts facets that one direction sees from behind, but
+    /// never samples them.
     #[inline(always)]
     pub fn transmission(
         &self,
         eta: f32x8<S>,
         wo: Directions<S>,
         wi: Directions<S>,
-    ) -> (f32x8<S>, f32x8<S>, mask32x8<S>) {
+    ) -> (f32x8<S>, f32x8<S>, f32x8<S>, mask32x8<S>) {
         let ratio = ratio(wo.z, eta);
         let (wh, is_there) = (wo + wi * ratio).try_normalize();
         let wh = upward(wh);
@@ -95,13 +96,13 @@ impl<S: Simd> TrowbridgeReitz<S> {
         let (both, of_o) = self.masked(wo, wi);
         // Radiance is denser where the index is larger.
         let value = (1.0 - dielectric(cos_o, eta)) * density / (ratio * ratio * both);
-        (value, density / of_o, is_there)
+        (value, density / of_o, cos_o, is_there)
     }
 
     /// One of the normals that `wo` sees, on its side (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT
     /// 7(4), 2018).
     #[inline(always)]
-    fn visible_normal(&self, wo: Directions<S>, u: [f32x8<S>; 2]) -> Directions<S> {
+    pub fn visible_normal(&self, wo: Directions<S>, u: [f32x8<S>; 2]) -> Directions<S> {
         let simd = wo.z.token();
         let is_below = wo.z.simd_lt(0.0);
         let up = (-wo).or(is_below, wo);
@@ -120,26 +121,29 @@ impl<S: Simd> TrowbridgeReitz<S> {
     /// A direction that a facet reflects to `wo`, and where there is one.
     #[inline(always)]
     pub fn reflected(&self, wo: Directions<S>, u: [f32x8<S>; 2]) -> (Directions<S>, mask32x8<S>) {
-        let wh = self.visible_normal(wo, u);
-        let wi = wh * (2.0 * wo.dot(wh)) - wo;
-        (wi, (wi.z * wo.z).simd_gt(0.0))
+        reflected(wo, self.visible_normal(wo, u))
     }
+}
 
-    /// A direction that a facet refracts to `wo`, and where there is one.
-    #[inline(always)]
-    pub fn refracted(
-        &self,
-        eta: f32x8<S>,
-        wo: Directions<S>,
-        u: [f32x8<S>; 2],
-    ) -> (Directions<S>, mask32x8<S>) {
-        let wh = self.visible_normal(wo, u);
-        let (ratio, cos) = (ratio(wo.z, eta), wo.dot(wh));
-        let along = (wh * cos - wo) * (1.0 / ratio);
-        let squared = 1.0 - along.length_squared();
-        let wi = (along - wh * squared.max(0.0).sqrt()).normalize();
-        (wi, squared.simd_gt(0.0) & cos.simd_gt(0.0) & (wo.z * wi.z).simd_lt(0.0))
-    }
+/// The direction that a facet reflects to `wo`, and where there is one.
+#[inline(always)]
+pub(super) fn reflected<S: Simd>(wo: Directions<S>, wh: Directions<S>) -> (Directions<S>, mask32x8<S>) {
+    let wi = wh * (2.0 * wo.dot(wh)) - wo;
+    (wi, (wi.z * wo.z).simd_gt(0.0))
+}
+
+/// The direction that a facet refracts to `wo`, and where there is one.
+#[inline(always)]
+pub(super) fn refracted<S: Simd>(
+    eta: f32x8<S>,
+    wo: Directions<S>,
+    wh: Directions<S>,
+) -> (Directions<S>, mask32x8<S>) {
+    let (ratio, cos) = (ratio(wo.z, eta), wo.dot(wh));
+    let along = (wh * cos - wo) * (1.0 / ratio);
+    let squared = 1.0 - along.length_squared();
+    let wi = (along - wh * squared.max(0.0).sqrt()).normalize();
+    (wi, squared.simd_gt(0.0) & cos.simd_gt(0.0) & (wo.z * wi.z).simd_lt(0.0))
 }
 
 /// The normal that reflects one direction into the other, and where there is one: not where a direction is in the plane of the surface.

@@ -48,7 +48,7 @@ impl<S: Simd> Lobes<S> {
         let ratio = cos.0.simd_gt(0.0).select(eta, 1.0 / eta);
         let along = (n * cos.1 - wo) * (1.0 / ratio);
         let squared = 1.0 - along.length_squared();
-        let compression = self.compression(to_f32(cos.0));
+        let compression = self.compression(to_f32(cos.0), to_f32(cos.0));
         Single {
             is_there: squared.simd_gt(0.0),
             wi: (along - n * squared.max(0.0).sqrt()).normalize(),
