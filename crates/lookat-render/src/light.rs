@@ -153,6 +153,14 @@ impl LightTable {
         self.has_surfaces || self.has_skies()
     }
 
+    /// How far from its middle a shape of the world emits; 0 for other lights.
+    pub fn radius(&self, light: usize) -> f64 {
+        match &self.lights[light] {
+            SceneLight::Surface(surface) => surface.radius,
+            _ => 0.0,
+        }
+    }
+
     /// Whether a light is only a point or a direction, which no ray finds by chance.
     pub fn is_delta(&self, light: usize) -> bool {
         self.lights[light].is_delta()

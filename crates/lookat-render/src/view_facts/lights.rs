@@ -25,7 +25,8 @@ const SHADOW_RAYS: usize = 1 << 16;
 const LEAST_OF_A_LIGHT: usize = 64;
 /// The most lights that are measured.
 const MOST_LIGHTS: usize = 256;
-/// The cosine at a surface up to which light counts as none: corners with a few digits tilt triangles of one plane by about so much.
+/// The cosine at a surface up to which light counts as none: corners with a few digits tilt triangles of one plane by about so much, over
+/// at least a quarter of the radius of a light.
 const GRAZING: f64 = 1e-4;
 
 /// A light, and what it gives to the surfaces in view.
@@ -195,7 +196,8 @@ fn of_light<S: Simd>(
     // Directions from the surfaces find the rest of a sky.
     let other = if light >= prepared.lights.first_sky { cosine / PI } else { 0.0.simd_into(simd) };
     let share = cosine / (sample.pdf + other);
-    let counts = sample.is_there & cosine.simd_gt(GRAZING);
+    let least = (0.25 * prepared.lights.radius(light) / sample.shadow.t_max).max(1.0) * GRAZING;
+    let counts = sample.is_there & cosine.simd_gt(least);
     (sample.shadow, sample.li.scaled(share), counts)
 }
 

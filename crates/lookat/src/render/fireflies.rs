@@ -230,7 +230,7 @@ mod tests {
     fn a_limit_is_advised_where_it_takes_little() {
         let bulb =
             BULB.replace("[1e4 1e4 1e4]", "[4e3 4e3 4e3]").replace("0.02 AttributeEnd", "0.004 AttributeEnd");
-        let text = said((24, 1024), &bulb).unwrap();
+        let text = said((40, 1024), &bulb).unwrap();
         assert!(text.contains("write \"float maxsampleluminance\""), "{text}");
     }
 
