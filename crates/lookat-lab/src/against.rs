@@ -25,10 +25,10 @@ pub struct Outcome {
     pub trimmed: f64,
 }
 
-/// A ratio of two errors.
+/// A ratio of two errors or times.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ErrorRatio {
-    /// The ratio: of all pixels, or without the worst thousandth if `fireflies`.
+pub struct Ratio {
+    /// The ratio. If `fireflies`, without the worst thousandth of the pixels.
     pub value: f64,
     /// Whether single pixels rule the errors.
     pub fireflies: bool,
@@ -50,15 +50,16 @@ impl Outcome {
     }
 
     /// This error over another one at the same samples.
-    pub fn error_over(self, other: Outcome) -> ErrorRatio {
+    pub fn error_over(self, other: Outcome) -> Ratio {
         let [plain, trimmed] = [self.error / other.error, self.trimmed / other.trimmed];
         let fireflies = (plain / trimmed).ln().abs() > FIREFLIES.ln();
-        ErrorRatio { value: if fireflies { trimmed } else { plain }, fireflies }
+        Ratio { value: if fireflies { trimmed } else { plain }, fireflies }
     }
 
     /// How many times as fast as the other program this one reaches the same error, if squared error times time is constant.
-    pub fn time_to_equal_error(self, other: Outcome) -> f64 {
-        other.seconds / self.seconds / self.error_over(other).value
+    pub fn time_to_equal_error(self, other: Outcome) -> Ratio {
+        let errors = self.error_over(other);
+        Ratio { value: other.seconds / self.seconds / errors.value, ..errors }
     }
 }
 
@@ -89,11 +90,11 @@ mod tests {
     fn ratios_of_known_numbers() {
         let own = Outcome { seconds: 0.5, error: 0.02, trimmed: 0.02 };
         let other = Outcome { seconds: 2.0, error: 0.04, trimmed: 0.04 };
-        assert_eq!(own.error_over(other), ErrorRatio { value: 0.5, fireflies: false });
-        assert_eq!(own.time_to_equal_error(other), 8.0);
+        assert_eq!(own.error_over(other), Ratio { value: 0.5, fireflies: false });
+        assert_eq!(own.time_to_equal_error(other).value, 8.0);
         let other = Outcome { trimmed: 0.02, ..other };
-        assert_eq!(own.error_over(other), ErrorRatio { value: 1.0, fireflies: true });
-        assert_eq!(own.time_to_equal_error(other), 4.0);
+        assert_eq!(own.error_over(other), Ratio { value: 1.0, fireflies: true });
+        assert_eq!(own.time_to_equal_error(other).value, 4.0);
     }
 
     #[test]

@@ -5,13 +5,13 @@ use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{Command, ExitCode, Output, Stdio};
 use std::time::Instant;
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use lookat_image::Image;
-use lookat_lab::against::{Outcome, Row, SIDE, disagreement, pictures, rows};
+use lookat_lab::against::{Outcome, Ratio, Row, SIDE, disagreement, pictures, rows};
 
 /// The most runs of a program per row; lookat's differ in seed.
 const RUNS: usize = 3;
@@ -92,18 +92,21 @@ impl Args {
         }
         let csv_path = self.output.join("against.csv");
         let mut csv = format!("{HEADER}\n");
+        let mut lines = Vec::new();
         println!("{}", self.header());
         for row in rows().iter().filter(|row| self.only.is_empty() || self.only.contains(&row.name)) {
             let compared = programs.compare(row, &self)?;
-            let mut cells = vec![row.name.clone()];
+            let mut cells = Vec::new();
             for (samples, compared) in self.spp.iter().zip(&compared) {
                 csv += &csv_line(&row.name, *samples, compared);
                 let before = before.as_ref().map(|before| before.get(&(row.name.clone(), *samples)));
                 cells.extend(compared.cells(before));
             }
-            println!("| {} |", cells.join(" | "));
+            println!("{}", line(&row.name, &cells));
+            lines.push(cells);
             fs::write(&csv_path, &csv).map_err(|error| of_path(&csv_path, error))?;
         }
+        println!("{}", line("geometric mean", &geometric_means(&lines)));
         Ok(())
     }
 
@@ -124,40 +127,58 @@ impl Args {
     }
 }
 
+/// A cell of the table: a ratio, or why there is none.
+type Cell = Result<Ratio, String>;
+
 impl Compared {
-    fn cells(&self, before: Option<Option<&Outcome>>) -> Vec<String> {
+    fn cells(&self, before: Option<Option<&Outcome>>) -> Vec<Cell> {
         let mut cells = Vec::new();
-        let error = |own: Outcome, other| {
-            let ratio = own.error_over(other);
-            format!("{}{}", digits(ratio.value), if ratio.fireflies { "\\*" } else { "" })
-        };
         match (self.pbrt, self.disagreement) {
-            (Some(_), Some(difference)) => {
-                cells.push(format!("the pictures differ: mean {:+.1} %", 100.0 * difference));
-                cells.push(String::new());
-            }
+            (Some(_), Some(difference)) => cells.extend([
+                Err(format!("the pictures differ: mean {:+.1} %", 100.0 * difference)),
+                Err(String::new()),
+            ]),
             (Some(pbrt), None) => {
-                cells.push(error(self.lookat, pbrt));
-                cells.push(digits(self.lookat.time_to_equal_error(pbrt)));
+                cells.extend([self.lookat.error_over(pbrt), self.lookat.time_to_equal_error(pbrt)].map(Ok));
             }
             (None, _) => {}
         }
         match before {
             Some(Some(before)) => {
-                cells.push(error(*before, self.lookat));
-                cells.push(digits(before.seconds / self.lookat.seconds));
+                let time = Ratio { value: before.seconds / self.lookat.seconds, fireflies: false };
+                cells.extend([before.error_over(self.lookat), time].map(Ok));
             }
-            Some(None) => cells.extend([String::new(), String::new()]),
+            Some(None) => cells.extend([Err(String::new()), Err(String::new())]),
             None => {}
         }
         cells
     }
 }
 
-/// A ratio with two significant digits.
-fn digits(ratio: f64) -> String {
-    let places = (1.0 - ratio.abs().log10().floor()).clamp(0.0, 4.0);
-    format!("{ratio:.*}", if places.is_nan() { 0 } else { places as usize })
+/// A line of the table. Ratios have two significant digits.
+fn line(name: &str, cells: &[Cell]) -> String {
+    let text = |cell: &Cell| match cell {
+        Ok(Ratio { value, fireflies }) => {
+            let places = (1.0 - value.log10().floor()).clamp(0.0, 4.0) as usize;
+            format!("{value:.places$}{}", if *fireflies { "\\*" } else { "" })
+        }
+        Err(reason) => reason.clone(),
+    };
+    format!("| {name} | {} |", cells.iter().map(text).collect::<Vec<_>>().join(" | "))
+}
+
+/// The geometric mean of the ratios in each column.
+fn geometric_means(lines: &[Vec<Cell>]) -> Vec<Cell> {
+    let mean = |column: usize| {
+        let ratios = lines.iter().filter_map(|cells| cells[column].as_ref().ok());
+        let logarithms: Vec<f64> = ratios.map(|ratio| ratio.value.ln()).collect();
+        if logarithms.is_empty() {
+            return Err(String::new());
+        }
+        let value = (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp();
+        Ok(Ratio { value, fireflies: false })
+    };
+    (0..lines[0].len()).map(mean).collect()
 }
 
 fn csv_line(row: &str, samples: u32, compared: &Compared) -> String {
@@ -206,11 +227,8 @@ impl Programs {
         let lookat = args.lookat.clone().map_or_else(beside, Ok)?;
         let (_, version) = timed(Command::new(&lookat).arg("--version"))?;
         if let Some(pbrt) = &args.pbrt {
-            timed(Command::new(pbrt).arg("--help")).or_else(|message| match pbrt.exists() {
-                // pbrt-v3 ends its help with failure.
-                true => Ok((0.0, String::new())),
-                false => Err(message),
-            })?;
+            // pbrt-v3 ends its help with failure.
+            run(Command::new(pbrt).arg("--help"))?;
         }
         Ok(Programs { lookat, version, pbrt: args.pbrt.clone() })
     }
@@ -290,26 +308,29 @@ fn rendered(command: &mut Command, scene: &Path, picture: &Path) -> Result<(f64,
     let _ = fs::remove_file(picture);
     let (seconds, messages) = timed(command.arg("--outfile").arg(picture).arg(scene))?;
     if !picture.exists() {
-        return Err(format!("{program} {} wrote no picture: {messages}", scene.display()));
+        return Err(format!("{program} {} wrote no picture; it printed: {messages}", scene.display()));
     }
     Ok((seconds, pixels(picture)?))
 }
 
-/// The wall time of a program in seconds, and what it printed.
+/// The wall time in seconds of a program that must succeed, and what it printed.
 fn timed(command: &mut Command) -> Result<(f64, String), String> {
-    let program = command.get_program().display().to_string();
     let started = Instant::now();
-    let output = command.stdin(Stdio::null()).output().map_err(|error| match error.kind() {
-        ErrorKind::NotFound => format!("{program}: no such program"),
-        _ => format!("{program}: {error}"),
-    })?;
+    let output = run(command)?;
     let seconds = started.elapsed().as_secs_f64();
-    let printed = [output.stdout, output.stderr].concat();
-    let printed = String::from_utf8_lossy(&printed).trim().to_string();
+    let printed = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).trim().to_string();
     if !output.status.success() {
-        return Err(format!("{program}: {}: {printed}", output.status));
+        return Err(format!("{}: {}: {printed}", command.get_program().display(), output.status));
     }
     Ok((seconds, printed))
+}
+
+fn run(command: &mut Command) -> Result<Output, String> {
+    let started = command.stdin(Stdio::null()).output();
+    started.map_err(|error| match error.kind() {
+        ErrorKind::NotFound => format!("{}: no such program", command.get_program().display()),
+        _ => format!("{}: {error}", command.get_program().display()),
+    })
 }
 
 fn pixels(path: &Path) -> Result<Vec<[f32; 3]>, String> {
