@@ -23,7 +23,7 @@ const REFERENCE_SEED: usize = 1_000;
 const HEADER: &str = "row,samples_per_pixel,seconds,error,error_trimmed,pbrt_seconds,pbrt_error,pbrt_error_trimmed,\
                       disagreement";
 
-/// Compare lookat with pbrt-v3 over scenes like those of public files: squared error at equal samples, and time to equal error.
+/// Compare lookat with pbrt-v3 over scenes that resemble public files: squared error at equal samples, and time to equal error.
 /// Both programs run as whole processes on one thread, in turn.
 ///
 /// Prints a table in Markdown and writes FOLDER/against.csv.
