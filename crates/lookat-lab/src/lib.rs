@@ -1,5 +1,6 @@
 //! Measures lookat against formulas of others, and against the truth. The results stand in `docs/`.
 
+pub mod against;
 pub mod bench;
 pub mod chart;
 mod coverage;
