@@ -177,9 +177,13 @@ impl<'v> Film<'v> {
         if !value.is_finite() || !position.is_finite() {
             return false;
         }
-        let value = self.scale().clamped(self.limited(value)) / self.filter.integral();
+        let value = self.limited(value) / self.filter.integral() as f32;
+        let value = self.scale().clamped(value);
         let corner = position.floor();
         let [x, y] = corner.as_ivec2().to_array();
+        if !self.sources().contains([x, y]) {
+            return true;
+        }
         let reached = Area { x0: x, y0: y, x1: x + 1, y1: y + 1 }.grown(self.filter.reach());
         let mut weights = Default::default();
         self.filter.weigh(position - corner, &mut weights);
@@ -472,7 +476,9 @@ mod tests {
         frame.add(&film.filter, [3, 4], DVec2::splat(0.5), DVec3::splat(2.0).extend(1.0));
         film.add(&frame);
         assert!(film.add_splat(DVec2::new(3.2, 4.9), Vec3::splat(6.0)));
-        assert!(film.add_splat(DVec2::new(-0.1, 1e9), Vec3::splat(6.0)));
+        for far in [1e9, 1e10, -1e10, 1e300] {
+            assert!(film.add_splat(DVec2::new(-0.1, far), Vec3::splat(6.0)));
+        }
         assert!(!film.add_splat(DVec2::new(3.2, 4.9), Vec3::NAN));
         assert!(!film.add_splat(DVec2::new(f64::INFINITY, 4.9), Vec3::ONE));
         film.add_light_paths(4);

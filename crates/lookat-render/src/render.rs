@@ -106,8 +106,10 @@ pub struct Rendered {
 /// Counts of a rendering.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// Camera samples.
+    /// Camera samples, also those beyond the edges of the picture, as far as the filter reaches.
     pub samples: u64,
+    /// Those in the pixels of the picture.
+    pub samples_in_picture: u64,
     /// Rays of all kinds.
     pub rays: u64,
     /// Samples that were infinite or not a number, and counted as black.
@@ -269,11 +271,12 @@ fn run<R>(
 impl Film<'_> {
     /// Adds how many samples the pixels have.
     fn count(&self, statistics: Statistics) -> Statistics {
-        let none = Statistics { samples: 0, least: u32::MAX, most: 0, ..statistics };
+        let none = Statistics { samples: 0, samples_in_picture: 0, least: u32::MAX, most: 0, ..statistics };
         self.tiles.iter().fold(none, |mut sum, tile| {
             let tile = lock(tile);
             sum.samples += tile.counts.iter().copied().map(u64::from).sum::<u64>();
             for count in (0..tile.bounds.size()).map(|at| tile.count(at)) {
+                sum.samples_in_picture += u64::from(count);
                 (sum.least, sum.most) = (sum.least.min(count), sum.most.max(count));
             }
             sum

@@ -23,6 +23,17 @@ use sobol::Shuffled;
 /// How many numbers a camera ray takes: for the place on the film and on a lens, whether there is one or not.
 pub(crate) const CAMERA_NUMBERS: u32 = 4;
 
+/// The same sampler, but samples of neighboring pixels have nothing in common: where pixels decide about the samples of their neighbors,
+/// errors that cancel would decide, too. It foresees more samples than there are.
+pub(crate) fn of_single_pixels(sampler: Sampler) -> Sampler {
+    match sampler.kind {
+        SamplerKind::Sobol { .. } => {
+            Sampler { samples_per_pixel: sampler.samples_per_pixel.max(sobol::ALONE), ..sampler }
+        }
+        SamplerKind::Random | SamplerKind::Stratified { .. } => sampler,
+    }
+}
+
 /// A camera sample: a seed, a pixel, and which of its samples.
 pub(crate) type Sample = (u64, [i32; 2], u32);
 
@@ -133,7 +144,7 @@ impl Points {
     #[inline(always)]
     fn shuffle<S: Simd>(&mut self, simd: S) {
         if let SamplerKind::Sobol { .. } = self.kind {
-            self.shuffled = Shuffled::new(simd, 0, (self.seeds, self.indices));
+            self.shuffled = Shuffled::new(simd, 0, (self.seeds, self.indices), self.count);
         }
     }
 
@@ -169,9 +180,7 @@ impl Points {
                 }
                 SamplerKind::Sobol { pixel_center: true } if dimension == 0 => [0.5.simd_into(simd); 2],
                 SamplerKind::Sobol { .. } => {
-                    let points =
-                        if dimension == 0 { self.shuffled.in_pixel(simd, self.count) } else { self.shuffled };
-                    sobol::pairs(simd, dimension, (self.seeds, self.indices), &points)
+                    sobol::pairs(simd, dimension, (self.seeds, self.indices), &self.shuffled)
                 }
                 SamplerKind::Random => {
                     [self.number_of(simd, dimension), self.number_of(simd, dimension.wrapping_add(1))]

@@ -14,9 +14,10 @@ use super::{Area, Film, develop, lock};
 pub struct FilmSums {
     /// The film of the picture.
     pub film: lookat_scene::Film,
-    /// How many pixels beyond the crop window samples are taken, across and down.
-    pub reach: [u32; 2],
-    /// The samples taken in each pixel of the crop window and as far beyond it as `reach` says, row by row.
+    /// The weights of the filter for the unit squares around a pixel, across and down: from so many pixels before its own on to so many
+    /// after it as the filter reaches.
+    pub weights: [Vec<f64>; 2],
+    /// The samples taken in each pixel of the crop window and as far beyond it as the filter reaches, row by row.
     pub counts: Vec<u32>,
     /// The light paths whose splats are in the sums.
     pub light_paths: u64,
@@ -29,7 +30,7 @@ pub struct FilmSums {
 /// Why sums do not add up, or cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FilmSumsError {
-    /// They are of another film, filter or brightness: of another picture.
+    /// They are of another film or filter, or of a scene of another brightness.
     OtherPicture,
     /// A pixel would have 2^32 samples or more.
     TooManySamples,
@@ -59,7 +60,7 @@ impl Film<'_> {
         let (crop, sources) = (self.crop(), self.sources());
         let mut all = FilmSums {
             film: self.of.clone(),
-            reach: self.filter.reach(),
+            weights: self.filter.of_squares(),
             counts: vec![0; sources.size()],
             light_paths: self.light_paths(),
             scale: self.scale(),
@@ -83,18 +84,17 @@ impl Film<'_> {
     }
 }
 
-impl FilmSums {
-    /// Bytes of a pixel.
-    pub(crate) const PIXEL_BYTES: usize = size_of::<Sum>() + size_of::<u32>();
-}
-
 /// Changes whenever the bytes of sums do.
 const FORMAT: u32 = 1;
 
 impl FilmSums {
-    /// Adds the sums of other samples. If it fails, nothing has changed.
+    /// Bytes of a pixel.
+    pub(crate) const PIXEL_BYTES: usize = size_of::<Sum>() + size_of::<u32>();
+
+    /// Adds the sums of other samples. If it fails, nothing has changed. The caller sees to it that both are of one scene, and have other
+    /// samples: other seeds or numbers.
     pub fn add(&mut self, other: &FilmSums) -> Result<(), FilmSumsError> {
-        if (&self.film, self.reach, self.scale) != (&other.film, other.reach, other.scale) {
+        if (&self.film, &self.weights, self.scale) != (&other.film, &other.weights, other.scale) {
             return Err(FilmSumsError::OtherPicture);
         }
         let count = |(own, more): (&u32, &u32)| own.checked_add(*more);
@@ -119,7 +119,7 @@ impl FilmSums {
 
     /// The sums as bytes, without loss.
     pub fn to_bytes(&self) -> Vec<u8> {
-        postcard::to_allocvec(&(FORMAT, self)).unwrap_or_default()
+        postcard::to_allocvec(&(FORMAT, self)).expect("plain data in memory can be written")
     }
 
     /// The sums that [`FilmSums::to_bytes`] has written.
@@ -133,12 +133,11 @@ impl FilmSums {
     fn is_whole(&self) -> bool {
         let lookat_scene::Film { resolution: [width, height], crop, .. } = self.film;
         let fits = |from, to, side| from < to && to <= side && side <= lookat_scene::MAX_SIDE;
-        let (Ok(across), Ok(down)) = (u16::try_from(self.reach[0]), u16::try_from(self.reach[1])) else {
-            return false;
-        };
+        // A filter reaches 100 pixels at most.
+        let reach = self.weights.each_ref().map(|weights| (weights.len() / 2).min(1000) as u32);
         fits(crop.x0, crop.x1, width)
             && fits(crop.y0, crop.y1, height)
-            && self.counts.len() == Area::of(crop).grown([across.into(), down.into()]).size()
+            && self.counts.len() == Area::of(crop).grown(reach).size()
             && self.sums.len() == Area::of(crop).size()
             && (self.splats.is_empty() || self.splats.len() == self.sums.len())
             && self.scale.is_valid()
@@ -156,9 +155,14 @@ mod tests {
 
     /// The sums of a picture at its end, and the picture.
     fn sums(seed: u64, width: u32, lamp: &str) -> (FilmSums, Image) {
+        filtered(seed, width, lamp, "gaussian")
+    }
+
+    /// The same with another filter.
+    fn filtered(seed: u64, width: u32, lamp: &str, filter: &str) -> (FilmSums, Image) {
         let scene = scene(&format!(
             "LookAt 0 0 -4 0 0 0 0 1 0 Film \"image\" \"integer xresolution\" {width} \"integer yresolution\" 16
-            \"float cropwindow\" [.2 .9 0 1] \"float scale\" 3 Camera \"perspective\" PixelFilter \"gaussian\"
+            \"float cropwindow\" [.2 .9 0 1] \"float scale\" 3 Camera \"perspective\" PixelFilter \"{filter}\"
             Sampler \"sobol\" \"integer pixelsamples\" 5 Integrator \"path\" WorldBegin
             LightSource \"infinite\" \"rgb L\" [.5 1 {lamp}] Shape \"sphere\" WorldEnd"
         ));
@@ -215,6 +219,8 @@ mod tests {
         for (width, lamp) in [(25, "2"), (24, "2000")] {
             assert_eq!(own.add(&sums(1, width, lamp).0), Err(FilmSumsError::OtherPicture));
         }
+        // Another filter of the same radius.
+        assert_eq!(own.add(&filtered(1, 24, "2", "mitchell").0), Err(FilmSumsError::OtherPicture));
         let mut full = own.clone();
         full.counts[7] = u32::MAX;
         assert_eq!(own.add(&full), Err(FilmSumsError::TooManySamples));

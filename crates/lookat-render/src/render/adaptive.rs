@@ -16,6 +16,7 @@ use super::fixed::doubled;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern};
 use crate::film::{Area, Film, Sum, Tile, lock};
+use crate::sampler::of_single_pixels;
 use allotment::{LEAST, allotted};
 
 /// Samples of every pixel, at least, before their noise is asked for.
@@ -28,6 +29,7 @@ pub(super) struct Adaptive {
     /// Where samples are taken.
     sources: Area,
     pattern: Pattern,
+    samples_per_pixel: u32,
     passes: std::vec::IntoIter<Pass>,
     /// Whether samples of this pass are shared out by need.
     is_by_need: bool,
@@ -65,7 +67,8 @@ impl Adaptive {
         let passes: Vec<Pass> = passes(sampler.samples_per_pixel, is_open).collect();
         Adaptive {
             sources: film.sources(),
-            pattern: Pattern { sampler, seed, is_watched: true },
+            pattern: Pattern { sampler: of_single_pixels(sampler), seed, is_watched: true },
+            samples_per_pixel: sampler.samples_per_pixel,
             passes: passes.into_iter(),
             is_by_need: false,
             variances: None,
@@ -119,7 +122,7 @@ impl Policy for Adaptive {
     fn next(&mut self, film: &Film, states: &mut [Vec<Moments>], control: &Control) -> bool {
         let size = self.sources.size();
         if self.goals.is_empty() {
-            control.expect(size as u64 * u64::from(self.pattern.sampler.samples_per_pixel));
+            control.expect(size as u64 * u64::from(self.samples_per_pixel));
             self.goals = vec![0; size];
         }
         let Some(Pass { mean, is_alike }) = self.passes.next().filter(|_| !control.is_stopped()) else {

@@ -19,7 +19,7 @@ use super::sample::{Job, Pattern, Seen};
 use super::stop::{Brightness, StopRule};
 use super::{Reached, TargetError};
 use crate::film::{Film, REPLICATES, Spread, Tile, lock};
-use crate::sampler::replicate_seed;
+use crate::sampler::{of_single_pixels, replicate_seed};
 use judge::{count_outliers, judge};
 
 /// Samples per pixel in the first round: 4 in each replicate.
@@ -56,8 +56,10 @@ struct Active {
 /// Samples until pixels reach the target error, or a limit of samples.
 pub(super) struct Target {
     seed: u64,
-    /// That of each replicate, with the most samples there may be.
+    /// That of each replicate.
     sampler: Sampler,
+    /// The most samples of a replicate.
+    most: u32,
     rule: StopRule,
     /// The replicate that takes samples, and how many it has before and after that.
     replicate: u32,
@@ -67,13 +69,16 @@ pub(super) struct Target {
 
 impl Target {
     pub fn new(sampler: Sampler, seed: u64, target: &TargetError) -> Target {
-        let sampler = sampler.with_samples(sampler.samples_per_pixel / REPLICATES);
-        Target { seed, sampler, rule: StopRule::new(target), replicate: 0, before: 0, count: 0 }
-    }
-
-    /// The most samples of a replicate.
-    fn most(&self) -> u32 {
-        self.sampler.samples_per_pixel
+        let most = sampler.samples_per_pixel / REPLICATES;
+        Target {
+            seed,
+            sampler: of_single_pixels(sampler),
+            most,
+            rule: StopRule::new(target),
+            replicate: 0,
+            before: 0,
+            count: 0,
+        }
     }
 
     /// The sample pattern of the replicate that takes samples.
@@ -85,7 +90,7 @@ impl Target {
     pub fn reached(&self, film: &Film, parts: &[Part]) -> Reached {
         settle(film, parts);
         let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
-        let is_at_cap = self.before >= self.most();
+        let is_at_cap = self.before >= self.most;
         let (at_cap, out_of_time) = if is_at_cap { (active, 0) } else { (0, active) };
         let outliers = count_outliers(film, parts);
         Reached { within: film.of.crop.area() - active, at_cap, out_of_time, outliers }
@@ -97,10 +102,10 @@ impl Target {
             let of_part = |part: &Part| {
                 let excess = part.active.iter().map(|active| active.excess).fold(0.0, f64::max);
                 let all = f64::from(self.before) * libm::pow(excess, power.recip());
-                let most = f64::from(self.most());
+                let most = f64::from(self.most);
                 let all =
-                    if all < most { (all as u32).next_power_of_two().min(self.most()) } else { self.most() };
-                let more = all.max(2 * self.before).min(self.most()) - self.before;
+                    if all < most { (all as u32).next_power_of_two().min(self.most) } else { self.most };
+                let more = all.max(2 * self.before).min(self.most) - self.before;
                 u64::from(more) * u64::from(REPLICATES) * part.sources.len() as u64
             };
             parts.iter().map(of_part).sum()
@@ -144,7 +149,7 @@ impl Policy for Target {
         judge(film, parts, &self.rule, self.count);
         let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
         control.state().pixels_done = film.of.crop.area() - active;
-        if active == 0 || self.before >= self.most() {
+        if active == 0 || self.before >= self.most {
             return false;
         }
         let done = control.state().done;
@@ -152,7 +157,7 @@ impl Policy for Target {
         control.expect(totals[0]);
         control.state().bounds = Some(totals);
         // Sobol' patterns are best at powers of two.
-        self.count = (2 * self.count).min(self.most());
+        self.count = (2 * self.count).min(self.most);
         true
     }
 

@@ -40,7 +40,7 @@ impl Output<'_> {
     pub fn write(&self, rendered: &mut Rendered, numbered: Numbered) -> Result<Kept, String> {
         let Output { arguments, loaded, camera, settings, new, .. } = *self;
         let samples_per_pixel =
-            rendered.statistics.samples as f64 / (new.size[0] as f64 * new.size[1] as f64);
+            rendered.statistics.samples_in_picture as f64 / (new.size[0] as f64 * new.size[1] as f64);
         let scene_file = &loaded.sources.files[0].path;
         let metadata = Metadata::new(scene_file, camera, arguments.seed, samples_per_pixel);
         let metadata = metadata.with_settings(settings, rendered.complete).with_numbers(numbered);

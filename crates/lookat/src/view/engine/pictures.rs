@@ -82,7 +82,7 @@ impl Engine {
         if let Some(rendered) = rendered.filter(|rendered| rendered.complete) {
             let total = rendered.statistics.samples;
             let (mut image, seconds) = (rendered.image, started.elapsed().as_secs_f64());
-            let samples_per_pixel = total as f64 / area as f64;
+            let samples_per_pixel = rendered.statistics.samples_in_picture as f64 / area as f64;
             image.metadata =
                 Metadata::new(&self.path, &opened.view.camera, settings.seed, samples_per_pixel).as_json();
             let about = About { done: total, total, seconds, content: Content::Finished, ..about };
