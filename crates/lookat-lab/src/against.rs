@@ -63,8 +63,8 @@ impl Outcome {
     }
 }
 
-/// The mean of actual minus expected over the mean expected, if noise alone does not explain it. The noise is that of the means of
-/// blocks, so it is too large if the pictures differ more in some places than in others.
+/// The relative difference of the means of two pictures, (actual - expected) / expected, if noise does not explain it. The scatter of
+/// the means of blocks tells the noise, so it is too large if the pictures differ more in some places than in others.
 pub fn disagreement(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> Option<f64> {
     let side = SIDE as usize;
     let sum = |pixel: &[f32; 3]| pixel.iter().map(|value| f64::from(*value)).sum::<f64>();

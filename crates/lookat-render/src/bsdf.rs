@@ -210,8 +210,8 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         })
     }
 
-    /// All single directions of each point, those of its first lobes first, with their probabilities among them: what
-    /// [`Bsdf::sample`] chooses from.
+    /// The single directions that [`Bsdf::sample`] chooses from at each point, in the order of the lobes, each with the probability of its
+    /// choice.
     #[inline(never)]
     pub fn singles(&self) -> SmallVec<[Single<S>; 2]> {
         let simd = self.local_o.z.token();

@@ -1,4 +1,4 @@
-//! The sums of a film as plain data, which add to those of other samples of the same picture, and are written and read.
+//! The sums of a film as plain data. Sums of different samples of one picture add up; programs write and read them.
 
 use std::fmt;
 
@@ -22,8 +22,9 @@ pub struct FilmSums {
     /// The light paths whose splats are in the sums.
     pub light_paths: u64,
     scale: Scale,
-    /// Of the pixels of the crop window, row by row; those of splats are empty if there are none.
+    /// Of the samples, one for each pixel of the crop window, row by row.
     sums: Vec<Sum>,
+    /// Of the splats, likewise; empty without splats.
     splats: Vec<Sum>,
 }
 
@@ -75,8 +76,10 @@ impl Film<'_> {
             for (own, place) in tile.bounds.places().enumerate() {
                 all.sums[crop.index(place)] = tile.so_far(own);
             }
-            for (splats, place) in tile.splats.iter().zip(tile.bounds.places()) {
+            if !tile.splats.is_empty() {
                 all.splats.resize(crop.size(), Sum::default());
+            }
+            for (splats, place) in tile.splats.iter().zip(tile.bounds.places()) {
                 all.splats[crop.index(place)] = *splats;
             }
         }

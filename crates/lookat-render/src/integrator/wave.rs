@@ -27,7 +27,8 @@ pub(crate) struct Wave {
     spare: Vec<Box<Block>>,
 }
 
-/// Paths at the same depth, at most one for each sample: so the light of a sample is added up in one order, whatever is in its wave.
+/// Paths at the same depth, at most one for each sample. So the order in which a sample adds up its light does not depend on the other
+/// samples of the wave.
 struct Block {
     /// Origins and directions of rays, distances, numbers and instances of elements that they have hit, and where on these.
     numbers: [[f64; ROOM]; 12],

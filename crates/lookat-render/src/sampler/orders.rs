@@ -9,7 +9,7 @@ pub(super) const DIMENSIONS: u32 = ORDERS.len() as u32;
 ///
 /// Found by a search, column by column, with 40 candidates kept: in the mean over 4 to 4,096 samples, the points that share an elementary
 /// interval in four dimensions with another one are few, for the pair with the place on the film (which counts three times) and with each
-/// pair of up to seven dimensions before or after it that was found earlier. The first to be found were those of a light and of a lens.
+/// pair found before whose dimension is at most seven away. The search began with the pairs of a light and of a lens.
 #[rustfmt::skip]
 pub(super) static ORDERS: [[u16; 16]; 64] = [
     [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768],

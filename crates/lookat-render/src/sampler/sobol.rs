@@ -50,13 +50,14 @@ fn bits(count: u32) -> u32 {
     (u32::BITS - count.saturating_sub(1).leading_zeros()).min(BITS)
 }
 
-/// The seed of the scrambles of a sample, one of `count` in its pixel, and its number among those that share them.
+/// The seed that chooses the scrambles of a sample, and the number of the sample among those with the same seed. `count`: how many samples
+/// its pixel is to have.
 pub(super) fn place((seed, pixel, index): Sample, count: u32) -> (u64, u32) {
     let bits = bits(count);
     let [x, y] = pixel.map(|at| spread(at.cast_unsigned()));
     let pixel = x | y << 1;
     let seed = of_place(seed, pixel >> (BITS - bits));
-    // Samples beyond those that were foreseen have other scrambles.
+    // Samples beyond `count` have other scrambles.
     let seed = if index >> bits == 0 { seed } else { of_place(seed, u64::from(index >> bits)) };
     (seed, ((pixel << bits) as u32 | index & ((1 << bits) - 1)) & MASK)
 }
@@ -86,9 +87,9 @@ pub(super) struct Shuffled {
     count: u32,
 }
 
-/// The dimensions in which neighbors share scrambles, so that their errors cancel: those of a lens and of the first two surfaces. Later
-/// ones gain nothing (below 2 % in six scenes), and after many choices neighbors would have errors in common: behind eight panes of glass,
-/// the means of 8 x 8 pixels had 2.8 times the error of independent samples when all dimensions were shared, 0.66 with these.
+/// True if neighbors share the scrambles of a dimension, so that their errors cancel: for a lens and the first two surfaces. Sharing the
+/// dimensions of later surfaces gains less than 2 % in eight scenes. After many choices it does harm: behind eight panes of glass, the means
+/// of 8 x 8 pixels had 2.8 times the error of independent samples with all dimensions shared, and have 0.66 times the error with these.
 ///
 /// Nor do they share the place on the film. What the filter makes of an edge rises across one pixel and falls across the next. So samples
 /// at complementary places in the two have more noise: 4 to 6 % at 16 samples with a triangle, a gaussian and Mitchell's filter.

@@ -58,7 +58,7 @@ impl Rectangle {
         let is_right = axes[0].dot(axes[1]).abs() <= ROUNDING
             && (corner + sides[0] + sides[1] - opposite).length() <= ROUNDING * lengths[0];
         let n = axes[0].cross(axes[1]).normalize_or_zero();
-        // Exactly across each other, as those of coordinates.
+        // Exactly perpendicular, as coordinate axes are.
         let axes = [axes[1].cross(n), axes[1]];
         let n = flipped(n, n.dot(emitting) < 0.0);
         let magnitude = first.iter().chain(&second).map(|p| p.abs().max_element()).fold(0.0, f64::max);

@@ -31,7 +31,7 @@ impl Lamp {
         (self.corners[1] - self.corners[0]).cross(self.corners[2] - self.corners[0]).normalize()
     }
 
-    /// The point that the corners weigh alike at, but for the first.
+    /// The weighted mean of the corners: the first weighs `first`, and the others share the rest equally.
     fn point(&self, first: f64) -> DVec3 {
         let rest = self.corners[1..].iter().sum::<DVec3>() / (self.corners.len() - 1) as f64;
         self.corners[0] * first + rest * (1.0 - first)
