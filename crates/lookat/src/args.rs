@@ -1,13 +1,8 @@
 //! The command line.
 
 mod chart;
-mod focus;
-mod frames;
-mod live;
-mod memory;
-mod tone;
-mod view;
-mod view_server;
+mod options;
+mod render;
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -19,16 +14,11 @@ use lookat_lab::bench::Suite;
 use lookat_render::Layers;
 use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
+pub use crate::args::chart::{Chart, Other};
+pub use crate::args::options::{Memory, Tone, ViewOverride, raise_limit, way_out};
+use crate::args::render::focus_place;
+pub use crate::args::render::{Animation, FocusPlace, Frames, LiveView, Parameter, Protocol};
 use crate::metric::{Limit, Metric};
-pub use chart::{Chart, Other};
-pub use focus::FocusPlace;
-use focus::focus_place;
-pub use frames::{Animation, Frames, Parameter};
-pub use live::{LiveView, Protocol};
-pub use memory::{Memory, raise_limit, way_out};
-pub use tone::Tone;
-pub use view::ViewOverride;
-pub use view_server::View;
 
 /// The parsed command line.
 #[derive(Debug, Parser)]
@@ -448,4 +438,31 @@ pub fn crop_edges(crop: Option<&[f64]>) -> Result<Option<[f64; 4]>, String> {
 fn share(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "expected a number from 0 to 1".to_string())?;
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("expected a number from 0 to 1".into()) }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Only this computer can open the page, and only with the address that the command prints. Ctrl-C ends it."
+)]
+pub struct View {
+    /// The scene file
+    pub scene: PathBuf,
+    /// Compare with this picture: .exr, .pfm, .png, .tga, .jpg or .hdr
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// Port of the page at 127.0.0.1; 0 takes a free one
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub port: u16,
+    /// Open the page in the browser
+    #[arg(long)]
+    pub open: bool,
+    /// Command of the editor for places that the page names; {file}, {line} and {column} stand for the place [default: VISUAL or
+    /// EDITOR, else a link to VS Code]
+    #[arg(long, value_name = "COMMAND")]
+    pub editor: Option<String>,
+    /// Number of threads [default: one per processor]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
+    pub threads: Option<u16>,
+    #[command(flatten)]
+    pub memory: Memory,
 }

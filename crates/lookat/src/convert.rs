@@ -8,9 +8,8 @@ use lookat_scene::PixelBounds;
 use serde_json::Value;
 
 use crate::args::{Convert, crop_edges, way_out};
-use crate::finished::{NewPicture, check_unfinished};
 use crate::light::{map_tones, note_linear};
-use crate::output::{check_inputs, check_output, write_result};
+use crate::output::{NewPicture, check_inputs, check_output, check_unfinished, write_result};
 use crate::source::open_layer;
 
 /// Runs the command.

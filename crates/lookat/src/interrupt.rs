@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use lookat_image::exit;
 
-use crate::lock::lock;
+use crate::writer::lock;
 
 /// The exit status after all of them, as for a program ended by SIGINT.
 pub const STATUS: u8 = 130;

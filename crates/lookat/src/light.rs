@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::Tone;
-use crate::command_line::quoted;
+use crate::visible::quoted;
 
 /// The light of a picture and its tone mapping, as JSON.
 #[derive(Debug, Clone, Copy, Serialize)]

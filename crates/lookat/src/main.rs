@@ -4,19 +4,15 @@ mod args;
 mod bench;
 mod chart;
 mod check;
-mod command_line;
 mod compare;
 mod convert;
 mod directive_text;
 mod explain;
-mod finished;
 mod inspect;
 mod interrupt;
 mod light;
 mod live;
-mod lock;
 mod metric;
-mod noise;
 mod output;
 mod render;
 mod report;
@@ -36,8 +32,9 @@ use std::process::ExitCode;
 use std::sync::mpsc;
 
 use clap::Parser as _;
-use visible::{escaped, visible, visible_lines};
-use writer::{Writer, write_parts};
+
+use crate::visible::{escaped, visible, visible_lines};
+use crate::writer::{Writer, write_parts};
 
 /// The exit status for wrong usage, and for errors outside scene files.
 const TROUBLE: u8 = 2;

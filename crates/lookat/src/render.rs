@@ -2,11 +2,8 @@
 
 mod batch;
 mod fireflies;
-mod focus;
 mod frames;
-mod layers;
 mod progress;
-mod so_far;
 mod summary;
 mod written;
 
@@ -23,28 +20,20 @@ use lookat_render::{
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
 
-use crate::Failure;
 use crate::args::{Render, crop_edges, raise_limit};
-use crate::finished::{NewPicture, check_unfinished, marked};
-use crate::interrupt;
 use crate::light::note_linear;
 use crate::live::Live;
-use crate::output::{check_inputs, check_output};
-use crate::report;
-use crate::sight;
+use crate::output::{NewPicture, check_inputs, check_output, check_unfinished, marked};
+use crate::render::batch::{Job, jobs, render_again, render_each};
+use crate::render::fireflies::Fireflies;
+use crate::render::frames::{focus, render_frames};
+use crate::render::progress::Shown;
+pub use crate::render::progress::progress_bar;
+pub use crate::render::summary::Metadata;
+use crate::render::summary::{JsonPicture, JsonResult, JsonTarget, Numbered, explain_black, summarize};
+use crate::render::written::{Kept, Output, PARTIAL, SoFar};
 use crate::source::{load_scene, load_watched, replace_samples};
-use crate::standard_error;
-use batch::{Job, jobs, render_again, render_each};
-use fireflies::Fireflies;
-use focus::focus;
-use frames::render_frames;
-use layers::Numbered;
-use progress::Shown;
-pub use progress::progress_bar;
-use so_far::SoFar;
-pub use summary::Metadata;
-use summary::{JsonPicture, JsonResult, JsonTarget, explain_black, summarize};
-use written::{Kept, Output, PARTIAL};
+use crate::{Failure, interrupt, report, sight, standard_error};
 
 /// True once there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);

@@ -1,10 +1,7 @@
 //! Warnings about what a scene shows: where its camera is, what is in view, what is sharp and what is lit.
 
-mod focus;
-mod inverse;
 mod lights;
 mod placement;
-mod size;
 mod window;
 
 use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
@@ -81,7 +78,7 @@ pub fn advise_by(
                 sight.turned = turned(&scene.view, &look_at).map(|view| facts(&view));
             }
             (None, None) if is_own => {
-                let views = inverse::views(&scene.view).into_iter();
+                let views = placement::inverse_views(&scene.view).into_iter();
                 sight.inverses = views.map(|view| (view.clone(), facts(&view))).collect();
             }
             _ => {}
@@ -90,11 +87,12 @@ pub fn advise_by(
     let sight = &sight;
     // Without Camera, reading the scene gave a warning about the place of the default camera.
     let is_placed = sight.places.camera.is_some() || loaded.placement.is_some();
-    let first = size::giant(sight).or_else(|| window::other_order(sight)).or_else(|| window::small(sight));
+    let first =
+        placement::giant(sight).or_else(|| window::other_order(sight)).or_else(|| window::small(sight));
     if let Some(found) = first.or_else(|| is_placed.then(|| placement::odd(sight)).flatten()) {
         return vec![found];
     }
-    let others = window::stretched(sight).into_iter().chain(focus::blurred(sight));
+    let others = window::stretched(sight).into_iter().chain(window::blurred(sight));
     others.chain(lights::idle(sight)).collect()
 }
 

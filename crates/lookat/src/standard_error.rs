@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use indicatif::style::TemplateError;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::live::drawing::Drawing;
+use crate::live::protocol::Drawing;
 use crate::writer::{Writer, write_parts};
 
 /// Set by [`detach`].

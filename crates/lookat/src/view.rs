@@ -1,23 +1,13 @@
 //! `lookat view`: shows a scene in the browser, and follows its file.
 
 mod camera;
-mod describe;
-mod edit;
 mod editor;
 mod engine;
-mod files;
-mod gallery;
 mod http;
 mod messages;
-mod open;
 mod outbox;
-mod pace;
 mod reference;
-mod requests;
 mod server;
-mod socket;
-mod timed;
-mod unsaved;
 mod write;
 
 use std::net::{Ipv4Addr, TcpListener};
@@ -29,13 +19,11 @@ use lookat_image::{io_reason, open_file};
 
 use crate::args::View;
 use crate::standard_error;
-use editor::Editor;
-use engine::Engine;
-use gallery::Gallery;
-use outbox::Hub;
-use reference::References;
-use requests::Requests;
-use server::Server;
+use crate::view::editor::Editor;
+use crate::view::engine::Engine;
+use crate::view::outbox::{Hub, Requests};
+use crate::view::reference::{Gallery, References};
+use crate::view::server::Server;
 
 /// Runs the command until a signal.
 pub fn view(arguments: &View) -> ExitCode {
@@ -73,7 +61,7 @@ fn serve(arguments: &View) -> Result<u8, String> {
     if arguments.open {
         // The browser may run until the user closes it.
         std::thread::spawn(move || {
-            if let Err(reason) = open::in_browser(&address) {
+            if let Err(reason) = editor::open_in_browser(&address) {
                 crate::say(&format!("warning: cannot open a browser: {reason}"));
             }
         });

@@ -12,7 +12,7 @@ use lookat_scene::Stamp;
 use notify::event::{AccessKind, AccessMode, ModifyKind};
 use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 
-use crate::lock::lock;
+use crate::writer::lock;
 
 /// The time between two looks at the files, where the system tells no change.
 const STEP: Duration = Duration::from_millis(100);

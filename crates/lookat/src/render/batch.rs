@@ -7,12 +7,11 @@ use std::rc::Rc;
 
 use lookat_scene::LoadOptions;
 
-use super::{load_options, render_scene};
 use crate::args::{Render, Report};
-use crate::finished::marked;
 use crate::interrupt;
 use crate::live::{Live, Watch};
-use crate::output::{Identity, check_inputs};
+use crate::output::{Identity, check_inputs, marked};
+use crate::render::{load_options, render_scene};
 use crate::source::{is_read_once, load_scene};
 use crate::usage::tip_for_render;
 

@@ -1,16 +1,16 @@
-//! Writes a picture, whole or as far as it is rendered.
+//! Writes a picture: whole, partial after an interruption, or so far after SIGUSR1.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-use lookat_render::{Rendered, Settings};
+use lookat_render::{Progress, Rendered, Settings};
 use lookat_scene::{Camera, Loaded};
 
-use super::layers::Numbered;
-use super::summary::Metadata;
 use crate::args::Render;
-use crate::finished::{NewPicture, free_file, marked};
+use crate::interrupt;
 use crate::light::{JsonLight, map_tones};
-use crate::output::Destination;
+use crate::output::{Destination, Identity, NewPicture, free_file, marked};
+use crate::render::summary::{Metadata, Numbered};
 
 /// The mark of a picture that is not complete, in its name.
 pub(super) const PARTIAL: &str = "partial";
@@ -57,5 +57,62 @@ impl Output<'_> {
         let name = file.file_name().unwrap_or_default();
         let file = destination.write(name, |path| rendered.image.write(path))?;
         Ok(Kept { file, destination, kept, light, samples_per_pixel })
+    }
+}
+
+/// The shortest time between two looks at the film.
+const STEP: Duration = Duration::from_millis(100);
+
+/// The pictures that this rendering has written so far.
+#[derive(Default)]
+pub struct SoFar {
+    files: Vec<(PathBuf, Option<Identity>)>,
+    /// When the film was looked at last.
+    looked: Option<Instant>,
+    /// True if a picture was asked for before each pixel had a sample.
+    waits: bool,
+}
+
+impl SoFar {
+    /// Writes the picture if a signal asked for it and each pixel has a sample.
+    pub fn write_if_asked(&mut self, output: &Output, progress: &Progress) {
+        if self.looked.is_some_and(|looked| looked.elapsed() < STEP) || !interrupt::takes_picture() {
+            return;
+        }
+        self.looked = Some(Instant::now());
+        let mut rendered = progress.rendered(output.settings.stop.has_error_layers());
+        if rendered.statistics.least == 0 {
+            interrupt::ask_for_picture();
+            if !self.waits && !output.arguments.quiet {
+                crate::say("the picture so far follows once each pixel has samples");
+            }
+            self.waits = true;
+            return;
+        }
+        self.waits = false;
+        let written = output.write(&mut rendered, Numbered::default());
+        match written.and_then(|kept| kept.destination.result().map(|()| kept)) {
+            Ok(Kept { file, samples_per_pixel, .. }) => {
+                if !output.arguments.quiet {
+                    crate::say(&format!(
+                        "{}: the picture so far, {samples_per_pixel:.1} samples per pixel on average",
+                        file.display()
+                    ));
+                }
+                self.files.retain(|(other, _)| *other != file);
+                let identity = Identity::of(&file);
+                self.files.push((file, identity));
+            }
+            Err(message) => crate::say(&format!("warning: {message}")),
+        }
+    }
+
+    /// Removes these pictures, except where another program has put a file in their place.
+    pub fn remove(self) {
+        for (file, identity) in self.files {
+            if Identity::of(&file) == identity {
+                let _ = std::fs::remove_file(file);
+            }
+        }
     }
 }

@@ -7,8 +7,8 @@ use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, ParamType, Parser, Span, Statement};
 use lookat_scene::{CameraPlacement, Emission, Integrator, Light};
 
-use super::placement::is_in;
-use super::{Sight, inverse, point, short};
+use crate::sight::placement::{as_matrix, is_in};
+use crate::sight::{Sight, point, short};
 
 /// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
 const NO_SHARE: f64 = 1e-5;
@@ -57,7 +57,7 @@ fn misplaced(sight: &Sight, light: &LightFacts, look_ats: &mut LookAts) -> Optio
     let eye = DVec3::from_slice(&points[..3]);
     let help =
         format!("LookAt maps the world to a camera: to put the light at {}, write the inverse", point(eye));
-    let inverse = format!("Concat{}", inverse::as_matrix(&placed.matrix()));
+    let inverse = format!("Concat{}", as_matrix(&placed.matrix()));
     Some(Diagnostic::warning(place, message).related(at, "this moves the light").help(help).fix(at, inverse))
 }
 

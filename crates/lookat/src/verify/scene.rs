@@ -11,14 +11,16 @@ use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{LoadOptions, Loaded, Scene};
 use serde_json::json;
 
-use super::page::PACKING_BYTES;
-use super::{Diagnostics, Outcome, Rendered, SceneComparison, Verdict, files};
 use crate::args::{Report, Verify};
 use crate::metric::{Limit, Metric, THRESHOLD, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::render::{Metadata, charge_memory, note_jitter};
 use crate::source::{load_scene, read_image, replace_samples};
-use crate::{compare as comparing, noise, report};
+use crate::verify::page::PACKING_BYTES;
+use crate::verify::{
+    Diagnostics, Outcome, Rendered, SceneComparison, Verdict, beside, scene_name, why_unreadable,
+};
+use crate::{compare as comparing, report};
 
 /// A verdict and its reason.
 type Judgment = (Verdict, String);
@@ -27,7 +29,7 @@ type Judgment = (Verdict, String);
 pub fn verify(arguments: &Verify, file: &Path, inputs: &BTreeSet<PathBuf>) -> Outcome {
     let diagnostics = Diagnostics { text: String::new(), json: json!([]) };
     let mut outcome = Outcome {
-        name: files::name(file),
+        name: scene_name(file),
         verdict: Verdict::New,
         reason: "no reference beside it".into(),
         updated: false,
@@ -36,11 +38,9 @@ pub fn verify(arguments: &Verify, file: &Path, inputs: &BTreeSet<PathBuf>) -> Ou
         reference: None,
         comparison: None,
     };
-    let judged = match files::fault(file) {
+    let judged = match why_unreadable(file) {
         Some(fault) => Err(fault),
-        None if !arguments.update && arguments.report.is_none() && files::beside(file).next().is_none() => {
-            Ok(())
-        }
+        None if !arguments.update && arguments.report.is_none() && beside(file).next().is_none() => Ok(()),
         None => fill(arguments, file, inputs, &mut outcome),
     };
     if let Err(reason) = judged {
@@ -68,7 +68,7 @@ fn fill(
     note_jitter(scene, &loaded);
     let packing = if arguments.report.is_some() { PACKING_BYTES } else { 0 };
     // A picture that the scene shows is not a picture of the scene.
-    let reference = files::beside(file).find(|picture| !is_among(picture, &loaded.inputs));
+    let reference = beside(file).find(|picture| !is_among(picture, &loaded.inputs));
     if let Some(reference) = &reference {
         check_reference(arguments, reference)?;
         let image = read_image(reference, &loaded.memory)?;
@@ -76,7 +76,7 @@ fn fill(
         comparing::check_memory(window, window.area() * packing, &loaded.memory)?;
         outcome.reference = Some(image);
     } else if !arguments.update {
-        if files::beside(file).next().is_some() {
+        if beside(file).next().is_some() {
             outcome.reason = "no reference beside the scene, except a picture that the scene uses".into();
         }
         // Only the report shows its picture.
@@ -127,7 +127,7 @@ fn why_no_scene(loaded: &Loaded) -> String {
 
 /// Fails if a reference cannot be read, or `--update` cannot replace it.
 fn check_reference(arguments: &Verify, reference: &Path) -> Result<(), String> {
-    if let Some(fault) = files::fault(reference) {
+    if let Some(fault) = why_unreadable(reference) {
         return Err(fault);
     }
     if arguments.update && Format::from_path(reference).is_none() {
@@ -165,7 +165,7 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
 
 fn compare(arguments: &Verify, pair: Aligned) -> SceneComparison {
     let measurement = measure(&pair, THRESHOLD, &|_| broken(&pair).is_none());
-    let significance = noise::significance(&arguments.max);
+    let significance = comparing::significance(&arguments.max);
     let found = measurement.agreement.as_ref().and_then(|found| found.as_ref().ok());
     let detectable = found.map(|found| found.visible_in_mean(significance));
     SceneComparison { pair, measurement, detectable }
@@ -192,7 +192,7 @@ fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, S
         let reason = format!("only one of the pictures has {} of the pixels", pair.left_out);
         return Ok((Verdict::Differs, reason));
     }
-    let default = [Limit { metric: Metric::NoiseP, value: noise::SIGNIFICANCE }];
+    let default = [Limit { metric: Metric::NoiseP, value: comparing::SIGNIFICANCE }];
     let limits = if arguments.max.is_empty() { &default[..] } else { &arguments.max[..] };
     if let Some(reason) = measurement.lacks(limits) {
         let other =
@@ -204,12 +204,12 @@ fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, S
     Ok(match (beyond.as_slice(), found) {
         ([], _) if pair.actual == pair.expected => (Verdict::Agrees, "identical".into()),
         ([], Some(found)) if measurement.is_undecided(limits) => {
-            (Verdict::Undecided, noise::undecided(found, noise::significance(limits)))
+            (Verdict::Undecided, comparing::undecided(found, comparing::significance(limits)))
         }
         ([], _) if arguments.max.is_empty() => (Verdict::Agrees, "within noise".into()),
         ([], _) => (Verdict::Agrees, "within the limits".into()),
         (_, Some(found)) if arguments.max.is_empty() => {
-            let found = noise::differences(found, noise::SIGNIFICANCE);
+            let found = comparing::differences(found, comparing::SIGNIFICANCE);
             (Verdict::Differs, format!("by more than noise: {}", found.join("; ")))
         }
         (beyond, _) => (Verdict::Differs, format!("exceeds the limits of {}", beyond.join(", "))),

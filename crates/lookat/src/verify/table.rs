@@ -6,8 +6,8 @@ use lookat_image::mean;
 use serde_json::{Map, Value, json};
 use unicode_width::UnicodeWidthStr;
 
-use super::{Outcome, SceneComparison, Verdict, files};
 use crate::metric::{Metric, number};
+use crate::verify::{Outcome, SceneComparison, Verdict, scene_name};
 use crate::visible::visible;
 
 /// Prints rows to standard output, as text or JSON.
@@ -25,7 +25,7 @@ const MOST_NAME: usize = 40;
 
 impl Table {
     pub fn new(scenes: &[PathBuf], json: bool) -> Table {
-        let width = |scene: &PathBuf| visible(&files::name(scene)).width();
+        let width = |scene: &PathBuf| visible(&scene_name(scene)).width();
         let longest = scenes.iter().map(width).max().unwrap_or(0);
         Table { json, width: longest.clamp(5, MOST_NAME) }
     }

@@ -1,19 +1,20 @@
-//! A scene that has been read and prepared.
+//! A scene that has been read and prepared, and its directives for the page.
 
 use lookat_image::Charge;
 use lookat_render::{Prepared, Settings, film_bytes};
 use lookat_scene::glam::DVec2;
-use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View};
+use lookat_scene::schema::{Count, Effect, Kind};
+use lookat_scene::syntax::{self, EntityKind, Param, Span};
+use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View, kinds};
 
 use crate::args::way_out;
+use crate::directive_text::DirectiveText;
+use crate::explain::as_json;
 use crate::render::charge_memory;
-use crate::report;
-use crate::sight;
-use crate::view::camera::{changed, placement, rounded, values};
-use crate::view::describe::describe;
-use crate::view::edit::camera_fixes;
-use crate::view::messages::{self, Described, Hit, Place, SetCamera};
+use crate::view::camera::{camera_fixes, changed, placement, rounded, values};
+use crate::view::messages::{self, Described, Given, Hit, Parameter, Place, SetCamera, Values};
 use crate::view::write::{FileChange, changes};
+use crate::{report, sight};
 
 /// The most places along a side of which the depths are told.
 const MOST_DEPTHS: u32 = 64;
@@ -217,4 +218,51 @@ fn is_new_camera(before: &View, now: &View) -> bool {
     let same_film = before.film.resolution == now.film.resolution;
     let screen = if same_film { before.camera.screen } else { now.camera.screen };
     Camera { screen, ..before.camera } != now.camera
+}
+
+/// The directive around a place. `None` for one without a type.
+pub fn describe(sources: &Sources, place: Span, reading: u32) -> Option<Described> {
+    let found = DirectiveText::at(sources, place)?;
+    let kind = kind_of(&found)?;
+    // Pages cannot show long lists; another type has other parameters.
+    let parameters = kind.parameters().filter(|parameter| {
+        let is_used = matches!(parameter.effect, Effect::Rendered | Effect::Own);
+        parameter.count != Count::List && is_used && parameter.name != "type"
+    });
+    let described =
+        |parameter| Parameter { facts: as_json(&parameter), given: found.param(parameter.name).map(given) };
+    Some(Described {
+        directive: kind.directive,
+        kind: kind.name,
+        name: is_named(&found).then(|| found.entity.name.value.clone()),
+        place: Place::new(found.entity.name.span, sources, reading),
+        parameters: parameters.map(described).collect(),
+    })
+}
+
+/// The type of a directive in the schema.
+pub fn kind_of(found: &DirectiveText) -> Option<&'static Kind> {
+    let name = match found.param("type").map(|param| &param.values.value) {
+        Some(syntax::Values::Strings(names)) if is_named(found) => &names.first()?.value,
+        _ => &found.entity.name.value,
+    };
+    kinds().find(|kind| kind.directive == found.kind.keyword() && kind.name == name)
+}
+
+/// Whether the directive has a name in place of its type.
+fn is_named(found: &DirectiveText) -> bool {
+    found.kind == EntityKind::MakeNamedMaterial
+}
+
+fn given(param: &Param) -> Given {
+    let whole = |list: &[i32]| list.iter().map(|value| f64::from(*value)).collect();
+    let values = match &param.values.value {
+        syntax::Values::Integers(list) => Values::Numbers(whole(list)),
+        syntax::Values::Numbers(list) => Values::Numbers(list.clone()),
+        syntax::Values::Pairs(list) => Values::Numbers(list.as_flattened().to_vec()),
+        syntax::Values::Triples(list) => Values::Numbers(list.as_flattened().to_vec()),
+        syntax::Values::Bools(list) => Values::Words(list.iter().map(bool::to_string).collect()),
+        syntax::Values::Strings(list) => Values::Words(list.iter().map(|text| text.value.clone()).collect()),
+    };
+    Given { ty: param.ty.name(), values }
 }

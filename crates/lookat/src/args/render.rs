@@ -1,10 +1,11 @@
-//! Options that render several pictures of one scene.
+//! The arguments of `lookat render` that make several pictures, show them, and focus the lens.
 
 use std::str::FromStr;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use lookat_scene::glam::DVec2;
 
-use super::{Render, ViewOverride, whole};
+use crate::args::{Render, ViewOverride, whole};
 
 /// The most pictures of one run.
 const MOST: u32 = 100_000;
@@ -126,5 +127,77 @@ impl Frames {
     /// True if a scene gives several pictures.
     pub fn is_used(&self) -> bool {
         self.turntable.is_some() || self.animate.is_some()
+    }
+}
+
+/// Where to show the picture while it is rendered.
+#[derive(Debug, Clone, Default, Args)]
+pub struct LiveView {
+    /// Draw the picture in the terminal as it grows
+    #[arg(long, value_name = "PROTOCOL", num_args = 0..=1, require_equals = true, default_missing_value = "auto")]
+    pub show: Option<Protocol>,
+    /// Stream the picture to the viewer tev as it grows; tev listens at 127.0.0.1:14158
+    #[arg(long, value_name = "HOST:PORT", value_parser = address)]
+    pub tev: Option<String>,
+    /// Render again whenever the scene or a file that it uses is saved; end with Ctrl-C
+    #[arg(long, conflicts_with_all = ["turntable", "animate"])]
+    pub watch: bool,
+}
+
+/// How to draw a picture in a terminal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Protocol {
+    /// The best that the terminal is known to have
+    Auto,
+    Kitty,
+    Iterm,
+    Sixel,
+    /// Two pixels per character
+    Blocks,
+}
+
+fn address(text: &str) -> Result<String, String> {
+    let is_address =
+        text.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+    if is_address { Ok(text.into()) } else { Err("expected a host and a port, as in 127.0.0.1:14158".into()) }
+}
+
+/// A place of the full picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FocusPlace {
+    /// A pixel, counted from the top left corner.
+    Pixel(DVec2),
+    /// Fractions of the width and the height, from the top left corner.
+    Fractions(DVec2),
+}
+
+/// Parses X,Y: whole numbers are a pixel, numbers with a point are fractions.
+pub fn focus_place(text: &str) -> Result<FocusPlace, String> {
+    let numbers = text
+        .split_once(',')
+        .and_then(|(x, y)| Some(DVec2::new(x.trim().parse().ok()?, y.trim().parse().ok()?)));
+    match numbers {
+        Some(at) if text.contains('.') && at.min_element() >= 0.0 && at.max_element() <= 1.0 => {
+            Ok(FocusPlace::Fractions(at))
+        }
+        Some(at) if !text.contains('.') && at.min_element() >= 0.0 && at.fract() == DVec2::ZERO => {
+            Ok(FocusPlace::Pixel(at))
+        }
+        _ => Err("expected a pixel, as in 120,80, or fractions of the width and the height from 0 to 1, as in 0.5,0.5".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_pixels_or_fractions() {
+        assert_eq!(focus_place("120,80"), Ok(FocusPlace::Pixel(DVec2::new(120.0, 80.0))));
+        assert_eq!(focus_place("0.5, .25"), Ok(FocusPlace::Fractions(DVec2::new(0.5, 0.25))));
+        assert_eq!(focus_place("0,0"), Ok(FocusPlace::Pixel(DVec2::ZERO)));
+        for wrong in ["", "1", "1;2", "1.5,0.5", "-1,2", "0.5,nan", "a,b", "1e400,2", "0.5,0.5,0.5"] {
+            assert!(focus_place(wrong).is_err(), "{wrong}");
+        }
     }
 }
