@@ -199,13 +199,13 @@ fn several_scenes_are_rendered_one_by_one() {
     assert!(run.status == 2 && run.err.contains("other.exr: 32 x 24 pixels"), "{}", run.err);
 
     let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "a.exr"]);
-    assert!(run.status == 2 && run.err.contains("name an existing folder, or leave out -o"), "{}", run.err);
+    assert!(run.status == 2 && run.err.contains("name an existing folder, or remove -o"), "{}", run.err);
     std::fs::create_dir(folder.path("out")).unwrap();
     let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "out", "--quick"]);
     assert_eq!(run.status, 0, "{}", run.err);
     assert!(folder.path("out/fine.quick.exr").exists() && folder.path("out/other.quick.exr").exists());
     let run = folder.run(&["render", "fine.pbrt", "-"]);
-    assert!(run.status == 2 && run.err.contains("standard input can be read once"), "{}", run.err);
+    assert!(run.status == 2 && run.err.contains("standard input can be read only once"), "{}", run.err);
 }
 
 /// No picture of the command replaces a file that any scene of the command reads, even through a link.
@@ -223,9 +223,7 @@ fn several_scenes_keep_the_files_of_each_other() {
     let refused = |arguments: &[&str], file: &str| {
         let before = std::fs::read(folder.path(file)).unwrap();
         let run = folder.run(&[&["render", "--force"], arguments].concat());
-        let message = format!(
-            "error: cannot write {file}: lookat reads this file for the result; choose another name\n"
-        );
+        let message = format!("error: cannot write {file}: this file is an input; choose another name\n");
         assert!(run.status == 2 && run.err.ends_with(&message), "{arguments:?}: {}", run.err);
         assert_eq!(std::fs::read(folder.path(file)).unwrap(), before);
     };

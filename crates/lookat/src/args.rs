@@ -24,7 +24,7 @@ use crate::metric::{Limit, Metric};
 #[derive(Debug, Parser)]
 #[command(name = "lookat", version = env!("LOOKAT_VERSION"))]
 #[command(
-    about = "Renders pbrt-v3 scene files, and says what is wrong with them",
+    about = "Renders pbrt-v3 scene files and reports their problems",
     after_help = "Exit status: 0 success, or a result despite errors with --keep-going; 1 a scene has errors; 2 wrong usage or another failure; 130 interrupted"
 )]
 pub struct Arguments {
@@ -36,7 +36,7 @@ pub struct Arguments {
 pub enum Command {
     /// Render a scene to a picture
     Render(Box<Render>),
-    /// Show a scene in the browser, with a camera to move, while you edit its file
+    /// Show a scene in the browser, interactively, while you edit its file
     View(View),
     /// Report the errors and warnings of scene files, without rendering
     Check(Check),
@@ -48,7 +48,7 @@ pub enum Command {
     Verify(Verify),
     /// Chart error against render time for several methods
     Chart(Chart),
-    /// Test numerical stability where other ray tracing methods fail
+    /// Run numerical stability cases in which common ray tracing methods fail
     Stability(Stability),
     /// Show the size, features and cost of a scene
     Inspect(Inspect),
@@ -76,7 +76,7 @@ pub struct Render {
     /// Scene files; - is standard input
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
-    /// The picture: .exr, .png, .pfm or .tga; with several scenes, a folder [default: the filename of Film; with --quick, .quick is added before the extension]
+    /// The picture file: .exr, .png, .pfm or .tga; with several scenes, a folder [default: the filename of Film; with --quick, .quick is added before the extension]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Samples per pixel, instead of the number in Sampler. With --target-error or --time, the maximum; with
@@ -108,7 +108,7 @@ pub struct Render {
     /// Seed of the random numbers: the same seed gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
-    /// Render a draft: a quarter of the resolution each way unless --resolution is given, one sample per pixel unless --spp is given. Without -o, the name
+    /// Render a draft: a quarter of the width and height unless --resolution is given, one sample per pixel unless --spp is given. Without -o, the name
     /// of the picture gets .quick before its extension, so that the draft does not replace a finished picture
     #[arg(long, conflicts_with_all = ["target_error", "confidence", "time", "adaptive"])]
     pub quick: bool,
@@ -125,7 +125,7 @@ pub struct Render {
     /// Replace a picture that is larger, has more samples, or comes from another program
     #[arg(long)]
     pub force: bool,
-    /// Focus the lens on the point that the picture shows there: a pixel, as in 120,80, or fractions of its size, as in 0.5,0.5
+    /// Focus the lens on what a pixel shows: its position, as in 120,80, or fractions of the picture's size, as in 0.5,0.5
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = focus_place)]
     pub focus: Option<FocusPlace>,
     #[command(flatten)]
@@ -148,7 +148,7 @@ pub struct Render {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Without arguments, it lists all directives and types. Other words are looked up in all directives: a type, a parameter, a word of another program or of photography, as in `lookat explain depth of field`."
+    after_help = "Without arguments, it lists all directives and types. Other words are looked up in all directives: a type, a parameter, or a name from another renderer or from photography, as in `lookat explain depth of field`."
 )]
 pub struct Explain {
     /// A directive, such as Camera, or any other word of the format
@@ -223,7 +223,7 @@ pub struct Check {
     /// Read only the headers of meshes, and no pictures
     #[arg(long)]
     pub fast: bool,
-    /// Also warn about what the picture shows: a camera inside a shape, nothing in view, nothing sharp, lights that light nothing
+    /// Also warn about what the picture shows: a camera inside a shape, nothing in view, nothing sharp, lights without effect
     #[arg(long, conflicts_with = "fast")]
     pub view: bool,
     #[command(flatten)]
@@ -456,7 +456,7 @@ pub struct View {
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
-    /// Command of the editor for places that the page names; {file}, {line} and {column} stand for the place [default: VISUAL or
+    /// Editor command for the page's links; {file}, {line} and {column} stand for the place [default: VISUAL or
     /// EDITOR, else a link to VS Code]
     #[arg(long, value_name = "COMMAND")]
     pub editor: Option<String>,

@@ -226,7 +226,7 @@ impl<'a> Comparison<'a> {
         }
         for line in &self.measurement.metrics {
             let (name, meaning) = (line.metric.name(), line.metric.meaning());
-            let mark = if self.beyond.contains(&line.metric) { "  <- worse than --max" } else { "" };
+            let mark = if self.beyond.contains(&line.metric) { "  <- exceeds --max" } else { "" };
             let remark =
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));
@@ -317,7 +317,7 @@ fn noise_as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> St
 pub fn undecided(agreement: &Agreement, significance: f64) -> String {
     let index = agreement.tail_index(significance);
     format!(
-        "only few pixels differ, and the reference is brighter there (tail index {index:.2}): samples may rarely hit this \
+        "only a few pixels differ, and the reference is brighter there (tail index {index:.2}): samples may rarely hit this \
          light; render more samples per pixel"
     )
 }

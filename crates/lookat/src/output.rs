@@ -30,10 +30,7 @@ pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
 /// Fails if a result would replace one of its inputs.
 pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), String> {
     match is_among(file, inputs) {
-        true => Err(format!(
-            "cannot write {}: lookat reads this file for the result; choose another name",
-            file.display()
-        )),
+        true => Err(format!("cannot write {}: this file is an input; choose another name", file.display())),
         false => Ok(()),
     }
 }
@@ -80,7 +77,7 @@ pub fn check_folder(file: &Path) -> Result<(), String> {
     let name = file.file_name().unwrap_or_default();
     if !file.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes()) {
         let path = file.with_file_name(name);
-        return cannot(file, &format!("it ends like the name of a folder; write {}", path.display()));
+        return cannot(file, &format!("it ends in a separator; write {}", path.display()));
     }
     let (target, folder) = write_target(file).or_else(|error| cannot(file, &io_reason(&error)))?;
     if !folder.is_dir() {
@@ -241,7 +238,7 @@ fn why_kept(file: &Path, new: NewPicture) -> Option<String> {
     }
     if let Some(format @ (Format::Pfm | Format::Tga)) = Format::from_path(file) {
         let name = if format == Format::Pfm { "pfm" } else { "tga" };
-        return Some(format!("a {name} file does not say how it was made"));
+        return Some(format!("a {name} file stores no render settings"));
     }
     let opened = match PictureFile::open(file, &MemoryBudget::default()) {
         Ok(opened) => opened,
@@ -262,7 +259,7 @@ fn why_kept(file: &Path, new: NewPicture) -> Option<String> {
     let slack = if new.is_adaptive { SLACK } else { 0.0 };
     let samples = format!("it has {} samples per pixel", digits(made.samples_per_pixel));
     match new.samples_per_pixel {
-        None => Some(format!("{samples}, and the new picture does not say how many it has")),
+        None => Some(format!("{samples}, and the number of the new picture is unknown")),
         Some(new) if made.samples_per_pixel > new * (1.0 + slack) => {
             Some(format!("{samples}, and the new picture {}", digits(new)))
         }

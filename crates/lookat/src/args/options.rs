@@ -7,7 +7,7 @@ use lookat_scene::{Projection, Scene};
 /// The memory limit of a command.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Memory {
-    /// The most memory to use, such as 2G or 500M [default: three quarters of the memory that the machine and its limits allow]
+    /// Memory limit, such as 2G or 500M [default: three quarters of what the machine and its limits allow]
     #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = size)]
     pub max_memory: Option<u64>,
 }
@@ -152,9 +152,9 @@ impl ViewOverride {
                 "--fov has no effect on {kind} camera; to see more or less, use --screen-window"
             )),
             (Some(_), Projection::Environment, _) => {
-                Err(format!("--fov has no effect on {kind} camera, which sees all directions; leave it out"))
+                Err(format!("--fov has no effect on {kind} camera, which sees all directions; remove it"))
             }
-            (_, _, Some((option, _))) => Err(format!("{option} has no effect on {kind} camera; leave it out")),
+            (_, _, Some((option, _))) => Err(format!("{option} has no effect on {kind} camera; remove it")),
             _ if self.focal_distance.is_some() && camera.lens.is_none() => Err(
                 "--focal-distance has no effect on a pinhole, which is sharp at all distances; add --lens-radius".into(),
             ),

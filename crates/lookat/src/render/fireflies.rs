@@ -108,7 +108,7 @@ impl Fireflies {
         let percent = |share: f64| format!("{:.1$} %", 100.0 * share, usize::from(share < 0.1));
         let advice = match *loss >= MUCH {
             true => format!(
-                "about {} of the light of the picture comes in such samples: take more of them, or let a larger light give it",
+                "about {} of the picture's light comes from such samples: take more samples, or use a larger light",
                 percent(*loss)
             ),
             false => format!(

@@ -287,7 +287,7 @@ impl JsonTarget {
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
-            "{} within {error} % of the true brightness, each with {confidence} % confidence; light that no sample found is not covered",
+            "{} within {error} % of the true brightness, per pixel at {confidence} % confidence, except light no sample hit",
             pixels(self.within)
         ));
         if self.at_cap > 0 {

@@ -159,7 +159,7 @@ fn other_way(sight: &Sight) -> Option<Diagnostic> {
         sight.facts.shapes.iter().filter(|shape| !shape.is_thin() && !shape.is_emitter).count();
     let is_odd = bodies(&sight.facts) == 0 && turned.inside.is_none() && 2 * bodies(turned) > bodies_in_all;
     let (span, look_at) = sight.look_at.filter(|_| is_odd)?;
-    let message = "far more is in view the other way round: eye and target may be exchanged";
+    let message = "far more is in view in the opposite direction: eye and target may be swapped";
     let help = "the first three numbers are the eye, the next three the target";
     Some(exchange(Diagnostic::warning(span, message).note(sight.eye()), help, span, &look_at))
 }
@@ -173,7 +173,7 @@ fn with_turn(sight: &Sight, found: Diagnostic) -> Diagnostic {
         return found;
     }
     let help = found.help.as_deref().unwrap_or_default();
-    let help = format!("{help}; if eye and target are exchanged, write them in this order");
+    let help = format!("{help}; if eye and target are swapped, write them in this order");
     exchange(found, &help, span, &look_at)
 }
 

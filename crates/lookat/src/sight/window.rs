@@ -138,7 +138,7 @@ pub fn blurred(sight: &Sight) -> Option<Diagnostic> {
         return None;
     }
     let message = format!(
-        "the lens blurs everything in view: it focuses at {}, and points in view have circles of {} pixels or more",
+        "the lens blurs everything in view: it focuses at {}, and points in view have circles of confusion of {} pixels or more",
         short(focal),
         short(blur[0].floor())
     );
