@@ -1,10 +1,13 @@
-//! What `--json` prints has the names that `docs/json.md` has for it.
+//! `docs/json.md` has a name for each member that `--json` prints, and tables that come from the doc comments of the structs.
+//! `UPDATE_EXPECTED=1` rewrites the tables.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output};
 
 use serde_json::Value;
+
+use crate::folder::updates;
 
 fn project() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -91,4 +94,73 @@ fn all_members_are_explained() {
     let missing: Vec<&String> = found.iter().filter(|name| !text.contains(&format!("`{name}`"))).collect();
     assert!(missing.is_empty(), "{missing:?}");
     assert!(found.len() > 110, "{}", found.len());
+}
+
+/// The sources in which the page's structs are: of the program and, for what `inspect` takes from it, of the renderer.
+const SOURCES: [&str; 10] = [
+    "lookat/src/compare.rs",
+    "lookat/src/explain.rs",
+    "lookat/src/inspect.rs",
+    "lookat/src/inspect/view.rs",
+    "lookat/src/light.rs",
+    "lookat/src/render/fireflies.rs",
+    "lookat/src/render/summary.rs",
+    "lookat/src/report.rs",
+    "lookat/src/verify/table.rs",
+    "lookat-render/src/inspect.rs",
+];
+
+#[test]
+fn the_page_has_the_tables_of_the_structs() {
+    let read = |name: &&str| std::fs::read_to_string(project().join("crates").join(name)).unwrap();
+    let source: String = SOURCES.iter().map(read).collect();
+    let file = project().join("docs/json.md");
+    let page = std::fs::read_to_string(&file).unwrap();
+    let (mut made, mut rest) = (String::new(), page.as_str());
+    while let Some((before, after)) = rest.split_once("<!-- ") {
+        let (name, _) = after.split_once(" -->").unwrap();
+        let (_, after) = after.split_once("<!-- end -->").unwrap();
+        let rows = rows(&source, name);
+        made += &format!("{before}<!-- {name} -->\n| member | meaning |\n|---|---|\n{rows}<!-- end -->");
+        rest = after;
+    }
+    made += rest;
+    if made != page {
+        if updates() {
+            std::fs::write(&file, &made).unwrap();
+        }
+        let differing = made.lines().zip(page.lines()).find(|(made, page)| made != page);
+        panic!("run with UPDATE_EXPECTED=1, then read git diff; the first lines that differ: {differing:?}");
+    }
+}
+
+/// A table row for each member of a struct, also for members of flattened structs: its name and its doc comment.
+fn rows(source: &str, name: &str) -> String {
+    let is_start = |line: &&str| {
+        let declared = line.trim_start_matches("pub ").strip_prefix("struct ");
+        declared.is_some_and(|rest| rest.split([' ', '<']).next() == Some(name))
+    };
+    let lines = source.lines().skip_while(|line| !is_start(line)).skip(1).take_while(|line| *line != "}");
+    let (mut rows, mut meaning, mut attributes) = (String::new(), Vec::new(), String::new());
+    for line in lines.map(str::trim) {
+        if let Some(text) = line.strip_prefix("/// ") {
+            meaning.push(text);
+        } else if line.starts_with('#') {
+            attributes += line;
+        } else if let Some((member, ty)) = line.trim_start_matches("pub ").split_once(": ") {
+            let renamed = attributes.split_once("rename = \"").and_then(|(_, rest)| rest.split('"').next());
+            let optional = if attributes.contains("skip_serializing_if") { "?" } else { "" };
+            if attributes.contains("flatten") {
+                let inner = ty.trim_start_matches("Option<").split(['<', '>', ',']).next().unwrap();
+                rows += &self::rows(source, inner);
+            } else if !attributes.contains("(skip)") {
+                assert!(!meaning.is_empty(), "{name}::{member} has no doc comment");
+                rows += &format!("| `{}`{optional} | {} |\n", renamed.unwrap_or(member), meaning.join(" "));
+            }
+            meaning.clear();
+            attributes.clear();
+        }
+    }
+    assert!(!rows.is_empty(), "no struct {name}");
+    rows
 }

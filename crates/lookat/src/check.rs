@@ -4,21 +4,12 @@ use std::process::ExitCode;
 
 use lookat_scene::syntax::Severity;
 use lookat_scene::{LoadOptions, Loaded};
-use serde::Serialize;
 
 use crate::Failure;
 use crate::args::Check;
-use crate::report::{self, JsonDiagnostic};
+use crate::report::{self, SceneResult};
 use crate::sight;
 use crate::source::load_scene;
-
-#[derive(Serialize)]
-struct JsonResult<'a> {
-    scene: String,
-    diagnostics: Vec<JsonDiagnostic<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unread: Option<usize>,
-}
 
 /// Runs the command.
 pub fn check(arguments: &Check) -> ExitCode {
@@ -41,10 +32,8 @@ pub fn check(arguments: &Check) -> ExitCode {
             status = status.max(report::failure(&loaded));
         }
         if arguments.report.json {
-            let scene = path.display().to_string();
             let unread = arguments.fast.then_some(loaded.unread);
-            let result =
-                JsonResult { scene, diagnostics: report::json(&loaded.diagnostics, &loaded.sources), unread };
+            let result = SceneResult { unread, ..SceneResult::new(path, &loaded) };
             lost |= crate::print_json(&result).is_err();
         } else {
             report::print(&loaded, arguments.quiet);

@@ -9,6 +9,7 @@ use lookat_scene::schema::{
     Count, Effect, Kind, Parameter, REQUIRED, Synonym, parameter_synonyms, type_synonym,
 };
 use lookat_scene::syntax::{Directive, Form, ParamType, directive_advice, nearest};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::args::Explain;
@@ -154,11 +155,16 @@ fn unknown(lacks: &str, name: &str, near: Option<&str>, known: &[&str]) -> Strin
 }
 
 /// What a word names: a type, or a parameter of a type. Without a meaning, there is only advice about the directive or the type.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 struct Use {
+    /// The directive.
     directive: &'static str,
+    /// The type, or null.
+    #[serde(rename = "type")]
     kind: Option<&'static str>,
+    /// The parameter, or null.
     parameter: Option<&'static str>,
+    /// The meaning of the type or the parameter.
     meaning: &'static str,
     /// Other necessary changes, or what to write instead.
     advice: &'static str,
@@ -255,16 +261,7 @@ fn parameter_synonym(word: &str, kind: &Kind) -> Option<Use> {
 fn answer_with(remark: &str, uses: &[Use]) -> Answer {
     let lines: Vec<(String, String)> = uses.iter().map(line).collect();
     let remark_line = if remark.is_empty() { String::new() } else { format!("{remark}\n") };
-    let uses = uses.iter().map(|Use { directive, kind, parameter, meaning, advice }| {
-        json!({
-            "directive": directive,
-            "type": kind,
-            "parameter": parameter,
-            "meaning": meaning,
-            "advice": advice,
-        })
-    });
-    let json = json!({"remark": remark, "found": uses.collect::<Vec<_>>()});
+    let json = json!({"remark": remark, "found": uses});
     Answer { text: remark_line + &columns(&lines), json }
 }
 
@@ -291,13 +288,16 @@ fn show_directives(forms: &[Form], kinds: &[&Kind]) -> Answer {
     let is_plain = |form: &&Form| kinds.iter().all(|kind| kind.directive != form.keyword);
     let plain: Vec<&Form> = forms.iter().filter(is_plain).collect();
     if let ([], [only]) = (&plain[..], kinds) {
-        return Answer { json: json!([kind_as_json(only)]), ..show_kind(only, String::new()) };
+        return Answer { json: json!([TypeFacts::new(only)]), ..show_kind(only, String::new()) };
     }
     let forms = plain.iter().map(|form| (written(form), form.meaning.to_owned()));
     let lines: Vec<(String, String)> =
         forms.chain(kinds.iter().map(|kind| (title(kind), meaning(kind)))).collect();
-    let json = plain.iter().map(|form| form_as_json(form)).chain(kinds.iter().map(|kind| kind_as_json(kind)));
-    Answer { text: columns(&lines), json: json.collect() }
+    let json = plain
+        .iter()
+        .map(|form| TypeFacts::of_form(form))
+        .chain(kinds.iter().map(|kind| TypeFacts::new(kind)));
+    Answer { text: columns(&lines), json: json!(json.collect::<Vec<_>>()) }
 }
 
 /// A directive without types as a scene writes it.
@@ -317,19 +317,18 @@ fn meaning(kind: &Kind) -> String {
 fn show_kind(kind: &Kind, remark: String) -> Answer {
     let mut text = format!("{remark}{}: {}\n", title(kind), meaning(kind));
     kind.parameters().for_each(|parameter| text += &format!("\n{}", paragraph(&parameter)));
-    Answer { text, json: json!([remarked(kind_as_json(kind), &remark)]) }
+    Answer { text, json: json!([TypeFacts { remark: remarked(&remark), ..TypeFacts::new(kind) }]) }
 }
 
 /// A parameter, after a remark.
 fn show_parameter(parameter: &Parameter, remark: String) -> Answer {
-    Answer { json: remarked(as_json(parameter), &remark), text: remark + &paragraph(parameter) }
+    let json = json!(ParameterFacts { remark: remarked(&remark), ..ParameterFacts::new(parameter) });
+    Answer { json, text: remark + &paragraph(parameter) }
 }
 
-fn remarked(mut json: Value, remark: &str) -> Value {
-    if !remark.is_empty() {
-        json["remark"] = remark.trim_end().into();
-    }
-    json
+/// A remark without its line end. `None` if it is empty.
+fn remarked(remark: &str) -> Option<String> {
+    Some(remark.trim_end().to_owned()).filter(|remark| !remark.is_empty())
 }
 
 /// A parameter as a scene declares it, its facts, and its meaning.
@@ -363,51 +362,111 @@ fn paragraph(parameter: &Parameter) -> String {
     format!("  {text}\n      {meaning}{effect}\n{synonyms}")
 }
 
-fn form_as_json(form: &Form) -> Value {
-    json!({
-        "directive": form.keyword,
-        "type": null,
-        "arguments": form.arguments,
-        "meaning": form.meaning,
-        "parameters": [],
-    })
+/// A type, or a directive without types.
+#[derive(Serialize)]
+struct TypeFacts {
+    /// The directive, as a scene writes it.
+    directive: &'static str,
+    /// The type, as a scene writes it; null for a directive without types.
+    #[serde(rename = "type")]
+    kind: Option<&'static str>,
+    /// What a scene writes after a directive without types.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    arguments: Option<&'static str>,
+    /// Of a type: whether pbrt-v3 uses it if a scene lacks the directive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    default: Option<bool>,
+    /// What it is.
+    meaning: &'static str,
+    /// What lookat renders instead, or null.
+    instead: Option<&'static str>,
+    /// Its parameters.
+    parameters: Vec<ParameterFacts>,
+    /// About the word of another program that led to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    remark: Option<String>,
 }
 
-fn kind_as_json(kind: &Kind) -> Value {
-    let parameters: Vec<Value> = kind.parameters().map(|parameter| as_json(&parameter)).collect();
-    json!({
-        "directive": kind.directive,
-        "type": kind.name,
-        "default": kind.is_default,
-        "meaning": kind.meaning,
-        "instead": (!kind.instead.is_empty()).then_some(kind.instead),
-        "parameters": parameters,
-    })
+impl TypeFacts {
+    fn of_form(form: &Form) -> TypeFacts {
+        TypeFacts {
+            directive: form.keyword,
+            kind: None,
+            arguments: Some(form.arguments),
+            default: None,
+            meaning: form.meaning,
+            instead: None,
+            parameters: Vec::new(),
+            remark: None,
+        }
+    }
+
+    fn new(kind: &Kind) -> TypeFacts {
+        TypeFacts {
+            directive: kind.directive,
+            kind: Some(kind.name),
+            arguments: None,
+            default: Some(kind.is_default),
+            meaning: kind.meaning,
+            instead: Some(kind.instead).filter(|instead| !instead.is_empty()),
+            parameters: kind.parameters().map(|parameter| ParameterFacts::new(&parameter)).collect(),
+            remark: None,
+        }
+    }
 }
 
 /// The facts about a parameter.
-pub fn as_json(parameter: &Parameter) -> Value {
-    let count = match parameter.count {
-        Count::One => json!(1),
-        Count::Exactly(count) => json!(count),
-        Count::List => Value::Null,
-    };
-    let effect = match parameter.effect {
-        Effect::Rendered => "rendered",
-        Effect::NoEffect => "none",
-        Effect::NotRendered => "ignored",
-        Effect::Own => "own",
-    };
-    json!({
-        "name": parameter.name,
-        "type": parameter.ty.name(),
-        "count": count,
-        "texture": parameter.is_textured,
-        "default": parameter.default,
-        "range": (!parameter.range.is_empty()).then_some(&parameter.range),
-        "unit": (!parameter.unit.name().is_empty()).then_some(parameter.unit.name()),
-        "meaning": parameter.meaning,
-        "effect": effect,
-        "synonyms": parameter.synonyms,
-    })
+#[derive(Debug, Serialize)]
+pub struct ParameterFacts {
+    /// The name, as a scene declares it.
+    name: &'static str,
+    /// The type, as a scene declares it.
+    #[serde(rename = "type")]
+    ty: &'static str,
+    /// The number of values; null for a list.
+    count: Option<usize>,
+    /// Whether it can name a texture.
+    texture: bool,
+    /// The default, in words.
+    default: String,
+    /// The range, in words, or null.
+    range: Option<String>,
+    /// The unit, in words, or null.
+    unit: Option<&'static str>,
+    /// What it is.
+    meaning: &'static str,
+    /// `rendered`; `none`: it cannot change the picture; `ignored`: lookat ignores it; `own`: pbrt-v3 does not have it.
+    effect: &'static str,
+    /// Words of other programs for the parameter, in lower case and without `_` and `-`.
+    synonyms: Vec<&'static str>,
+    /// About the word of another program that led to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    remark: Option<String>,
+}
+
+impl ParameterFacts {
+    pub fn new(parameter: &Parameter) -> ParameterFacts {
+        ParameterFacts {
+            name: parameter.name,
+            ty: parameter.ty.name(),
+            count: match parameter.count {
+                Count::One => Some(1),
+                Count::Exactly(count) => Some(count),
+                Count::List => None,
+            },
+            texture: parameter.is_textured,
+            default: parameter.default.clone(),
+            range: Some(parameter.range.clone()).filter(|range| !range.is_empty()),
+            unit: Some(parameter.unit.name()).filter(|unit| !unit.is_empty()),
+            meaning: parameter.meaning,
+            effect: match parameter.effect {
+                Effect::Rendered => "rendered",
+                Effect::NoEffect => "none",
+                Effect::NotRendered => "ignored",
+                Effect::Own => "own",
+            },
+            synonyms: parameter.synonyms.clone(),
+            remark: None,
+        }
+    }
 }

@@ -13,6 +13,7 @@ mod interrupt;
 mod light;
 mod live;
 mod metric;
+mod number;
 mod output;
 mod render;
 mod report;

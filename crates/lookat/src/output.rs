@@ -7,6 +7,7 @@ use std::fs::OpenOptions;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use crate::number::digits;
 use lookat_image::{Format, ImageError, MemoryBudget, PictureFile, Window, io_reason, write_target};
 use serde::Deserialize;
 
@@ -257,19 +258,14 @@ fn why_kept(file: &Path, new: NewPicture) -> Option<String> {
         ));
     }
     let slack = if new.is_adaptive { SLACK } else { 0.0 };
-    let samples = format!("it has {} samples per pixel", digits(made.samples_per_pixel));
+    let samples = format!("it has {} samples per pixel", digits(made.samples_per_pixel, 4));
     match new.samples_per_pixel {
         None => Some(format!("{samples}, and the number of the new picture is unknown")),
         Some(new) if made.samples_per_pixel > new * (1.0 + slack) => {
-            Some(format!("{samples}, and the new picture {}", digits(new)))
+            Some(format!("{samples}, and the new picture {}", digits(new, 4)))
         }
         Some(_) => None,
     }
-}
-
-/// A number of samples, rounded for people.
-fn digits(samples: f64) -> f64 {
-    (100.0 * samples).round() / 100.0
 }
 
 /// The name of a file with a mark before its ending: `a.exr` becomes `a.partial.exr`. As long as a file name may be.

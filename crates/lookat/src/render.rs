@@ -29,9 +29,10 @@ use crate::render::fireflies::Fireflies;
 use crate::render::frames::{focus, render_frames};
 use crate::render::progress::Shown;
 pub use crate::render::progress::progress_bar;
-pub use crate::render::summary::Metadata;
-use crate::render::summary::{JsonPicture, JsonResult, JsonTarget, Numbered, explain_black, summarize};
+pub use crate::render::summary::{JsonPicture, Metadata};
+use crate::render::summary::{JsonTarget, Numbered, explain_black, summarize};
 use crate::render::written::{Kept, Output, PARTIAL, SoFar};
+use crate::report::SceneResult;
 use crate::source::{load_scene, load_watched, replace_samples};
 use crate::{Failure, interrupt, report, sight, standard_error};
 
@@ -58,7 +59,7 @@ pub fn render(arguments: &Render) -> ExitCode {
             None => render_each(&jobs, &live),
         },
         Err(message) => {
-            let mut result = JsonResult::new(&arguments.scenes[0]);
+            let mut result = SceneResult::without_scene(&arguments.scenes[0]);
             let status = fail(message.into(), &mut result);
             finish(arguments, &result, status)
         }
@@ -107,7 +108,7 @@ fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
         report::print(&loaded, arguments.quiet);
     }
     let diagnostics = report::json(&loaded.diagnostics, &loaded.sources);
-    let mut result = JsonResult { diagnostics, ..JsonResult::new(path) };
+    let mut result = SceneResult { diagnostics, ..SceneResult::without_scene(path) };
     let mut advice = Vec::new();
     let status = match (&loaded.scene, &loaded.misfit) {
         (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone().into(), &mut result),
@@ -133,7 +134,7 @@ fn pictures(
     scene: &Scene,
     loaded: &Loaded,
     live: &Live,
-    (result, advice): (&mut JsonResult, &mut Vec<Diagnostic>),
+    (result, advice): (&mut SceneResult, &mut Vec<Diagnostic>),
 ) -> Result<bool, Failure> {
     if interrupt::flow().is_break() {
         return Ok(false);
@@ -157,13 +158,13 @@ fn pictures(
 }
 
 /// Prints the result as JSON, if requested. Returns the exit status.
-fn finish(arguments: &Render, result: &JsonResult, status: u8) -> u8 {
+fn finish(arguments: &Render, result: &SceneResult, status: u8) -> u8 {
     let lost = arguments.report.json && crate::print_json(result).is_err();
     if lost { crate::lost() } else { status }
 }
 
 /// Reports an error outside the scene.
-fn fail(Failure { message, status }: Failure, result: &mut JsonResult) -> u8 {
+fn fail(Failure { message, status }: Failure, result: &mut SceneResult) -> u8 {
     crate::say(&format!("error: {message}"));
     result.error = Some(message);
     status

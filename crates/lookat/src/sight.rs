@@ -12,6 +12,7 @@ use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, 
 use crate::Failure;
 use crate::args::way_out;
 use crate::directive_text::DirectiveText;
+use crate::number::digits;
 
 /// A scene and what it shows.
 pub struct Sight<'l> {
@@ -227,14 +228,9 @@ impl Sight<'_> {
     }
 }
 
-/// A number with a few digits.
+/// A number with four digits.
 pub fn short(number: f64) -> String {
-    let digits = match number.abs() {
-        size if size == 0.0 || (0.01..1e5).contains(&size) => 3 - size.max(0.01).log10().floor() as i32,
-        _ => return format!("{number:.2e}"),
-    };
-    let text = format!("{number:.*}", digits.clamp(0, 6) as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    digits(number, 4)
 }
 
 /// Three numbers, as in a scene file.

@@ -1,88 +1,87 @@
 //! The text output: one line per part of the scene.
 
 use lookat_image::byte_words;
-use lookat_render::{Choice, Draw, Elements, Surfaces};
-use lookat_scene::LightChoice;
+use lookat_render::{Elements, Surfaces};
 
-use super::{Inspected, filter_name, integrator_name, projection_name, view};
+use super::{AtSurface, Needs};
+use crate::number::{count, grouped, plural};
 
-impl Inspected<'_> {
+impl Needs {
     pub fn text(&self, name: &str) -> String {
-        let mut lines = vec![
+        let of_surfaces =
+            |text: fn(&Surfaces) -> String| self.surfaces.as_ref().map_or("not used".into(), text);
+        let lines = [
             ("film", self.film()),
             ("camera", self.camera()),
             ("integrator", self.integrator()),
             ("dimensions", self.dimensions()),
             ("shapes", self.shapes()),
             ("tree", self.tree()),
-            ("materials", self.inspection.surfaces.as_ref().map_or("not used".into(), materials)),
-            ("textures", self.inspection.surfaces.as_ref().map_or("not used".into(), textures)),
+            ("materials", of_surfaces(materials)),
+            ("textures", of_surfaces(textures)),
             ("lights", self.lights()),
             ("memory", self.memory()),
             ("arithmetic", self.arithmetic()),
-            ("not used", listed(&self.not_paid_for())),
+            ("not used", listed(&self.not_paid_for)),
         ];
-        lines.extend(view::lines(&self.sight, self.sources));
-        let line = |(title, text): &(&str, String)| format!("  {title:14}{}\n", wrapped(text));
-        format!("{name}\n") + &lines.iter().map(line).collect::<String>()
+        let lines = lines.into_iter().chain(self.view.lines());
+        let line = |(title, text): (&str, String)| format!("  {title:14}{}\n", wrapped(&text));
+        format!("{name}\n") + &lines.map(line).collect::<String>()
     }
 
     fn film(&self) -> String {
-        let (film, samples) = (&self.scene.view.film, self.scene.view.sampler.samples_per_pixel);
-        let [width, height] = film.resolution;
-        let size = format!("{} x {}", film.crop.width(), film.crop.height());
-        let whole = if film.crop.area() == u64::from(width) * u64::from(height) {
+        let [width, height] = self.film.resolution;
+        let [columns, rows] = self.film.crop;
+        let whole = if self.film.crop == self.film.resolution {
             String::new()
         } else {
             format!(" of {width} x {height}")
         };
-        let all = thousands(film.crop.area() * u64::from(samples));
-        let each = count(u64::from(samples), "sample");
-        format!("{size}{whole} pixels, {each} each, {all} in total; {} filter", filter_name(self.scene))
+        let each = count(self.film.samples_per_pixel.into(), "sample");
+        let (all, filter) = (grouped(self.film.samples), self.film.filter);
+        format!("{columns} x {rows}{whole} pixels, {each} each, {all} in total; {filter} filter")
     }
 
     fn camera(&self) -> String {
-        let lens = match self.scene.view.camera.lens {
+        let lens = match &self.camera.lens {
             Some(lens) => {
                 format!("thin lens of radius {}, focused at distance {}", lens.radius, lens.focal_distance)
             }
             None => "pinhole".into(),
         };
-        match projection_name(self.scene) {
+        match self.camera.projection {
             "environment" => "environment".into(),
             projection => format!("{projection}, {lens}"),
         }
     }
 
     fn integrator(&self) -> String {
-        let surfaces = match self.inspection.depth {
+        let surfaces = match self.integrator.depth {
             0 => "emitted light only".into(),
-            1 => "at most 1 surface".into(),
-            depth => format!("at most {depth} surfaces"),
+            depth => format!("at most {}", count(depth.into(), "surface")),
         };
-        format!("{}, {surfaces}", integrator_name(self.scene))
+        format!("{}, {surfaces}", self.integrator.name)
     }
 
     fn dimensions(&self) -> String {
-        let lens = if self.inspection.has_lens { ", lens 2" } else { "" };
-        let drawn = |draw: &Draw| match draw.surfaces.start {
-            0 => format!("{} {}", draw.of, thousands(draw.numbers.into())),
+        let lens = if self.camera.has_lens { ", lens 2" } else { "" };
+        let drawn = |draw: &AtSurface| match draw.from {
+            0 => format!("{} {}", draw.of, grouped(draw.numbers.into())),
             from => format!("{} {} from surface {} on", draw.of, draw.numbers, from + 1),
         };
-        let draws = self.inspection.draws.iter().filter(|draw| !draw.surfaces.is_empty());
+        let draws = self.numbers.surface.iter().filter(|draw| draw.from < draw.to);
         let at_surface: Vec<String> = draws.map(drawn).collect();
         let at_surface = match at_surface[..] {
             [] => String::new(),
             _ => format!("; per bounce: {}", listed(&at_surface)),
         };
-        format!("film 2{lens}{at_surface}; at most {} per sample", thousands(self.most_numbers()))
+        format!("film 2{lens}{at_surface}; at most {} per sample", grouped(self.numbers.most))
     }
 
     fn shapes(&self) -> String {
-        let world = &self.inspection.world;
-        let mut parts = elements(world);
-        if world.instances > 0 {
-            let objects = self.inspection.objects.iter().fold(Elements::default(), |sum, object| Elements {
+        let mut parts = elements(&self.world);
+        if self.world.instances > 0 {
+            let objects = self.objects.iter().fold(Elements::default(), |sum, object| Elements {
                 triangles: sum.triangles + object.triangles,
                 quadrics: sum.quadrics + object.quadrics,
                 curve_pieces: sum.curve_pieces + object.curve_pieces,
@@ -90,75 +89,61 @@ impl Inspected<'_> {
             });
             parts.push(format!(
                 "{} of {} ({})",
-                plural(world.instances as u64, "copy", "copies"),
-                count(self.inspection.objects.len() as u64, "object"),
+                plural(self.world.instances as u64, "copy", "copies"),
+                count(self.objects.len() as u64, "object"),
                 listed(&elements(&objects)),
             ));
         }
-        let holes = if self.inspection.has_cutouts { "; meshes with holes" } else { "" };
+        let holes = if self.has_cutouts { "; meshes with holes" } else { "" };
         listed(&parts) + holes
     }
 
     fn tree(&self) -> String {
-        if !self.inspection.asks_tree {
+        if !self.asks_tree {
             return "no BVH: with so few shapes, testing each one directly is faster".into();
         }
         let tree = |of: &str, elements: &Elements| match elements.nodes {
             0 => format!("{of}a list"),
             nodes => format!("{of}{}, {} deep", count(nodes as u64, "node"), elements.depth),
         };
-        let world = tree("", &self.inspection.world);
-        let deepest = self.inspection.objects.iter().max_by_key(|object| object.depth);
-        match deepest {
+        let world = tree("", &self.world);
+        match self.objects.iter().max_by_key(|object| object.depth) {
             Some(object) => format!("{world}; {}", tree("in the deepest object ", object)),
             None => world,
         }
     }
 
     fn lights(&self) -> String {
-        let it = &self.inspection;
-        let how = match it.choice {
-            Choice::Unused => return "not used".into(),
-            Choice::Nothing => "",
-            Choice::All => "; all are sampled at each surface",
-            Choice::One(LightChoice::Uniform) => "; one is chosen at each surface, with equal probabilities",
-            Choice::One(LightChoice::Power) => "; one is chosen at each surface, by power",
-            Choice::One(LightChoice::Spatial) => {
-                "; one is chosen at each surface, by the light it sends there"
-            }
+        if self.light_choice == "unused" {
+            return "not used".into();
+        }
+        let (how, but) = match self.constant_skies {
+            0 => (self.choice_in_words, ""),
+            skies if skies == self.lights.len() => ("; constant, so BSDF samples find it", ""),
+            _ => (self.choice_in_words, ", except constant infinite lights, which BSDF samples find"),
         };
-        let (how, but) = match it.constant_skies {
-            0 => (how, ""),
-            skies if skies == it.lights.len() => ("; constant, so BSDF samples find it", ""),
-            _ => (how, ", except constant infinite lights, which BSDF samples find"),
-        };
-        format!("{}{how}{but}", tallied(&it.lights))
+        format!("{}{how}{but}", tallied(&self.lights))
     }
 
     fn arithmetic(&self) -> String {
-        let by = lookat_render::simd();
-        match self.inspection.asks_tree {
-            false => format!("f64, eight samples at a time, {by}"),
-            true => {
-                format!("f32, eight boxes or triangles at a time; f64 decides; eight samples at a time, {by}")
-            }
-        }
+        let tree =
+            if self.asks_tree { "f32, eight boxes or triangles at a time; f64 decides; " } else { "f64, " };
+        format!("{tree}eight samples at a time, {}", self.simd)
     }
 
     fn memory(&self) -> String {
-        let trees = self.trees().map(|tree| tree.bytes as u64).sum();
-        let film = self.inspection.film_bytes;
-        let mut parts = vec![format!("film {}", byte_words(film)), format!("trees {}", byte_words(trees))];
         let memory = &self.memory;
+        let mut parts =
+            vec![format!("film {}", byte_words(memory.film)), format!("trees {}", byte_words(memory.trees))];
         let others = [("shapes", memory.shapes), ("instances", memory.instances), ("meshes", memory.meshes)];
         let others = others.into_iter().filter(|(_, bytes)| *bytes > 0);
         parts.extend(others.map(|(name, bytes)| format!("{name} {}", byte_words(bytes as u64))));
-        if self.memory.pictures > 0 {
-            let pictures = count(self.memory.pictures as u64, "picture");
-            parts.push(format!("{pictures} {}", byte_words(self.memory.picture_bytes as u64)));
+        if memory.pictures > 0 {
+            let pictures = count(memory.pictures as u64, "picture");
+            parts.push(format!("{pictures} {}", byte_words(memory.picture_bytes as u64)));
         }
-        parts.push(format!("text {}", byte_words(self.text_bytes())));
-        format!("{}; rendering needs {}", listed(&parts), byte_words(self.render_bytes))
+        parts.push(format!("text {}", byte_words(memory.text)));
+        format!("{}; rendering needs {}", listed(&parts), byte_words(memory.render))
     }
 }
 
@@ -231,20 +216,4 @@ fn tallied(names: &[&str]) -> String {
 fn listed<T: AsRef<str>>(texts: &[T]) -> String {
     let texts: Vec<&str> = texts.iter().map(AsRef::as_ref).collect();
     if texts.is_empty() { "none".into() } else { texts.join(", ") }
-}
-
-fn count(number: u64, name: &str) -> String {
-    plural(number, name, &format!("{name}s"))
-}
-
-fn plural(number: u64, one: &str, many: &str) -> String {
-    format!("{} {}", thousands(number), if number == 1 { one } else { many })
-}
-
-/// A number with commas.
-fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let groups: Vec<&str> =
-        digits.as_bytes().rchunks(3).rev().filter_map(|group| str::from_utf8(group).ok()).collect();
-    groups.join(",")
 }

@@ -11,64 +11,63 @@ use lookat_scene::{Camera, Integrator, Primitive, Scene, Sources};
 use serde::Serialize;
 
 use crate::light::JsonLight;
+use crate::number::percent;
 use crate::render::fireflies::Fireflies;
-use crate::report::{self, JsonDiagnostic, Place};
-
-/// The JSON output.
-#[derive(Serialize)]
-pub(super) struct JsonResult<'a> {
-    pub scene: String,
-    pub diagnostics: Vec<JsonDiagnostic<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub picture: Option<JsonPicture>,
-    /// The pictures of `--turntable` and `--animate`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub frames: Vec<JsonPicture>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
-}
-
-impl JsonResult<'_> {
-    /// Without any result yet.
-    pub fn new(scene: &Path) -> Self {
-        let scene = scene.display().to_string();
-        JsonResult { scene, diagnostics: Vec::new(), picture: None, frames: Vec::new(), error: None }
-    }
-}
+use crate::report::{self, Place};
 
 #[derive(Serialize)]
-pub(super) struct JsonPicture {
+pub struct JsonPicture {
+    /// Its path.
     pub file: String,
+    /// Pixels per row.
     pub width: u32,
+    /// Rows.
     pub height: u32,
+    /// The mean number of samples per pixel.
     pub samples_per_pixel: f64,
+    /// The fewest samples of a pixel.
     pub least_samples: u32,
+    /// The most samples of a pixel.
     pub most_samples: u32,
+    /// Time to render, without reading and preparing.
     pub seconds: f64,
+    /// Number of rays of all kinds.
     pub rays: u64,
+    /// Infinite or NaN samples, which count as black.
     pub rejected_samples: u64,
+    /// Samples too bright for the film's sums, which count as the brightest that fits.
     pub clamped_samples: u64,
+    /// False after Ctrl-C or [another signal](commands.md#render). With `--time`, true when the time is up.
     pub complete: bool,
-    /// True if no light reached the camera.
+    /// True if every pixel is black.
     pub black: bool,
+    /// Its [brightness](commands.md#light-exposure-and-tone).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub light: Option<JsonLight>,
     #[serde(flatten)]
     pub numbered: Numbered,
+    /// From 1,024 samples on, without `maxsampleluminance`: the pixels that stand out by one sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fireflies: Option<Fireflies>,
+    /// With `--target-error`: numbers of pixels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<JsonTarget>,
 }
 
 /// The result of the target error, in numbers of pixels.
 #[derive(Serialize)]
-pub(super) struct JsonTarget {
+pub struct JsonTarget {
+    /// The requested error.
     error: f64,
+    /// The requested confidence.
     confidence: f64,
+    /// Pixels within the error.
     within: u64,
+    /// Pixels with the most samples.
     at_cap: u64,
+    /// Pixels without enough time.
     out_of_time: u64,
+    /// Pixels with fireflies.
     outliers: u64,
 }
 
@@ -138,7 +137,7 @@ impl Metadata {
     }
 
     /// Adds the settings that determine the samples of each pixel.
-    pub(super) fn with_settings(self, settings: &Settings, complete: bool) -> Metadata {
+    pub fn with_settings(self, settings: &Settings, complete: bool) -> Metadata {
         let target = super::target_error(settings);
         let adaptive = matches!(settings.stop, Stop::Adaptive | Stop::Time { adaptive: true, .. });
         let (relative, confidence) =
@@ -147,7 +146,7 @@ impl Metadata {
     }
 
     /// Adds what the numbers of the layers stand for.
-    pub(super) fn with_numbers(self, numbered: Numbered) -> Metadata {
+    pub fn with_numbers(self, numbered: Numbered) -> Metadata {
         Metadata { numbered, ..self }
     }
 
@@ -157,7 +156,7 @@ impl Metadata {
 }
 
 /// Prints the summary.
-pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
+pub fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     let JsonPicture { file, width, height, seconds, rays, .. } = picture;
     let rate = *rays as f64 / seconds / 1e6;
     let samples = samples(picture);
@@ -181,7 +180,7 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
 const RESIDUE: f64 = 1e-9;
 
 /// The largest luminance of a picture that shows rounding alone. 0 where not all light comes from shapes.
-pub(super) fn residue(scene: &Scene) -> f64 {
+pub fn residue(scene: &Scene) -> f64 {
     let is_lit_otherwise = !scene.world.lights.is_empty()
         || matches!(scene.view.integrator, Integrator::AmbientOcclusion { .. });
     if is_lit_otherwise {
@@ -193,7 +192,7 @@ pub(super) fn residue(scene: &Scene) -> f64 {
 }
 
 /// Prints the reason why a picture is all black.
-pub(super) fn explain_black(
+pub fn explain_black(
     picture: &JsonPicture,
     rendered: &Rendered,
     (scene, prepared): (&Scene, &mut Prepared),
@@ -278,12 +277,8 @@ impl JsonTarget {
     fn summarize(&self, picture: &JsonPicture) {
         let all = (self.within + self.at_cap + self.out_of_time) as f64;
         let pixels = |count: u64| {
-            let share = 100.0 * count as f64 / all;
-            // Rounding must not show a part as 0 % or 100 %.
-            let share = if count as f64 == all { share } else { share.min(99.99) };
-            let least =
-                if count > 0 && share < 0.01 { "under 0.01".to_owned() } else { format!("{share:.2}") };
-            format!("{count} {} ({least} %)", if count == 1 { "pixel" } else { "pixels" })
+            let share = percent(count as f64 / all, 2);
+            format!("{count} {} ({share})", if count == 1 { "pixel" } else { "pixels" })
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
@@ -314,15 +309,19 @@ impl JsonTarget {
 /// The shapes and the materials whose numbers are in the layers of a picture. Each list is empty without its layer.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Numbered {
+    /// With `--layers shape`: each shape in the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     shapes: Vec<Entry>,
+    /// With `--layers material`: each material in the picture. The default material has no place.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<Entry>,
 }
 
 #[derive(Debug, Clone, Serialize)]
 struct Entry {
+    /// The number in the layer.
     number: u32,
+    /// The type.
     #[serde(rename = "type")]
     kind: String,
     /// The name in `MakeNamedMaterial`.

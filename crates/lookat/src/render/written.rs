@@ -13,10 +13,10 @@ use crate::output::{Destination, Identity, NewPicture, free_file, marked};
 use crate::render::summary::{Metadata, Numbered};
 
 /// The mark of a picture that is not complete, in its name.
-pub(super) const PARTIAL: &str = "partial";
+pub const PARTIAL: &str = "partial";
 
 /// Where a picture goes, and what its metadata and the rules about finished pictures need.
-pub(super) struct Output<'a> {
+pub struct Output<'a> {
     pub arguments: &'a Render,
     pub loaded: &'a Loaded,
     pub camera: &'a Camera,
@@ -26,7 +26,7 @@ pub(super) struct Output<'a> {
 }
 
 /// A written picture.
-pub(super) struct Kept {
+pub struct Kept {
     pub file: PathBuf,
     pub destination: Destination,
     /// Why the picture is in another file than its own.

@@ -18,7 +18,7 @@ const FAR: f64 = 30.0;
 const MISPLACED: f64 = 0.01;
 
 /// Lights that light nothing in view.
-pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
+pub fn idle(sight: &Sight) -> Vec<Diagnostic> {
     let uses_lights = !matches!(sight.scene.view.integrator, Integrator::AmbientOcclusion { .. });
     // Light from behind comes through others.
     let is_opaque = sight.shapes_in_view().all(|shape| shape.is_opaque || shape.is_emitter);

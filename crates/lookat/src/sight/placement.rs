@@ -17,7 +17,7 @@ const WIDEST: f64 = 170.0;
 const HIDING: f64 = 0.3;
 
 /// What is odd about the place of the camera.
-pub(super) fn odd(sight: &Sight) -> Option<Diagnostic> {
+pub fn odd(sight: &Sight) -> Option<Diagnostic> {
     let found = inside(sight).or_else(|| behind_ground(sight)).or_else(|| far_away(sight));
     let found = found.or_else(|| nothing_in_view(sight));
     let found = found.map(|found| propose_inverse(sight, with_turn(sight, found)));
@@ -47,7 +47,7 @@ fn inside(sight: &Sight) -> Option<Diagnostic> {
 }
 
 /// Whether a light is within a box.
-pub(super) fn is_in([low, high]: [DVec3; 2], light: &LightFacts) -> bool {
+pub fn is_in([low, high]: [DVec3; 2], light: &LightFacts) -> bool {
     light.position.is_some_and(|p| p.cmpgt(low).all() && p.cmplt(high).all())
 }
 

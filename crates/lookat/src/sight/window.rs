@@ -17,7 +17,7 @@ const FILLED: f64 = 0.95;
 const MARGIN: f64 = 0.05;
 
 /// The edges are left, bottom, right and top.
-pub(super) fn other_order(sight: &Sight) -> Option<Diagnostic> {
+pub fn other_order(sight: &Sight) -> Option<Diagnostic> {
     let at = place(sight)?;
     let [a, b, c, d] = sight.scene.view.camera.screen.edges();
     let is_reversed = b < a || d < c;
@@ -30,7 +30,7 @@ pub(super) fn other_order(sight: &Sight) -> Option<Diagnostic> {
 }
 
 /// Pixels are not square.
-pub(super) fn stretched(sight: &Sight) -> Option<Diagnostic> {
+pub fn stretched(sight: &Sight) -> Option<Diagnostic> {
     let at = place(sight)?;
     let (screen, film) = (sight.scene.view.camera.screen, &sight.scene.view.film);
     let size = screen.max - screen.min;
@@ -62,7 +62,7 @@ pub(super) fn stretched(sight: &Sight) -> Option<Diagnostic> {
 }
 
 /// An orthographic camera without a window shows a small part of one shape, or of several large ones.
-pub(super) fn small(sight: &Sight) -> Option<Diagnostic> {
+pub fn small(sight: &Sight) -> Option<Diagnostic> {
     let camera = sight.places.camera.filter(|_| is_orthographic(sight) && sight.is_whole())?;
     let edges = of_scene(sight).filter(|_| sight.places.screen_window.is_none())?;
     let screen = sight.scene.view.camera.screen;
@@ -89,12 +89,12 @@ pub(super) fn small(sight: &Sight) -> Option<Diagnostic> {
     Some(sight.propose(warning, camera, (ParamType::Float, "screenwindow"), &words))
 }
 
-pub(super) fn is_orthographic(sight: &Sight) -> bool {
+pub fn is_orthographic(sight: &Sight) -> bool {
     matches!(sight.scene.view.camera.projection, Projection::Orthographic { .. })
 }
 
 /// The edges of a window of an orthographic camera that shows all shapes, in the shape of the film.
-pub(super) fn of_scene(sight: &Sight) -> Option<[f64; 4]> {
+pub fn of_scene(sight: &Sight) -> Option<[f64; 4]> {
     let [low, high] = sight.bounds()?;
     let corners = (0..8).map(|corner| {
         let of = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };

@@ -8,6 +8,7 @@ use lookat_scene::{Sources, ViewOverride};
 use serde::{Deserialize, Serialize};
 use tungstenite::Message;
 
+use crate::explain::ParameterFacts;
 use crate::report;
 
 /// What the page asks for.
@@ -430,7 +431,7 @@ pub struct Described {
 #[derive(Debug, Serialize)]
 pub struct Parameter {
     /// As in the schema that `explain --json` prints.
-    pub facts: serde_json::Value,
+    pub facts: ParameterFacts,
     /// What the text gives it. `None` for the default.
     pub given: Option<Given>,
 }

@@ -15,14 +15,14 @@ use crate::writer::lock;
 
 /// The changes that pages were shown last, and these pages.
 #[derive(Default)]
-pub(super) struct Shown {
+pub struct Shown {
     changes: Vec<FileChange>,
     pages: BTreeSet<u32>,
 }
 
 impl Engine {
     /// Opens a place in the editor.
-    pub(super) fn open_editor(&self, Open { by, at }: Open) {
+    pub fn open_editor(&self, Open { by, at }: Open) {
         let opened = self
             .opened
             .as_ref()
@@ -40,7 +40,7 @@ impl Engine {
     }
 
     /// Shows the lines that writing changes. A page writes what it was shown.
-    pub(super) fn show_changes(&self, by: u32) {
+    pub fn show_changes(&self, by: u32) {
         let changes = self.unwritten();
         let lines = changes.iter().flatten().flat_map(FileChange::lines).collect();
         let refused = changes.as_ref().err().cloned();
@@ -56,7 +56,7 @@ impl Engine {
     }
 
     /// Changes the files, or takes changes back.
-    pub(super) fn edit(&mut self, Edit { by, action }: Edit) {
+    pub fn edit(&mut self, Edit { by, action }: Edit) {
         // Whether files have been written.
         let done = match action {
             Action::Write => {

@@ -9,7 +9,7 @@ use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View, kinds}
 
 use crate::args::way_out;
 use crate::directive_text::DirectiveText;
-use crate::explain::as_json;
+use crate::explain::ParameterFacts;
 use crate::render::charge_memory;
 use crate::view::camera::{camera_fixes, changed, placement, rounded, values};
 use crate::view::messages::{self, Described, Given, Hit, Parameter, Place, SetCamera, Values};
@@ -229,8 +229,10 @@ pub fn describe(sources: &Sources, place: Span, reading: u32) -> Option<Describe
         let is_used = matches!(parameter.effect, Effect::Rendered | Effect::Own);
         parameter.count != Count::List && is_used && parameter.name != "type"
     });
-    let described =
-        |parameter| Parameter { facts: as_json(&parameter), given: found.param(parameter.name).map(given) };
+    let described = |parameter| Parameter {
+        facts: ParameterFacts::new(&parameter),
+        given: found.param(parameter.name).map(given),
+    };
     Some(Described {
         directive: kind.directive,
         kind: kind.name,

@@ -23,7 +23,7 @@ const STEP: Duration = Duration::from_millis(60);
 
 impl Engine {
     /// Renders a picture of the resolution for which there is time.
-    pub(super) fn render_small(&mut self) {
+    pub fn render_small(&mut self) {
         let Some(opened) = &self.opened else {
             self.stage = Stage::Finished;
             return;
@@ -40,7 +40,7 @@ impl Engine {
     }
 
     /// Renders the picture that `render` makes, until there is something else to do.
-    pub(super) fn render_full(&mut self) {
+    pub fn render_full(&mut self) {
         let (started, settings, about) = (Instant::now(), self.settings(), self.about());
         let Some(opened) = &mut self.opened else { return };
         // The scene has memory for a film without error layers.
@@ -94,7 +94,7 @@ impl Engine {
     }
 
     /// What all pictures of the view have in common.
-    pub(super) fn about(&self) -> About {
+    pub fn about(&self) -> About {
         let (generation, number) = (self.generation, self.set.number);
         About { generation, number, done: 0, total: 0, seconds: 0.0, content: Content::Growing }
     }

@@ -17,7 +17,7 @@ use crate::view::outbox::{Hub, Kind};
 
 impl Engine {
     /// Answers a query in the resolution of the picture that is shown. Puts it back if another request comes before.
-    pub(super) fn answer_query(&mut self, query: Query) {
+    pub fn answer_query(&mut self, query: Query) {
         let is_full = self.stage == Stage::Finished;
         let view = self.opened.as_ref().map(|opened| match is_full {
             true => opened.view.clone(),
@@ -31,7 +31,7 @@ impl Engine {
     }
 
     /// Answers beside a picture that is being rendered, until it is over. Puts the rest back then.
-    pub(super) fn answer_meanwhile(&self, is_over: &AtomicBool) {
+    pub fn answer_meanwhile(&self, is_over: &AtomicBool) {
         let Some(opened) = &self.opened else { return };
         // Without memory for another film, the others wait until the picture ends.
         let charge = opened.charge_film(&Settings::default());
