@@ -18,7 +18,7 @@ pub fn bench(arguments: &Bench) -> ExitCode {
     crate::exit_code(run(arguments).map(|()| 0))
 }
 
-fn run(arguments: &Bench) -> Result<(), String> {
+fn run(arguments: &Bench) -> Result<(), crate::Failure> {
     let Bench { only, view, rounds, json } = arguments;
     let machine = Machine::here();
     if !view.is_empty() {

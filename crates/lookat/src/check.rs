@@ -25,8 +25,8 @@ pub fn check(arguments: &Check) -> ExitCode {
         let mut loaded = load_scene(path, &options, arguments.report);
         let looked = if arguments.view { look(&mut loaded, arguments) } else { Ok(()) };
         if let Err(failure) = &looked {
-            crate::say(&format!("error: {}", failure.message));
-            status = status.max(failure.status);
+            crate::say(&format!("error: {failure}"));
+            status = status.max(failure.status());
         }
         if report::has_errors(&loaded) {
             status = status.max(report::failure(&loaded));

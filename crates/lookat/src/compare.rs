@@ -12,6 +12,7 @@ use lookat_image::{
 use serde::Serialize;
 
 use crate::args::{Compare, way_out};
+use crate::failure::Failure;
 use crate::metric::{COLORS, Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::output::{check_folder, check_inputs, write_result};
 use crate::source::open_layer;
@@ -129,13 +130,13 @@ struct PixelNoise {
 }
 
 /// Compares and prints. Returns the exit status.
-fn run(arguments: &Compare) -> Result<u8, String> {
+fn run(arguments: &Compare) -> Result<u8, Failure> {
     if let Some(file) = &arguments.picture {
         check_folder(file)?;
         check_inputs(file, [&arguments.actual, &arguments.expected])?;
         if Format::from_path(file) != Some(Format::Png) {
             let file = file.display();
-            return Err(format!("cannot write {file}: the name of this picture must end in .png"));
+            return Err(format!("cannot write {file}: the name of this picture must end in .png").into());
         }
     }
     let pair = &load(arguments)?;
@@ -157,7 +158,7 @@ fn run(arguments: &Compare) -> Result<u8, String> {
     })
 }
 
-fn load(arguments: &Compare) -> Result<Aligned, String> {
+fn load(arguments: &Compare) -> Result<Aligned, Failure> {
     let is_exr = |path: &Path| Format::from_path(path) == Some(Format::Exr);
     if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
         return Err("--layer chooses a part of an EXR file, but neither picture is an EXR file".into());
@@ -165,7 +166,7 @@ fn load(arguments: &Compare) -> Result<Aligned, String> {
     let memory = &arguments.memory.budget();
     let files = [open(&arguments.actual, arguments, memory)?, open(&arguments.expected, arguments, memory)?];
     let window = common_window(files.each_ref().map(PictureFile::placement));
-    let window = window.map_err(|error| error.to_string())?;
+    let window = window?;
     check_memory(window, window.area().saturating_mul(PIXEL_BYTES), memory)?;
     let [actual, expected] = files.map(|file| file.read().map_err(|error| error.to_string()));
     let (actual, expected) = (actual?, expected?);
@@ -183,10 +184,10 @@ fn load(arguments: &Compare) -> Result<Aligned, String> {
 }
 
 /// Fails without enough memory to compare these pixels.
-pub fn check_memory(window: Window, bytes: u64, memory: &MemoryBudget) -> Result<(), String> {
+pub fn check_memory(window: Window, bytes: u64, memory: &MemoryBudget) -> Result<(), Failure> {
     let Window { width, height, .. } = window;
     let refused = |shortage| format!("comparing {width} x {height} pixels: {}", way_out(shortage));
-    memory.reserve(bytes).map(drop).map_err(refused)
+    Ok(memory.reserve(bytes).map(drop).map_err(refused)?)
 }
 
 /// Measured bytes for each compared pixel: both pictures, and the working copies of FLIP and SSIM.
@@ -203,7 +204,7 @@ pub fn pixel_bytes(pair: &Aligned) -> u64 {
 }
 
 /// Opens the chosen layer. A file without layers counts as this layer.
-fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<PictureFile<'a>, String> {
+fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<PictureFile<'a>, Failure> {
     if path == Path::new("-") {
         return Err("compare does not read standard input: give the name of a file".into());
     }
@@ -211,11 +212,11 @@ fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<P
         Some(layer) if Format::from_path(path) == Some(Format::Exr) => open_layer(path, layer, memory),
         _ => PictureFile::open(path, memory),
     };
-    file.map_err(|error| error.to_string())
+    Ok(file?)
 }
 
 /// Draws both pictures and their difference.
-fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> {
+fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), Failure> {
     let [actual, expected] = [&arguments.actual, &arguments.expected].map(|path| path.display().to_string());
     let options = PanelOptions { actual, expected, exposure: arguments.exposure };
     write_result(file, |path| write_panel(pair, &options, path))
@@ -238,7 +239,7 @@ fn pixels_are(count: usize) -> String {
 
 impl<'a> Comparison<'a> {
     /// Measures. Fails if a limit cannot be measured.
-    pub fn new(names: [&'a str; 2], pair: &'a Aligned, rules: Rules<'a>) -> Result<Comparison<'a>, String> {
+    pub fn new(names: [&'a str; 2], pair: &'a Aligned, rules: Rules<'a>) -> Result<Comparison<'a>, Failure> {
         let faults = [&pair.actual, &pair.expected].map(|pixels| not_finite(pixels, pair));
         let broken = faults.iter().any(Option::is_some);
         let limited = |metric: Metric| rules.limits.iter().any(|limit| limit.metric == metric);
@@ -252,7 +253,7 @@ impl<'a> Comparison<'a> {
         let measurement =
             measure(pair, rules.threshold, &|metric| !broken && asked(metric) && !blind(metric));
         if let (Some(reason), false) = (measurement.lacks(rules.limits), broken) {
-            return Err(reason);
+            return Err(reason.into());
         }
         let beyond = measurement.beyond(rules.limits);
         let significance = significance(rules.limits);

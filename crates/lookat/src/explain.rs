@@ -13,6 +13,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::args::Explain;
+use crate::failure::Failure;
 
 /// What the command prints, as text and as JSON.
 struct Answer {
@@ -27,14 +28,18 @@ pub fn explain(arguments: &Explain) -> ExitCode {
         Ok(Answer { text, .. }) => crate::print(&text).map(|()| 0),
         Err(message) => {
             crate::say(&format!("error: {message}"));
-            let printed = if arguments.json { crate::print_json(&json!({"error": message})) } else { Ok(()) };
+            let printed = if arguments.json {
+                crate::print_json(&json!({"error": message.to_string()}))
+            } else {
+                Ok(())
+            };
             printed.map(|()| crate::TROUBLE)
         }
     };
     crate::exit_code(printed)
 }
 
-fn answer(words: &Explain) -> Result<Answer, String> {
+fn answer(words: &Explain) -> Result<Answer, Failure> {
     let Some(word) = &words.directive else {
         return Ok(show_directives(&Directive::FORMS, &kinds().collect::<Vec<_>>()));
     };
@@ -44,7 +49,7 @@ fn answer(words: &Explain) -> Result<Answer, String> {
     let kinds: Vec<&Kind> = kinds().filter(|kind| kind.directive == word).collect();
     let Some(name) = &words.kind else { return Ok(show_directives(&[*form], &kinds)) };
     if kinds.is_empty() {
-        return Err(format!("{word} has no types: write {word} {}", form.arguments).trim().to_owned());
+        return Err(format!("{word} has no types: write {word} {}", form.arguments).trim().into());
     }
     let (kind, remark) = match find_kind(&kinds, name) {
         Ok(found) => found,
@@ -60,7 +65,7 @@ fn answer(words: &Explain) -> Result<Answer, String> {
 }
 
 /// Words without the directive as pbrt writes it: a type, a parameter, a type and its parameter, or words of other programs.
-fn any(words: &[&str; 3]) -> Result<Answer, String> {
+fn any(words: &[&str; 3]) -> Result<Answer, Failure> {
     let [word, second, _] = *words;
     let phrase = words.join(" ");
     let phrase = phrase.trim_end();
@@ -94,7 +99,7 @@ fn any(words: &[&str; 3]) -> Result<Answer, String> {
 }
 
 /// A type by its name, or by a word of other programs and then with a line about that word.
-fn find_kind<'k>(kinds: &[&'k Kind], name: &str) -> Result<(&'k Kind, String), String> {
+fn find_kind<'k>(kinds: &[&'k Kind], name: &str) -> Result<(&'k Kind, String), Failure> {
     let lacks = format!("{} has no type", kinds[0].directive);
     let named = |name: &str| kinds.iter().copied().find(|kind| kind.name.eq_ignore_ascii_case(name));
     if let Some(kind) = named(name) {
@@ -109,7 +114,7 @@ fn find_kind<'k>(kinds: &[&'k Kind], name: &str) -> Result<(&'k Kind, String), S
 }
 
 /// A parameter by its name, or by a word of other programs and then with a line about that word.
-fn find_parameter(kind: &Kind, name: &str, mut remark: String) -> Result<Answer, String> {
+fn find_parameter(kind: &Kind, name: &str, mut remark: String) -> Result<Answer, Failure> {
     let parameters: Vec<Parameter> = kind.parameters().collect();
     let named = |name: &str| parameters.iter().find(|it| it.name.eq_ignore_ascii_case(name));
     let lacks = format!("{} has no parameter", title(kind));
@@ -125,14 +130,14 @@ fn find_parameter(kind: &Kind, name: &str, mut remark: String) -> Result<Answer,
     let is_known = |synonym: &Synonym| synonym.name.is_empty() || named(synonym.name).is_some();
     let synonym = parameter_synonyms(kind.directive, kind.name, name).find(is_known);
     if let Some(Synonym { name: "", advice, .. }) = synonym {
-        return Err(format!("{lacks} \"{name}\": {advice}"));
+        return Err(format!("{lacks} \"{name}\": {advice}").into());
     }
     if let Some((synonym, parameter)) = synonym.and_then(|synonym| Some((synonym, named(synonym.name)?))) {
         remark += &rename(name, synonym);
         return Ok(show_parameter(parameter, remark));
     }
     if parameters.is_empty() {
-        return Err(format!("{lacks} \"{name}\": it takes no parameters"));
+        return Err(format!("{lacks} \"{name}\": it takes no parameters").into());
     }
     let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
     Err(unknown(&lacks, name, nearest(name, names.iter().copied()), &names))
@@ -145,13 +150,13 @@ fn rename(word: &str, Synonym { name, advice, .. }: Synonym) -> String {
 }
 
 /// The message about an unknown name. `lacks` is its beginning.
-fn unknown(lacks: &str, name: &str, near: Option<&str>, known: &[&str]) -> String {
+fn unknown(lacks: &str, name: &str, near: Option<&str>, known: &[&str]) -> Failure {
     let known: Vec<&str> = known.iter().map(|known| if known.is_empty() { "\"\"" } else { known }).collect();
     let advice = match near {
         Some(near) => format!("did you mean {near}?"),
         None => format!("choose from {}", known.join(", ")),
     };
-    format!("{lacks} \"{name}\": {advice}")
+    format!("{lacks} \"{name}\": {advice}").into()
 }
 
 /// What a word names: a type, or a parameter of a type. Without a meaning, there is only advice about the directive or the type.

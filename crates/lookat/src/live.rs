@@ -14,6 +14,7 @@ use lookat_image::{Encoded, Image};
 use lookat_render::Progress;
 
 use crate::args::{LiveView, Protocol, Tone};
+use crate::failure::Failure;
 use crate::live::protocol::Drawing;
 use crate::live::tev::Tev;
 pub use crate::live::watch::Watch;
@@ -39,7 +40,7 @@ struct Views {
 
 impl Live {
     /// Fails without a terminal for `--show`.
-    pub fn new(arguments: &LiveView, tone: Tone) -> Result<Live, String> {
+    pub fn new(arguments: &LiveView, tone: Tone) -> Result<Live, Failure> {
         let terminal = arguments.show.map(Terminal::new).transpose()?;
         let tev = arguments.tev.as_deref().and_then(Tev::connect);
         let views = Mutex::new(Views { terminal, tev, next: Instant::now() });
@@ -128,7 +129,7 @@ struct Size {
 
 impl Terminal {
     /// Fails without a terminal.
-    pub fn new(protocol: Protocol) -> Result<Terminal, String> {
+    pub fn new(protocol: Protocol) -> Result<Terminal, Failure> {
         if !io::stderr().is_terminal() {
             return Err("--show draws in a terminal, and standard error is none; remove --show".into());
         }

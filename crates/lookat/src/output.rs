@@ -7,31 +7,36 @@ use std::fs::OpenOptions;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use crate::failure::Failure;
 use crate::number::digits;
 use lookat_image::{Format, ImageError, MemoryBudget, PictureFile, Window, io_reason, write_target};
 use serde::Deserialize;
 
 /// Fails if a picture of this width and height cannot be written.
-pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
+pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), Failure> {
     let name = file.display();
     let Some(format) = Format::from_path(file) else {
         if file.is_dir() {
             let path = file.join("picture.exr");
-            return Err(format!("cannot write {name}: it is a folder; write {}", path.display()));
+            return Err(format!("cannot write {name}: it is a folder; write {}", path.display()).into());
         }
-        return Err(format!("{name}: lookat writes {}; choose the format by the extension", Format::NAMES));
+        return Err(
+            format!("{name}: lookat writes {}; choose the format by the extension", Format::NAMES).into()
+        );
     };
     let most = format.most_side();
     if size.iter().any(|side| *side > most) {
-        return Err(format!("cannot write {name}: this format has at most {most} pixels per side"));
+        return Err(format!("cannot write {name}: this format has at most {most} pixels per side").into());
     }
     check_folder(file)
 }
 
 /// Fails if a result would replace one of its inputs.
-pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), String> {
+pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), Failure> {
     match is_among(file, inputs) {
-        true => Err(format!("cannot write {}: this file is an input; choose another name", file.display())),
+        true => {
+            Err(format!("cannot write {}: this file is an input; choose another name", file.display()).into())
+        }
         false => Ok(()),
     }
 }
@@ -70,34 +75,25 @@ impl Identity {
 
 /// Fails unless this file can be written: its folder accepts files, its name is valid, and it is not a folder itself.
 /// Leaves no file behind.
-pub fn check_folder(file: &Path) -> Result<(), String> {
+pub fn check_folder(file: &Path) -> Result<(), Failure> {
     if file.is_dir() {
-        return cannot(file, "it is a folder");
+        return Err(Failure::write(file, "it is a folder"));
     }
     // A `Path` ignores a slash at its end, but the file system does not.
     let name = file.file_name().unwrap_or_default();
     if !file.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes()) {
         let path = file.with_file_name(name);
-        return cannot(file, &format!("it ends in a separator; write {}", path.display()));
+        return Err(Failure::write(file, format!("it ends in a separator; write {}", path.display())));
     }
-    let (target, folder) = write_target(file).or_else(|error| cannot(file, &io_reason(&error)))?;
+    let (target, folder) = write_target(file).map_err(|error| Failure::io("write", file, &error))?;
     if !folder.is_dir() {
-        return cannot(
-            file,
-            &match folder.ancestors().find(|parent| parent.is_file()) {
-                Some(file) => format!("{} is a file, not a folder", file.display()),
-                None => format!("there is no folder {}", folder.display()),
-            },
-        );
+        let reason = match folder.ancestors().find(|parent| parent.is_file()) {
+            Some(file) => format!("{} is a file, not a folder", file.display()),
+            None => format!("there is no folder {}", folder.display()),
+        };
+        return Err(Failure::write(file, reason));
     }
-    match try_writing(&target, &folder) {
-        Ok(()) => Ok(()),
-        Err(error) => cannot(file, &io_reason(&error)),
-    }
-}
-
-fn cannot<T>(file: &Path, reason: &str) -> Result<T, String> {
-    Err(format!("cannot write {}: {reason}", file.display()))
+    try_writing(&target, &folder).map_err(|error| Failure::io("write", file, &error))
 }
 
 /// Tries the file operations that writing needs.
@@ -138,7 +134,7 @@ impl Destination {
         &mut self,
         name: &OsStr,
         write: impl Fn(&Path) -> Result<(), ImageError>,
-    ) -> Result<PathBuf, String> {
+    ) -> Result<PathBuf, Failure> {
         let file = self.folder.join(name);
         let Err(error) = write(&file) else { return Ok(file) };
         let places = [std::env::current_dir().unwrap_or_default(), std::env::temp_dir()];
@@ -151,7 +147,8 @@ impl Destination {
             let temporary = places[1].display();
             return Err(format!(
                 "{error}; writing to the working folder and to {temporary} also failed: the result is lost"
-            ));
+            )
+            .into());
         };
         self.folder = folder;
         self.refusal.get_or_insert(error.to_string());
@@ -159,36 +156,36 @@ impl Destination {
     }
 
     /// Fails if results are not in the requested folder. The error says where they are.
-    pub fn result(&self) -> Result<(), String> {
+    pub fn result(&self) -> Result<(), Failure> {
         let Some(refusal) = &self.refusal else { return Ok(()) };
-        Err(format!("{refusal}; the result is in {} instead", self.folder.display()))
+        Err(format!("{refusal}; the result is in {} instead", self.folder.display()).into())
     }
 }
 
 /// Writes one file. Fails if the file is not in the requested place; the error says where it is.
-pub fn write_result(file: &Path, write: impl Fn(&Path) -> Result<(), ImageError>) -> Result<(), String> {
+pub fn write_result(file: &Path, write: impl Fn(&Path) -> Result<(), ImageError>) -> Result<(), Failure> {
     let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
     destination.write(file.file_name().unwrap_or_default(), write)?;
     destination.result()
 }
 
 /// Creates a folder and its parents.
-pub fn make_folder(folder: &Path) -> Result<(), String> {
+pub fn make_folder(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|error| not_created(folder, &error))
 }
 
 /// Fails unless this folder exists or can be created. Leaves no folder behind.
-pub fn check_new_folder(folder: &Path) -> Result<(), String> {
+pub fn check_new_folder(folder: &Path) -> Result<(), Failure> {
     let parent = folder.ancestors().find(|parent| parent.exists()).unwrap_or(Path::new("."));
     tempfile::tempdir_in(parent).map(drop).map_err(|error| not_created(folder, &error))
 }
 
-fn not_created(folder: &Path, error: &io::Error) -> String {
+fn not_created(folder: &Path, error: &io::Error) -> Failure {
     let reason = match folder.ancestors().find(|parent| parent.is_file()) {
         Some(file) => format!("{} is a file", file.display()),
         None => io_reason(error),
     };
-    format!("cannot create the folder {}: {reason}", folder.display())
+    Failure::File { doing: "create the folder", path: folder.into(), reason }
 }
 
 /// A picture that is to be written.
@@ -215,10 +212,10 @@ struct Made {
 }
 
 /// Fails if the file is a finished picture and stays.
-pub fn check_unfinished(file: &Path, new: NewPicture, ways_out: &str) -> Result<(), String> {
+pub fn check_unfinished(file: &Path, new: NewPicture, ways_out: &str) -> Result<(), Failure> {
     match why_kept(file, new) {
         None => Ok(()),
-        Some(why) => Err(format!("{} is not replaced: {why}; {ways_out}", file.display())),
+        Some(why) => Err(format!("{} is not replaced: {why}; {ways_out}", file.display()).into()),
     }
 }
 

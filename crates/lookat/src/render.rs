@@ -164,14 +164,14 @@ fn finish(arguments: &Render, result: &SceneResult, status: u8) -> u8 {
 }
 
 /// Reports an error outside the scene.
-fn fail(Failure { message, status }: Failure, result: &mut SceneResult) -> u8 {
-    crate::say(&format!("error: {message}"));
-    result.error = Some(message);
-    status
+fn fail(failure: Failure, result: &mut SceneResult) -> u8 {
+    crate::say(&format!("error: {failure}"));
+    result.error = Some(failure.to_string());
+    failure.status()
 }
 
 /// Checks the arguments together, before loading the scene.
-fn check_arguments(arguments: &Render) -> Result<(), String> {
+fn check_arguments(arguments: &Render) -> Result<(), Failure> {
     if let (Some([width, height]), None) = (arguments.resolution, &arguments.crop)
         && u64::from(width) * u64::from(height) > MAX_PIXELS
     {
@@ -241,7 +241,7 @@ fn picture_file(arguments: &Render, loaded: &Loaded) -> PathBuf {
 }
 
 /// A written picture, and whether it is where it was asked for.
-type Written = (JsonPicture, Result<(), String>);
+type Written = (JsonPicture, Result<(), Failure>);
 
 /// Renders and writes the picture. `None` if the files of the scene have changed meanwhile.
 fn picture(
@@ -374,7 +374,7 @@ pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) 
         let smaller = if film > rest { "; a crop window makes the film smaller" } else { "" };
         let [needed, film, rest, used, limit] =
             [used.saturating_add(needed), film, rest, used, limit].map(byte_words);
-        Failure::too_large(format!(
+        Failure::TooLarge(format!(
             "rendering needs {needed} of memory: {used} for the scene, {rest} for BVHs and lights, {film} for the film; {}{smaller}",
             raise_limit(&limit)
         ))
@@ -386,20 +386,22 @@ pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) 
 const ALIKE: &str = "--adaptive had no effect: it needs noise, at least 8 samples per pixel, and 512 pixels";
 
 /// Fails if the layers are impossible.
-fn check_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), String> {
+fn check_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), Failure> {
     let is_asked = arguments.error_layers || !arguments.layers.is_empty();
     if is_asked && Format::from_path(file) != Some(Format::Exr) {
         let layers = if arguments.error_layers { "error layers" } else { "layers" };
-        return Err(format!("{}: only an .exr file can store {layers}; choose one with -o", file.display()));
+        return Err(
+            format!("{}: only an .exr file can store {layers}; choose one with -o", file.display()).into()
+        );
     }
     let has_scene_samples = arguments.error_layers && arguments.target_error.is_none();
     let checked =
         if has_scene_samples { check_error_layers(scene.view.sampler.samples_per_pixel) } else { Ok(()) };
-    checked.map_err(|error| error + "; increase --spp")
+    Ok(checked.map_err(|error| format!("{error}; increase --spp"))?)
 }
 
 /// Fails without enough samples for error layers.
-pub fn check_error_layers(samples_per_pixel: u32) -> Result<(), String> {
+pub fn check_error_layers(samples_per_pixel: u32) -> Result<(), Failure> {
     let message = "error layers need at least 2 samples per pixel, preferably 16 or more";
     if samples_per_pixel < 2 { Err(message.into()) } else { Ok(()) }
 }

@@ -38,7 +38,7 @@ pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, Failure> {
         Ok(_charge) => Ok(Prepared::new(scene)),
         Err(shortage) => {
             let message = format!("the shapes and lights are too large: {}", way_out(shortage));
-            Err(Failure::too_large(message))
+            Err(Failure::TooLarge(message))
         }
     }
 }

@@ -12,6 +12,7 @@ use lookat_scene::syntax::Severity;
 use lookat_scene::{LoadCache, LoadOptions, Loaded, Stamped, load_again, load_opened};
 
 use crate::args::Report;
+use crate::failure::Failure;
 
 /// Loads a scene. It can be standard input or a pipe, but the files that it names cannot. With `--strict`, turns warnings into errors.
 pub fn load_scene(path: &Path, options: &LoadOptions, report: Report) -> Loaded {
@@ -62,9 +63,9 @@ pub fn replace_samples(loaded: &mut Loaded, samples_per_pixel: Option<u32>) {
 }
 
 /// Reads a picture and charges it for good.
-pub fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, String> {
+pub fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, Failure> {
     let read = PictureFile::open(file, memory).and_then(PictureFile::read);
-    let (image, charge) = read.map_err(|error| error.to_string())?;
+    let (image, charge) = read?;
     charge.keep();
     Ok(image)
 }

@@ -17,7 +17,7 @@ pub fn stability(arguments: &Stability) -> ExitCode {
 }
 
 /// Runs the cases. True if all pass.
-fn run(arguments: &Stability) -> Result<bool, String> {
+fn run(arguments: &Stability) -> Result<bool, crate::Failure> {
     let cases = chosen(&arguments.case)?;
     if let Some(folder) = &arguments.output {
         make_folder(folder)?;
@@ -58,13 +58,13 @@ fn run(arguments: &Stability) -> Result<bool, String> {
 const TABLES: [&str; 2] = ["stability.csv", "stability.json"];
 
 /// Writes the tables so far, so that an interrupted run leaves its results.
-fn write_tables(results: &[(Case, Found)], destination: &mut Destination) -> Result<(), String> {
+fn write_tables(results: &[(Case, Found)], destination: &mut Destination) -> Result<(), crate::Failure> {
     let texts = [as_csv(results), format!("{:#}\n", as_json(results))];
     TABLES.iter().zip(texts).try_for_each(|(name, text)| write(name, text.as_bytes(), destination))
 }
 
 /// The cases with these names or family letters. All cases without names.
-fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
+fn chosen(names: &[String]) -> Result<Vec<Case>, crate::Failure> {
     let all = cases();
     let is = |case: &Case, name: &str| {
         let letter = name.len() == 1 && case.id.starts_with(&name.to_uppercase());
@@ -72,11 +72,11 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
     };
     if let Some(unknown) = names.iter().find(|name| !all.iter().any(|case| is(case, name))) {
         if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
-            return Err(format!("unknown case `{unknown}`; did you mean `{near}`?"));
+            return Err(format!("unknown case `{unknown}`; did you mean `{near}`?").into());
         }
         crate::say("the cases are");
         all.iter().for_each(|case| crate::say(&format!("    {:4} {}", case.id, case.name)));
-        return Err(format!("unknown case `{unknown}`"));
+        return Err(format!("unknown case `{unknown}`").into());
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())
@@ -180,13 +180,13 @@ fn chart_name(case: &Case, ending: &str) -> String {
     format!("{}-{}.{ending}", case.id, case.name)
 }
 
-fn draw(case: &Case, found: &Found, destination: &mut Destination) -> Result<(), String> {
+fn draw(case: &Case, found: &Found, destination: &mut Destination) -> Result<(), crate::Failure> {
     let cannot = |error| format!("cannot draw {}: {error}", case.id);
     let Some(plot) = lookat_lab::stability::draw(case, found).map_err(cannot)? else { return Ok(()) };
     write(&chart_name(case, "svg"), plot.svg.as_bytes(), destination)?;
     write(&chart_name(case, "png"), &plot.png().map_err(cannot)?, destination)
 }
 
-fn write(name: &str, bytes: &[u8], destination: &mut Destination) -> Result<(), String> {
+fn write(name: &str, bytes: &[u8], destination: &mut Destination) -> Result<(), crate::Failure> {
     destination.write(name.as_ref(), |path| write_file(path, bytes)).map(drop)
 }

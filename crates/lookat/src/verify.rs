@@ -14,6 +14,7 @@ use lookat_scene::LoadOptions;
 use serde_json::Value;
 
 use crate::args::{Report, Verify};
+use crate::failure::Failure;
 use crate::metric::Measurement;
 use crate::output::{check_folder, check_inputs};
 use crate::source::load_scene;
@@ -110,13 +111,15 @@ pub fn verify(arguments: &Verify) -> ExitCode {
 }
 
 /// Verifies all scenes of the folder. Returns the exit status.
-fn run(arguments: &Verify) -> Result<u8, String> {
+fn run(arguments: &Verify) -> Result<u8, Failure> {
     let scenes = scene_files(&arguments.folder)?;
     if !arguments.update
         && scenes.iter().all(|scene| why_unreadable(scene).is_none() && beside(scene).next().is_none())
     {
         let folder = arguments.folder.display();
-        return Err(format!("no scene in {folder} has a reference picture; --update writes references"));
+        return Err(
+            format!("no scene in {folder} has a reference picture; --update writes references").into()
+        );
     }
     let inputs = inputs(arguments, &scenes);
     if let Some(file) = &arguments.report {
@@ -161,10 +164,12 @@ fn inputs(arguments: &Verify, scenes: &[PathBuf]) -> BTreeSet<PathBuf> {
 }
 
 /// Fails if the report cannot be written, before hours of rendering.
-fn check_report(file: &Path) -> Result<(), String> {
+fn check_report(file: &Path) -> Result<(), Failure> {
     let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !["html", "htm"].contains(&ending) || file.is_dir() {
-        return Err(format!("{}: --report writes a web page; its name must end in .html", file.display()));
+        return Err(
+            format!("{}: --report writes a web page; its name must end in .html", file.display()).into()
+        );
     }
     check_folder(file)
 }
@@ -173,13 +178,17 @@ fn check_report(file: &Path) -> Result<(), String> {
 const ENDINGS: [&str; 7] = ["exr", "pfm", "hdr", "png", "tga", "jpg", "jpeg"];
 
 /// Everything in a folder that is named as a scene file, by name: also folders and dangling links.
-fn scene_files(folder: &Path) -> Result<Vec<PathBuf>, String> {
+fn scene_files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let cannot = |error: std::io::Error| format!("cannot read {}: {}", folder.display(), io_reason(&error));
     let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(cannot)?.collect();
     let mut files: Vec<PathBuf> = entries.map_err(cannot)?.into_iter().map(|entry| entry.path()).collect();
     files.retain(|file| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pbrt")));
     files.sort();
-    if files.is_empty() { Err(format!("there is no .pbrt file in {}", folder.display())) } else { Ok(files) }
+    if files.is_empty() {
+        Err(format!("there is no .pbrt file in {}", folder.display()).into())
+    } else {
+        Ok(files)
+    }
 }
 
 /// Everything beside a scene that is named as its reference, the preferred one first: also folders and dangling links.

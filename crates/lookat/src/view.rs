@@ -18,6 +18,7 @@ use std::sync::Arc;
 use lookat_image::{io_reason, open_file};
 
 use crate::args::View;
+use crate::failure::Failure;
 use crate::standard_error;
 use crate::view::editor::Editor;
 use crate::view::engine::Engine;
@@ -30,12 +31,12 @@ pub fn view(arguments: &View) -> ExitCode {
     crate::exit_code(serve(arguments))
 }
 
-fn serve(arguments: &View) -> Result<u8, String> {
+fn serve(arguments: &View) -> Result<u8, Failure> {
     if arguments.scene == Path::new("-") {
         return Err("standard input can be read only once: name a file".into());
     }
     if let Err(error) = open_file(&arguments.scene) {
-        return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)));
+        return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)).into());
     }
     let editor = Editor::new(arguments)?;
     let memory = arguments.memory.budget();
@@ -44,7 +45,7 @@ fn serve(arguments: &View) -> Result<u8, String> {
         references.read();
     }
     if let Some(reason) = references.refused.take() {
-        return Err(reason);
+        return Err(reason.into());
     }
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(|error| {
         format!("cannot listen at 127.0.0.1:{}: {}; choose another --port", arguments.port, io_reason(&error))

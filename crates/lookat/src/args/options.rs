@@ -3,6 +3,9 @@
 use clap::Args;
 use lookat_image::{Image, MemoryBudget, OutOfMemory, ToneCurve, ToneMapping};
 use lookat_scene::{Projection, Scene};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
 
 /// The memory limit of a command.
 #[derive(Debug, Clone, Copy, Args)]
@@ -38,7 +41,7 @@ pub fn raise_limit(limit: &str) -> String {
 }
 
 /// Parses a size in bytes with an optional decimal unit k, M, G or T.
-fn size(text: &str) -> Result<u64, String> {
+fn size(text: &str) -> Result<u64, Failure> {
     let text = text.strip_suffix(['B', 'b']).unwrap_or(text);
     let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let factor = match text[number.len()..].to_ascii_uppercase().as_str() {
@@ -50,10 +53,10 @@ fn size(text: &str) -> Result<u64, String> {
         _ => f64::NAN,
     };
     let bytes = number.parse().map_or(f64::NAN, |number: f64| number * factor);
-    match (1e6..=1e18).contains(&bytes) {
-        true => Ok(bytes as u64),
-        false => Err("expected a size of at least 1M, as in 500M or 2G".into()),
+    if !(1e6..=1e18).contains(&bytes) {
+        return Err("expected a size of at least 1M, as in 500M or 2G".into());
     }
+    Ok(bytes as u64)
 }
 
 /// How the values of a picture are fitted to an 8-bit file.
@@ -92,48 +95,48 @@ impl Tone {
     }
 }
 
-fn exposure(text: &str) -> Result<Exposure, String> {
+fn exposure(text: &str) -> Result<Exposure, Failure> {
     if text == "auto" {
         return Ok(Exposure::Auto);
     }
-    super::stops(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto"))
+    super::stops(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto").into())
 }
 
-fn curve(text: &str) -> Result<ToneCurve, String> {
-    let found = ToneCurve::ALL.into_iter().find(|(name, _)| *name == text);
-    let names = || ToneCurve::ALL.map(|(name, _)| name).join(", ");
-    found.map(|(_, curve)| curve).ok_or_else(|| format!("the tone curves are {}", names()))
+fn curve(text: &str) -> Result<ToneCurve, Failure> {
+    let found = ToneCurve::ALL.into_iter().find(|(name, _)| *name == text).map(|(_, curve)| curve);
+    super::named(found, "tone curves", ToneCurve::ALL.map(|(name, _)| name))
 }
 
-/// What to use instead of the camera of the scene.
-#[derive(Debug, Clone, Copy, Default, Args)]
+/// What to use instead of the camera of the scene: options, and what a page sets.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct ViewOverride {
     /// Eye, target and up vector, instead of the camera transformation
-    #[arg(long, value_name = "EX EY EZ LX LY LZ UX UY UZ", allow_hyphen_values = true, value_parser = look_at)]
-    pub lookat: Option<[f64; 9]>,
+    #[arg(long = "lookat", value_name = "EX EY EZ LX LY LZ UX UY UZ", allow_hyphen_values = true, value_parser = checked(|text| numbers(text, "0 1 -5  0 1 0  0 1 0"), |view, points| view.look_at = Some(points)))]
+    pub look_at: Option<[f64; 9]>,
     /// Angle of view along the shorter side, instead of fov
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = fov)]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = checked(number, |view, fov| view.fov = Some(fov)))]
     pub fov: Option<f64>,
     /// Radius of the aperture, instead of lensradius; 0 is a pinhole
-    #[arg(long, visible_alias = "lensradius", value_name = "R", allow_negative_numbers = true, value_parser = lens_radius)]
+    #[arg(long, visible_alias = "lensradius", value_name = "R", allow_negative_numbers = true, value_parser = checked(number, |view, radius| view.lens_radius = Some(radius)))]
     pub lens_radius: Option<f64>,
     /// Distance to the plane of focus, instead of focaldistance
-    #[arg(long, visible_alias = "focaldistance", value_name = "D", allow_negative_numbers = true, value_parser = focal_distance)]
+    #[arg(long, visible_alias = "focaldistance", value_name = "D", allow_negative_numbers = true, value_parser = checked(number, |view, distance| view.focal_distance = Some(distance)))]
     pub focal_distance: Option<f64>,
     /// Part of the screen on the film, instead of screenwindow
-    #[arg(long, visible_alias = "screenwindow", value_name = "X0 X1 Y0 Y1", allow_hyphen_values = true, value_parser = screen_window)]
+    #[arg(long, visible_alias = "screenwindow", value_name = "X0 X1 Y0 Y1", allow_hyphen_values = true, value_parser = checked(|text| numbers(text, "-1.5 1.5 -1 1"), |view, edges| view.screen_window = Some(edges)))]
     pub screen_window: Option<[f64; 4]>,
 }
 
 impl ViewOverride {
     /// The same for loading a scene.
     pub fn options(&self) -> lookat_scene::ViewOverride {
-        let ViewOverride { lookat: look_at, fov, lens_radius, focal_distance, screen_window } = *self;
+        let ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window } = *self;
         lookat_scene::ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window }
     }
 
     /// Fails if the loaded camera cannot use one of the options.
-    pub fn check_use(&self, scene: &Scene) -> Result<(), String> {
+    pub fn check_use(&self, scene: &Scene) -> Result<(), Failure> {
         let camera = &scene.view.camera;
         let kind = match camera.projection {
             Projection::Perspective { .. } => "a perspective",
@@ -147,62 +150,46 @@ impl ViewOverride {
         ];
         let idle =
             given.iter().find(|(_, is_given)| *is_given && camera.projection == Projection::Environment);
-        match (self.fov, camera.projection, idle) {
-            (Some(_), Projection::Orthographic { .. }, _) => Err(format!(
-                "--fov has no effect on {kind} camera; to see more or less, use --screen-window"
-            )),
-            (Some(_), Projection::Environment, _) => {
-                Err(format!("--fov has no effect on {kind} camera, which sees all directions; remove it"))
+        let refused = match (self.fov, camera.projection, idle) {
+            (Some(_), Projection::Orthographic { .. }, _) => {
+                format!("--fov has no effect on {kind} camera; to see more or less, use --screen-window")
             }
-            (_, _, Some((option, _))) => Err(format!("{option} has no effect on {kind} camera; remove it")),
-            _ if self.focal_distance.is_some() && camera.lens.is_none() => Err(
-                "--focal-distance has no effect on a pinhole, which is sharp at all distances; add --lens-radius".into(),
-            ),
-            _ => Ok(()),
-        }
+            (Some(_), Projection::Environment, _) => {
+                format!("--fov has no effect on {kind} camera, which sees all directions; remove it")
+            }
+            (_, _, Some((option, _))) => format!("{option} has no effect on {kind} camera; remove it"),
+            _ if self.focal_distance.is_some() && camera.lens.is_none() => {
+                "--focal-distance has no effect on a pinhole, which is sharp at all distances; add --lens-radius".into()
+            }
+            _ => return Ok(()),
+        };
+        Err(refused.into())
     }
 }
 
-/// Numbers, separated by blanks or commas.
-fn numbers<const N: usize>(text: &str, example: &str) -> Result<[f64; N], String> {
+/// Parses numbers, separated by blanks or commas.
+fn numbers<const N: usize>(text: &str, example: &str) -> Result<[f64; N], Failure> {
     let words = text.split([' ', '\t', '\n', ',']).filter(|word| !word.is_empty());
     let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
     let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
-    numbers.ok_or_else(|| format!("expected {N} numbers in quotes, as in \"{example}\""))
+    numbers.ok_or_else(|| format!("expected {N} numbers in quotes, as in \"{example}\"").into())
 }
 
-/// Checks one option with the rules of the format.
-fn checked<T>(value: T, view: lookat_scene::ViewOverride) -> Result<T, String> {
-    view.check().map(|()| value)
+fn number(text: &str) -> Result<f64, Failure> {
+    text.parse().map_err(|_| "expected a number".into())
 }
 
-fn look_at(text: &str) -> Result<[f64; 9], String> {
-    let points = numbers(text, "0 1 -5  0 1 0  0 1 0")?;
-    checked(points, lookat_scene::ViewOverride { look_at: Some(points), ..Default::default() })
-}
-
-fn screen_window(text: &str) -> Result<[f64; 4], String> {
-    let edges = numbers(text, "-1.5 1.5 -1 1")?;
-    checked(edges, lookat_scene::ViewOverride { screen_window: Some(edges), ..Default::default() })
-}
-
-fn number(text: &str) -> Result<f64, String> {
-    text.parse().map_err(|_| "expected a number".to_owned())
-}
-
-fn fov(text: &str) -> Result<f64, String> {
-    let fov = number(text)?;
-    checked(fov, lookat_scene::ViewOverride { fov: Some(fov), ..Default::default() })
-}
-
-fn lens_radius(text: &str) -> Result<f64, String> {
-    let radius = number(text)?;
-    checked(radius, lookat_scene::ViewOverride { lens_radius: Some(radius), ..Default::default() })
-}
-
-fn focal_distance(text: &str) -> Result<f64, String> {
-    let distance = number(text)?;
-    checked(distance, lookat_scene::ViewOverride { focal_distance: Some(distance), ..Default::default() })
+/// Parses an option, and checks it with the rules of the format.
+fn checked<T: Copy + Send + Sync + 'static>(
+    parse: fn(&str) -> Result<T, Failure>,
+    set: fn(&mut lookat_scene::ViewOverride, T),
+) -> impl Fn(&str) -> Result<T, Failure> + Clone {
+    move |text| {
+        let (value, mut view) = (parse(text)?, lookat_scene::ViewOverride::default());
+        set(&mut view, value);
+        view.check()?;
+        Ok(value)
+    }
 }
 
 #[cfg(test)]

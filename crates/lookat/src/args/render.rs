@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use lookat_scene::glam::DVec2;
 
 use crate::args::{Render, ViewOverride, whole};
+use crate::failure::Failure;
 
 /// The most pictures of one run.
 const MOST: u32 = 100_000;
@@ -66,9 +67,9 @@ impl Animation {
 }
 
 impl FromStr for Animation {
-    type Err = String;
+    type Err = Failure;
 
-    fn from_str(text: &str) -> Result<Animation, String> {
+    fn from_str(text: &str) -> Result<Animation, Failure> {
         const EXPECTED: &str = "expected PARAMETER=A..B, as in fov=20..60";
         let (name, range) = text.split_once('=').ok_or(EXPECTED)?;
         let (from, to) = range.split_once("..").ok_or(EXPECTED)?;
@@ -76,7 +77,7 @@ impl FromStr for Animation {
         let (from, to) = number(from).zip(number(to)).ok_or(EXPECTED)?;
         let found = PARAMETERS.into_iter().find(|(known, _)| *known == name);
         let Some((_, parameter)) = found else {
-            return Err(format!("the parameters are {}", PARAMETERS.map(|(name, _)| name).join(", ")));
+            return Err(format!("the parameters are {}", PARAMETERS.map(|(name, _)| name).join(", ")).into());
         };
         for value in [from, to] {
             let view = parameter.set(value);
@@ -156,7 +157,7 @@ pub enum Protocol {
     Blocks,
 }
 
-fn address(text: &str) -> Result<String, String> {
+fn address(text: &str) -> Result<String, Failure> {
     let is_address =
         text.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
     if is_address { Ok(text.into()) } else { Err("expected a host and a port, as in 127.0.0.1:14158".into()) }
@@ -172,7 +173,7 @@ pub enum FocusPlace {
 }
 
 /// Parses X,Y: whole numbers are a pixel, numbers with a point are fractions.
-pub fn focus_place(text: &str) -> Result<FocusPlace, String> {
+pub fn focus_place(text: &str) -> Result<FocusPlace, Failure> {
     let numbers = text
         .split_once(',')
         .and_then(|(x, y)| Some(DVec2::new(x.trim().parse().ok()?, y.trim().parse().ok()?)));

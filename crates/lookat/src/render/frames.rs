@@ -69,7 +69,7 @@ fn render_into(
 }
 
 /// The camera of each picture.
-fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, String> {
+fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, Failure> {
     let camera = scene.view.camera;
     match (arguments.frames.turntable, arguments.frames.animate) {
         (Some(count), _) => {
@@ -88,17 +88,22 @@ fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Cam
 }
 
 /// Fails if a moving camera changes the world.
-fn check_world(loaded: &Loaded, option: &str) -> Result<(), String> {
+fn check_world(loaded: &Loaded, option: &str) -> Result<(), Failure> {
     match loaded.world_follows_camera {
         true => Err(format!(
             "{option} moves the camera, and CoordSysTransform \"camera\" places a part of this world relative to it; render single pictures with --lookat"
-        )),
+        ).into()),
         false => Ok(()),
     }
 }
 
 /// The camera with another value of a parameter.
-fn animated(mut camera: Camera, loaded: &Loaded, animation: Animation, value: f64) -> Result<Camera, String> {
+fn animated(
+    mut camera: Camera,
+    loaded: &Loaded,
+    animation: Animation,
+    value: f64,
+) -> Result<Camera, Failure> {
     match animation.parameter {
         Parameter::Fov => camera.projection = Projection::Perspective { fov: value },
         // The scene is loaded with a lens.
@@ -132,7 +137,7 @@ struct Turntable {
 impl Turntable {
     /// Around the target of `LookAt` and its up vector. Without one, around the middle of the world and the axis of the
     /// world that is nearest to the upper side of the picture.
-    fn new(scene: &Scene, placement: Option<CameraPlacement>) -> Result<Turntable, String> {
+    fn new(scene: &Scene, placement: Option<CameraPlacement>) -> Result<Turntable, Failure> {
         if let Some(placement) = placement {
             return Ok(Turntable { placement, axis: DVec3::from_slice(&placement.points[6..]) });
         }
@@ -152,7 +157,7 @@ impl Turntable {
     }
 
     /// The camera of a picture. The first picture has the camera of the scene.
-    fn camera(&self, camera: Camera, number: u32, count: u32) -> Result<Camera, String> {
+    fn camera(&self, camera: Camera, number: u32, count: u32) -> Result<Camera, Failure> {
         if number == 0 {
             return Ok(camera);
         }
@@ -172,7 +177,7 @@ fn around(fault: &LookAtFault) -> String {
 }
 
 /// Focuses the lens of a view, and returns the line to write into the scene. Fails without a lens, or where nothing is.
-pub fn focus(prepared: &Prepared, view: &mut View, place: FocusPlace) -> Result<String, String> {
+pub fn focus(prepared: &Prepared, view: &mut View, place: FocusPlace) -> Result<String, Failure> {
     if view.camera.lens.is_none() {
         let message = "--focus needs a lens: add \"float lensradius\" to Camera, or use --lens-radius";
         return Err(message.into());
@@ -184,12 +189,14 @@ pub fn focus(prepared: &Prepared, view: &mut View, place: FocusPlace) -> Result<
         FocusPlace::Fractions(at) => at * size,
     };
     if film.x > size.x || film.y > size.y {
-        return Err(format!("--focus: the picture has only {width} x {height} pixels"));
+        return Err(format!("--focus: the picture has only {width} x {height} pixels").into());
     }
     let at = format!("{}, {}", film.x.floor(), film.y.floor());
     let Some(depth) = prepared.pick(view, film).map(|picked| picked.depth).filter(|depth| *depth > 0.0)
     else {
-        return Err(format!("--focus: there is nothing to focus on at pixel {at}; choose another place"));
+        return Err(
+            format!("--focus: there is nothing to focus on at pixel {at}; choose another place").into()
+        );
     };
     // Six digits, so that the line is short and gives the same picture.
     let depth = format!("{depth:.5e}").parse().unwrap_or(depth);

@@ -7,6 +7,7 @@ use lookat_render::{Progress, Rendered, Settings};
 use lookat_scene::{Camera, Loaded};
 
 use crate::args::Render;
+use crate::failure::Failure;
 use crate::interrupt;
 use crate::light::{JsonLight, map_tones};
 use crate::output::{Destination, Identity, NewPicture, free_file, marked};
@@ -37,7 +38,7 @@ pub struct Kept {
 
 impl Output<'_> {
     /// Writes a picture, a partial one beside the file of the whole.
-    pub fn write(&self, rendered: &mut Rendered, numbered: Numbered) -> Result<Kept, String> {
+    pub fn write(&self, rendered: &mut Rendered, numbered: Numbered) -> Result<Kept, Failure> {
         let Output { arguments, loaded, camera, settings, new, .. } = *self;
         let samples_per_pixel =
             rendered.statistics.samples_in_picture as f64 / (new.size[0] as f64 * new.size[1] as f64);

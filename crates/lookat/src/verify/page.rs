@@ -10,6 +10,7 @@ use std::path::Path;
 
 use lookat_image::{ImageError, io_reason, mean, write_file};
 
+use crate::failure::Failure;
 use crate::metric::{Measured, Metric};
 use crate::number::digits;
 use crate::output::write_result;
@@ -70,13 +71,13 @@ pub struct Page {
 }
 
 impl Page {
-    pub fn new() -> Result<Page, String> {
+    pub fn new() -> Result<Page, Failure> {
         let pictures = tempfile::tempfile().map_err(not_stored)?;
         Ok(Page { scenes: Vec::new(), pictures })
     }
 
     /// Adds a scene and stores its pictures.
-    pub fn add(&mut self, mut scene: PageScene) -> Result<(), String> {
+    pub fn add(&mut self, mut scene: PageScene) -> Result<(), Failure> {
         for (index, picture) in scene.pictures.iter_mut().enumerate() {
             picture.id = format!("picture-{}-{index}", self.scenes.len());
             let (id, data) = (&picture.id, std::mem::take(&mut picture.data));
@@ -88,7 +89,7 @@ impl Page {
     }
 
     /// Writes the page. `command` repeats the run.
-    pub fn write(&self, file: &Path, title: &str, command: &str) -> Result<(), String> {
+    pub fn write(&self, file: &Path, title: &str, command: &str) -> Result<(), Failure> {
         let [head, tail] = page(title, command, &self.scenes);
         write_result(file, |path| {
             let mut pictures = &self.pictures;

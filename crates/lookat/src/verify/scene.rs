@@ -12,6 +12,7 @@ use lookat_scene::{LoadOptions, Loaded, Scene};
 use serde_json::json;
 
 use crate::args::{Report, Verify};
+use crate::failure::Failure;
 use crate::metric::{Limit, Metric, THRESHOLD, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::render::{Metadata, charge_memory, note_jitter};
@@ -39,12 +40,12 @@ pub fn verify(arguments: &Verify, file: &Path, inputs: &BTreeSet<PathBuf>) -> Ou
         comparison: None,
     };
     let judged = match why_unreadable(file) {
-        Some(fault) => Err(fault),
+        Some(fault) => Err(fault.into()),
         None if !arguments.update && arguments.report.is_none() && beside(file).next().is_none() => Ok(()),
         None => fill(arguments, file, inputs, &mut outcome),
     };
     if let Err(reason) = judged {
-        (outcome.verdict, outcome.reason) = (Verdict::Trouble, reason);
+        (outcome.verdict, outcome.reason) = (Verdict::Trouble, reason.into());
     }
     outcome
 }
@@ -55,7 +56,7 @@ fn fill(
     file: &Path,
     inputs: &BTreeSet<PathBuf>,
     outcome: &mut Outcome,
-) -> Result<(), String> {
+) -> Result<(), Failure> {
     let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
     let mut loaded = load_scene(file, &options, Report { strict: false, json: false });
     replace_samples(&mut loaded, arguments.spp);
@@ -64,7 +65,7 @@ fn fill(
         text: report::text(&loaded),
         json: json!(report::json(&loaded.diagnostics, &loaded.sources)),
     };
-    let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded)) };
+    let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded).into()) };
     note_jitter(scene, &loaded);
     let packing = if arguments.report.is_some() { PACKING_BYTES } else { 0 };
     // A picture that the scene shows is not a picture of the scene.
@@ -98,7 +99,7 @@ fn fill(
                 Some(compare(arguments, pair))
             }
             // No option of verify chooses a layer.
-            Err(error @ AlignError::Channels(..)) => return Err(error.to_string()),
+            Err(error @ AlignError::Channels(..)) => return Err(error.into()),
             Err(error) => {
                 (outcome.verdict, outcome.reason) = (Verdict::Differs, error.to_string());
                 None
@@ -126,18 +127,20 @@ fn why_no_scene(loaded: &Loaded) -> String {
 }
 
 /// Fails if a reference cannot be read, or `--update` cannot replace it.
-fn check_reference(arguments: &Verify, reference: &Path) -> Result<(), String> {
+fn check_reference(arguments: &Verify, reference: &Path) -> Result<(), Failure> {
     if let Some(fault) = why_unreadable(reference) {
-        return Err(fault);
+        return Err(fault.into());
     }
     if arguments.update && Format::from_path(reference).is_none() {
-        return Err(format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES));
+        return Err(
+            format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES).into()
+        );
     }
     Ok(())
 }
 
 /// Writes a new reference.
-fn update(target: &Path, outcome: &mut Outcome) -> Result<(), String> {
+fn update(target: &Path, outcome: &mut Outcome) -> Result<(), Failure> {
     let Some(Rendered { image, samples_per_pixel, .. }) = &outcome.render else { return Ok(()) };
     write_result(target, |path| image.write(path))?;
     outcome.updated = true;
@@ -145,7 +148,12 @@ fn update(target: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget) -> Result<Rendered, String> {
+fn render(
+    arguments: &Verify,
+    file: &Path,
+    scene: &Scene,
+    memory: &MemoryBudget,
+) -> Result<Rendered, Failure> {
     let samples_per_pixel = scene.view.sampler.samples_per_pixel;
     let settings = Settings {
         seed: arguments.seed,
@@ -154,7 +162,7 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
         ..Settings::default()
     };
     // For good: the allocator keeps the film's memory for the threads that allocated it.
-    charge_memory(scene, &settings, memory).map_err(|failure| failure.message)?.keep();
+    charge_memory(scene, &settings, memory)?.keep();
     let started = Instant::now();
     let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
     let seconds = started.elapsed().as_secs_f64();
@@ -179,7 +187,7 @@ fn broken(pair: &Aligned) -> Option<(&'static str, usize)> {
 }
 
 /// Whether the measurement is within the limits or, without any, within noise.
-fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, String> {
+fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, Failure> {
     let SceneComparison { pair, measurement, .. } = comparison;
     match broken(pair) {
         Some((which, 1)) => return Ok((Verdict::Differs, format!("1 pixel of the {which} is not finite"))),
@@ -197,7 +205,7 @@ fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, S
     if let Some(reason) = measurement.lacks(limits) {
         let other =
             if arguments.max.is_empty() { "; --max sets other limits, such as rmse=0.01" } else { "" };
-        return Err(reason + other);
+        return Err((reason + other).into());
     }
     let beyond: Vec<&str> = measurement.beyond(limits).into_iter().map(Metric::name).collect();
     let found = measurement.agreement.as_ref().and_then(|found| found.as_ref().ok());

@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde_json::Value;
 use unicode_width::UnicodeWidthStr;
 
+use crate::failure::Failure;
 use crate::metric::{Metric, number};
 use crate::verify::{Outcome, SceneComparison, Verdict, scene_name};
 use crate::visible::visible;
@@ -32,13 +33,13 @@ impl Table {
         Table { json, width: longest.clamp(5, MOST_NAME) }
     }
 
-    pub fn header(&self) -> Result<(), String> {
+    pub fn header(&self) -> Result<(), Failure> {
         let names = ["error", "detectable"].into_iter().chain(METRICS.map(Metric::name));
         let line = format!("{:width$} verdict  {}", "scene", columns(names), width = self.width);
         if self.json { Ok(()) } else { print(&line) }
     }
 
-    pub fn row(&self, outcome: &Outcome) -> Result<(), String> {
+    pub fn row(&self, outcome: &Outcome) -> Result<(), Failure> {
         if self.json {
             return crate::print_json(&Row::new(outcome));
         }
@@ -50,7 +51,7 @@ impl Table {
         print(&format!("{name}{blanks} {verdict:9}{figures}  {reason}"))
     }
 
-    pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), String> {
+    pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), Failure> {
         let count = |verdict: &Verdict| match verdicts.iter().filter(|other| *other == verdict).count() {
             0 => None,
             count => Some(format!("{count} {}", verdict.word_for(count))),
@@ -62,7 +63,7 @@ impl Table {
     }
 }
 
-fn print(line: &str) -> Result<(), String> {
+fn print(line: &str) -> Result<(), Failure> {
     crate::print(&format!("{line}\n"))
 }
 

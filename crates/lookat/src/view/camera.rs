@@ -4,11 +4,13 @@ use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::syntax::{Fix, ParamType, Span, value_span};
 use lookat_scene::{
-    Camera, CameraPlacement, Lens, Loaded, Projection, Scene, ScreenWindow, Sources, Transform, ViewOverride,
+    Camera, CameraPlacement, Lens, Loaded, Projection, Scene, ScreenWindow, Sources, Transform,
 };
 
+use crate::args::ViewOverride;
 use crate::directive_text::DirectiveText;
-use crate::view::messages::{self, SetCamera};
+use crate::failure::Failure;
+use crate::view::messages;
 
 /// The `LookAt` of the file, or for a camera that is placed otherwise one to what it sees in the middle. The
 /// transformation before it keeps what no `LookAt` can do, such as mirroring.
@@ -33,9 +35,9 @@ pub fn placement(loaded: &Loaded, scene: &Scene, prepared: &Prepared) -> Option<
 pub fn changed(
     own: Camera,
     (placement, focal_distance): (Option<CameraPlacement>, Option<f64>),
-    set: &SetCamera,
-) -> Result<Camera, String> {
-    ViewOverride::from(*set).check()?;
+    set: &ViewOverride,
+) -> Result<Camera, Failure> {
+    set.options().check()?;
     let mut camera = own;
     if let Some(points) = set.look_at {
         let placement = placement.ok_or("the camera of the file has no direction")?;
@@ -59,7 +61,7 @@ pub fn changed(
 
 /// The same with numbers that are short enough to write into a file. Points have a millionth of the distance of eye and
 /// target; numbers of the file keep their digits.
-pub fn rounded(mut set: SetCamera, own: [f64; 9]) -> SetCamera {
+pub fn rounded(mut set: ViewOverride, own: [f64; 9]) -> ViewOverride {
     let digits = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
     if let Some(points) = &mut set.look_at {
         let [eye, look, up] = [0, 3, 6].map(|at| DVec3::from_slice(&points[at..at + 3]));
@@ -116,7 +118,7 @@ pub fn values(
 }
 
 /// The changes that give the scene the camera that the page sets. Fails with the reason why no change does.
-pub fn camera_fixes(loaded: &Loaded, own: &Camera, set: &SetCamera) -> Result<Vec<Fix>, String> {
+pub fn camera_fixes(loaded: &Loaded, own: &Camera, set: &ViewOverride) -> Result<Vec<Fix>, Failure> {
     let mut fixes = match set.look_at {
         Some(points) => look_at_fixes(&loaded.sources, loaded.placement, points)?,
         None => Vec::new(),
@@ -152,7 +154,7 @@ fn look_at_fixes(
     sources: &Sources,
     placement: Option<CameraPlacement>,
     points: [f64; 9],
-) -> Result<Vec<Fix>, String> {
+) -> Result<Vec<Fix>, Failure> {
     let found = placement.and_then(|placement| Some((placement.span?, placement.points)));
     let (span, own) = found.ok_or(
         "no LookAt places the camera in this file: write a LookAt instead of the transformations before Camera",
@@ -165,7 +167,7 @@ fn look_at_fixes(
 }
 
 /// The parameters whose values differ from the file.
-fn parameters(own: &Camera, set: &SetCamera) -> Vec<(&'static str, Vec<f64>)> {
+fn parameters(own: &Camera, set: &ViewOverride) -> Vec<(&'static str, Vec<f64>)> {
     let Lens { radius, focal_distance } = own.lens.unwrap_or(Lens { radius: 0.0, focal_distance: f64::NAN });
     let one = |value: f64| vec![value];
     let all = [
@@ -191,17 +193,18 @@ mod tests {
     fn numbers_that_were_set_are_short() {
         let own = [1.234_567_891_2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
         let look_at = [1.234_567_891_2, 1e-17, -19.999_999_999_9, 0.1 + 0.2, 0.0, 0.0, -1e-9, 1.0, 0.0];
-        let set = SetCamera { look_at: Some(look_at), fov: Some(100.0 / 3.0), ..SetCamera::default() };
+        let set = ViewOverride { look_at: Some(look_at), fov: Some(100.0 / 3.0), ..ViewOverride::default() };
         let found = rounded(set, own);
         assert_eq!(found.look_at.unwrap(), [1.234_567_891_2, 0.0, -20.0, 0.3, 0.0, 0.0, 0.0, 1.0, 0.0]);
         assert_eq!(found.look_at.unwrap()[6].to_string(), "0");
         assert_eq!(found.fov, Some(33.3333));
         // Turned there and back.
         let rolled = [0.0, 0.0, -20.0, 0.0, 0.0, 0.0, 4e-7, 0.999_999_7, 1e-7];
-        let set = SetCamera { look_at: Some(rolled), ..SetCamera::default() };
+        let set = ViewOverride { look_at: Some(rolled), ..ViewOverride::default() };
         assert_eq!(rounded(set, own).look_at.unwrap()[6..], [0.0, 1.0, 0.0]);
         // Far smaller and larger than usual.
-        let far = |scale: f64| rounded(SetCamera { look_at: Some(look_at.map(|it| it * scale)), ..set }, own);
+        let far =
+            |scale: f64| rounded(ViewOverride { look_at: Some(look_at.map(|it| it * scale)), ..set }, own);
         for scale in [1e-30, 1e-5, 1e5, 1e30] {
             for (found, wanted) in far(scale).look_at.unwrap().iter().zip(look_at).take(6) {
                 assert!((found - wanted * scale).abs() <= 1e-5 * scale, "{found} {wanted} {scale}");
@@ -221,7 +224,7 @@ mod tests {
         load(Path::new("a.pbrt"), &read, &LoadOptions::default())
     }
 
-    fn written(camera: &str, set: &SetCamera) -> Result<String, String> {
+    fn written(camera: &str, set: &ViewOverride) -> Result<String, Failure> {
         let loaded = loaded(camera);
         let own = loaded.scene.as_ref().unwrap().view.camera;
         let fixes = camera_fixes(&loaded, &own, set)?;
@@ -235,16 +238,16 @@ mod tests {
 
     #[test]
     fn only_the_numbers_that_differ_change() {
-        let none = SetCamera::default();
+        let none = ViewOverride::default();
         for (camera, set, expected) in [
             (
                 "LookAt 0 0 -4.0 # the eye\n  0 0 0\t0 1 0 Camera \"perspective\"",
-                SetCamera { look_at: Some([1.5, 0.0, -4.0, 0.0, -0.25, 0.0, 0.0, 1.0, 0.0]), ..none },
+                ViewOverride { look_at: Some([1.5, 0.0, -4.0, 0.0, -0.25, 0.0, 0.0, 1.0, 0.0]), ..none },
                 "LookAt 1.5 0 -4.0 # the eye\n  0 -0.25 0\t0 1 0 Camera \"perspective\"",
             ),
             (
                 "LookAt [0 0 -4 0 0 0 0 1 0] Rotate 3 0 1 0 Camera \"perspective\" \"float fov\" [40]",
-                SetCamera {
+                ViewOverride {
                     look_at: Some([0.0, 0.0, -5.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
                     fov: Some(50.0),
                     ..none
@@ -253,22 +256,22 @@ mod tests {
             ),
             (
                 "Camera \"perspective\" # plain\n\"float halffov\" 20 # half",
-                SetCamera { fov: Some(50.0), lens_radius: Some(0.1), focal_distance: Some(3.0), ..none },
+                ViewOverride { fov: Some(50.0), lens_radius: Some(0.1), focal_distance: Some(3.0), ..none },
                 "Camera \"perspective\" # plain\n\"float halffov\" 25 \"float lensradius\" 0.1 \"float focaldistance\" 3 # half",
             ),
             (
                 "Camera \"orthographic\"",
-                SetCamera { screen_window: Some([-2.0, 2.0, -1.5, 1.5]), ..none },
+                ViewOverride { screen_window: Some([-2.0, 2.0, -1.5, 1.5]), ..none },
                 "Camera \"orthographic\" \"float screenwindow\" [-2 2 -1.5 1.5]",
             ),
             (
                 "Camera \"orthographic\" \"float screenwindow\" [-1.0 1 -1 1]",
-                SetCamera { screen_window: Some([-1.0, 1.0, -1.5, 1.5]), ..none },
+                ViewOverride { screen_window: Some([-1.0, 1.0, -1.5, 1.5]), ..none },
                 "Camera \"orthographic\" \"float screenwindow\" [-1.0 1 -1.5 1.5]",
             ),
             (
                 "Camera \"perspective\" \"float fov\" 40",
-                SetCamera { fov: Some(40.0), ..none },
+                ViewOverride { fov: Some(40.0), ..none },
                 "Camera \"perspective\" \"float fov\" 40",
             ),
         ] {
@@ -285,11 +288,11 @@ mod tests {
     #[test]
     fn what_cannot_be_written_has_a_reason() {
         let look_at = Some([1.0, 0.0, -4.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-        let set = SetCamera { look_at, ..SetCamera::default() };
-        let reason = written("Translate 0 0 4 Camera \"perspective\"", &set).unwrap_err();
+        let set = ViewOverride { look_at, ..ViewOverride::default() };
+        let reason = written("Translate 0 0 4 Camera \"perspective\"", &set).unwrap_err().to_string();
         assert!(reason.starts_with("no LookAt places the camera"), "{reason}");
-        let set = SetCamera { fov: Some(30.0), ..SetCamera::default() };
-        let reason = written("LookAt 0 0 -4 0 0 0 0 1 0", &set).unwrap_err();
+        let set = ViewOverride { fov: Some(30.0), ..ViewOverride::default() };
+        let reason = written("LookAt 0 0 -4 0 0 0 0 1 0", &set).unwrap_err().to_string();
         assert!(reason.starts_with("the scene has no Camera"), "{reason}");
     }
 }

@@ -10,6 +10,7 @@ use std::time::Duration;
 use lookat_image::{TemporaryFile, TemporaryName, io_reason};
 
 use crate::args;
+use crate::failure::Failure;
 
 /// How editors take the place, by the names of their programs.
 const PLACES: [(&[&str], &[&str]); 5] = [
@@ -35,11 +36,11 @@ pub struct Editor {
 
 impl Editor {
     /// The editor of `--editor`, or else of the environment. Fails if the option names none.
-    pub fn new(arguments: &args::View) -> Result<Option<Editor>, String> {
+    pub fn new(arguments: &args::View) -> Result<Option<Editor>, Failure> {
         if let Some(words) = &arguments.editor {
             return Editor::parse(words)
                 .map(Some)
-                .ok_or_else(|| format!("--editor {words:?} names no program"));
+                .ok_or_else(|| format!("--editor {words:?} names no program").into());
         }
         let named = ["VISUAL", "EDITOR"].into_iter().filter_map(|name| std::env::var(name).ok());
         Ok(named.filter_map(|words| Editor::parse(&words)).find(|editor| !editor.lacks_terminal()))
@@ -66,7 +67,7 @@ impl Editor {
     }
 
     /// Opens a place, and does not wait for the editor to end.
-    pub fn open(&self, path: &Path, line: usize, column: usize) -> Result<(), String> {
+    pub fn open(&self, path: &Path, line: usize, column: usize) -> Result<(), Failure> {
         if self.is_in_terminal() && self.is_open.load(Ordering::Relaxed) {
             return Err("the editor is open in the terminal already".into());
         }
@@ -102,7 +103,7 @@ const PAGE: TemporaryName = TemporaryName { prefix: "lookat-", suffix: ".html", 
 
 /// Opens an address in the browser, and waits until it has read it. The browser gets a file that leads there, because others on this computer can
 /// see the command line, and the address is a secret.
-pub fn open_in_browser(address: &str) -> Result<(), String> {
+pub fn open_in_browser(address: &str) -> Result<(), Failure> {
     let page = format!(
         "<!doctype html><meta http-equiv=\"refresh\" content=\"0; url={address}\"><title>lookat</title>"
     );
@@ -112,8 +113,8 @@ pub fn open_in_browser(address: &str) -> Result<(), String> {
     match Command::new(OPENER).arg(file.path()).stdin(quiet()).stdout(quiet()).stderr(quiet()).status() {
         // The explorer of Windows always fails.
         Ok(status) if status.success() || cfg!(windows) => {}
-        Ok(status) => return Err(format!("{OPENER}: {status}")),
-        Err(error) => return Err(format!("{OPENER}: {}", io_reason(&error))),
+        Ok(status) => return Err(format!("{OPENER}: {status}").into()),
+        Err(error) => return Err(format!("{OPENER}: {}", io_reason(&error)).into()),
     }
     // The browser may read it after its program has ended. The end of this function removes it, and so does the end of the program.
     std::thread::sleep(UNTIL_READ);

@@ -11,7 +11,9 @@ use std::time::{Duration, Instant};
 
 use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
 
+use crate::args::ViewOverride;
 use crate::args::{self, Report};
+use crate::failure::Failure;
 use crate::live::Watch;
 use crate::output::is_among;
 use crate::report;
@@ -21,7 +23,7 @@ use crate::view::editor::Editor;
 use crate::view::engine::edits::Shown;
 use crate::view::engine::opened::Opened;
 use crate::view::engine::pictures::Pace;
-use crate::view::messages::{self, News, Request, SetCamera, SetFilm, SetView};
+use crate::view::messages::{self, News, Request, SetFilm, SetView};
 use crate::view::outbox::{Hub, Kind, Requests};
 use crate::view::reference::Gallery;
 use crate::view::reference::{Comparer, References};
@@ -106,7 +108,7 @@ impl Engine {
             reading: 0,
             unsaved: Unsaved::default(),
             has_lost: false,
-            set: SetView { by: 0, number: 0, camera: SetCamera::default() },
+            set: SetView { by: 0, number: 0, camera: ViewOverride::default() },
             history: History::default(),
             shown: Mutex::default(),
             pace: Pace::default(),
@@ -187,19 +189,19 @@ impl Engine {
             self.samples_per_pixel = samples_per_pixel.map(|samples| samples as u32);
             self.load().and_then(|loaded| self.open(loaded))
         } else {
-            Err(format!("resolution is 1 to {MAX_SIDE}, pixelsamples 1 to {MAX_SAMPLES}"))
+            Err(format!("resolution is 1 to {MAX_SIDE}, pixelsamples 1 to {MAX_SAMPLES}").into())
         };
         match &opened {
             Ok(()) => self.error = None,
             Err(_) => (self.options.film, self.samples_per_pixel) = before,
         }
-        self.tell_scene(opened.err().as_deref());
+        self.tell_scene(opened.err().map(String::from).as_deref());
     }
 
     fn set_view(&mut self, view: SetView) {
         let Some(opened) = &mut self.opened else { return };
         let view = SetView { camera: opened.rounded(view.camera), ..view };
-        let refused = opened.set(&view.camera).err();
+        let refused = opened.set(&view.camera).err().map(String::from);
         // A page ignores answers to its earlier requests, so the newest one is remembered even if it is refused.
         let camera = if refused.is_none() { view.camera } else { self.set.camera };
         self.set = SetView { camera, ..view };
@@ -263,12 +265,12 @@ impl Engine {
     /// Reads the file.
     pub fn read(&mut self) {
         self.has_lost = self.unsaved.forget_old();
-        self.error = self.load().and_then(|loaded| self.open(loaded)).err();
+        self.error = self.load().and_then(|loaded| self.open(loaded)).err().map(String::from);
         self.tell_scene(None);
     }
 
     /// Fails with the errors of the file.
-    pub fn load(&mut self) -> Result<Loaded, String> {
+    pub fn load(&mut self) -> Result<Loaded, Failure> {
         let mut loaded = self.load_once();
         for _ in 0..MOST_READINGS {
             let end = Instant::now() + SAVING;
@@ -283,7 +285,7 @@ impl Engine {
         }
         if loaded.scene.is_none() {
             let misfit = loaded.misfit.as_ref().map(|reason| format!("error: {reason}\n"));
-            return Err(report::text(&loaded) + &misfit.unwrap_or_default());
+            return Err((report::text(&loaded) + &misfit.unwrap_or_default()).into());
         }
         Ok(loaded)
     }
@@ -304,7 +306,7 @@ impl Engine {
     }
 
     /// Takes a file without errors over. Fails if there is not enough memory.
-    pub fn open(&mut self, loaded: Loaded) -> Result<(), String> {
+    pub fn open(&mut self, loaded: Loaded) -> Result<(), Failure> {
         let beside = beside(&self.path).find(|picture| !is_among(picture, &loaded.inputs));
         self.references().offer(beside);
         let film = self.film_windows();
@@ -312,7 +314,7 @@ impl Engine {
         let mut opened = opened.map_err(|reason| format!("error: {reason}\n"))?;
         // A camera that was written into the file replaces the one that was set by hand.
         if opened.has_new_camera || opened.set(&self.set.camera).is_err() {
-            self.set.camera = SetCamera::default();
+            self.set.camera = ViewOverride::default();
         }
         self.opened = Some(opened);
         self.reading = self.reading.wrapping_add(1);

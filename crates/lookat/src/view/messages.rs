@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use lookat_render::Layer;
+use lookat_scene::Sources;
 use lookat_scene::syntax::{FileId, Span};
-use lookat_scene::{Sources, ViewOverride};
 use serde::{Deserialize, Serialize};
 use tungstenite::Message;
 
+use crate::args::ViewOverride;
 use crate::explain::ParameterFacts;
 use crate::report;
 
@@ -62,25 +63,7 @@ pub struct SetView {
     pub by: u32,
     /// Counts the requests of the page.
     pub number: u32,
-    pub camera: SetCamera,
-}
-
-/// The camera that the page sets; `None` as in the file.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct SetCamera {
-    pub look_at: Option<[f64; 9]>,
-    pub fov: Option<f64>,
-    pub lens_radius: Option<f64>,
-    pub focal_distance: Option<f64>,
-    pub screen_window: Option<[f64; 4]>,
-}
-
-impl From<SetCamera> for ViewOverride {
-    fn from(camera: SetCamera) -> ViewOverride {
-        let SetCamera { look_at, fov, lens_radius, focal_distance, screen_window } = camera;
-        ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window }
-    }
+    pub camera: ViewOverride,
 }
 
 /// Asks what the picture shows at a place.
@@ -212,7 +195,7 @@ pub struct Camera {
 pub struct View<'a> {
     pub by: u32,
     pub number: u32,
-    pub set: SetCamera,
+    pub set: ViewOverride,
     pub camera: Camera,
     /// Why the request of the page changed nothing.
     pub refused: Option<&'a str>,

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 use lookat_image::{Aligned, Charge, Image, MemoryBudget, PictureFile, Window, align};
 
 use crate::compare::{Comparison, Rules, check_memory, pixel_bytes};
+use crate::failure::Failure;
 use crate::live::Watch;
 use crate::metric::THRESHOLD;
 use crate::view::messages::Compared;
@@ -132,10 +133,14 @@ impl References {
 }
 
 /// The pixels of a reference where a picture has them. NaN where the reference has none. Fails as `compare`.
-pub fn over(reference: &Image, data_window: Window, display_window: Window) -> Result<Vec<[f32; 3]>, String> {
+pub fn over(
+    reference: &Image,
+    data_window: Window,
+    display_window: Window,
+) -> Result<Vec<[f32; 3]>, Failure> {
     let area = data_window.area() as usize;
     let blank = Image::from_rgb(data_window, display_window, &vec![[0.0; 3]; area]);
-    let Aligned { window, expected, .. } = align(&blank, reference).map_err(|error| error.to_string())?;
+    let Aligned { window, expected, .. } = align(&blank, reference)?;
     let mut pixels = vec![[f32::NAN; 3]; area];
     let left = (window.x - data_window.x) as usize;
     for (row, values) in expected.chunks_exact(window.width as usize).enumerate() {
@@ -232,8 +237,8 @@ fn compared(
     names: [&str; 2],
     [actual, reference]: [&Image; 2],
     memory: &MemoryBudget,
-) -> Result<(String, Option<bool>), String> {
-    let pair = align(actual, reference).map_err(|error| error.to_string())?;
+) -> Result<(String, Option<bool>), Failure> {
+    let pair = align(actual, reference)?;
     check_memory(pair.window, pair.window.area() * pixel_bytes(&pair), memory)?;
     let rules = Rules { limits: &[], only: &[], is_layer: false, threshold: THRESHOLD };
     let comparison = Comparison::new(names, &pair, rules)?;
@@ -277,6 +282,6 @@ mod tests {
         let found = first(over(&part, full, full).unwrap());
         assert!(found[0].is_nan() && found[5..7] == [0.0, 1.0] && found[9..11] == [2.0, 3.0]);
         let larger = Window { width: 5, ..full };
-        assert_eq!(over(&whole, larger, larger).unwrap_err(), "the sizes differ: 5x3 and 4x3");
+        assert_eq!(over(&whole, larger, larger).unwrap_err().to_string(), "the sizes differ: 5x3 and 4x3");
     }
 }

@@ -12,6 +12,7 @@ use lookat_image::io_reason;
 use tungstenite::handshake::server::create_response;
 use tungstenite::http::{Method, Request, StatusCode};
 
+use crate::failure::Failure;
 use crate::view::http::{Timed, answer, header, read_head, refuse, talk, upgrade};
 use crate::view::outbox::{Hub, Requests};
 use crate::view::reference::Gallery;
@@ -58,7 +59,7 @@ impl Server {
         requests: Arc<Requests>,
         hub: Arc<Hub>,
         gallery: Arc<Gallery>,
-    ) -> Result<Server, String> {
+    ) -> Result<Server, Failure> {
         let place = listener.local_addr().map_err(|error| io_reason(&error))?;
         let mut token = [0; 16];
         getrandom::fill(&mut token).map_err(|error| format!("the system gives no random bytes: {error}"))?;
@@ -75,7 +76,7 @@ impl Server {
     }
 
     /// Serves from now on, on threads of its own.
-    pub fn start(self, listener: TcpListener) -> Result<(), String> {
+    pub fn start(self, listener: TcpListener) -> Result<(), Failure> {
         let server = Arc::new(self);
         let accept = move || {
             for stream in listener.incoming() {
@@ -86,7 +87,7 @@ impl Server {
                 }
             }
         };
-        Builder::new().spawn(accept).map(drop).map_err(|error| io_reason(&error))
+        Ok(Builder::new().spawn(accept).map(drop).map_err(|error| io_reason(&error))?)
     }
 
     /// Gives a connection a thread. If there are too many, closes the oldest one that has not shown the token, or else this one.

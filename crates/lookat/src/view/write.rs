@@ -7,6 +7,7 @@ use lookat_image::{ImageError, change_file, has_text, io_reason, keep_aside};
 use lookat_scene::Sources;
 use lookat_scene::syntax::Fix;
 
+use crate::failure::Failure;
 use crate::output::is_among;
 use crate::view::messages::ChangedLines;
 
@@ -22,7 +23,7 @@ pub struct FileChange {
 }
 
 /// The files that fixes change. Fails for a file that the scene includes twice: a change here would change both places.
-pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, String> {
+pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, Failure> {
     let mut fixes: Vec<&Fix> = fixes.iter().collect();
     // Insertions at one place keep their order.
     fixes.sort_by_key(|fix| (fix.span.file.0, fix.span.start));
@@ -30,11 +31,11 @@ pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, Stri
 }
 
 /// What fixes of one file, in the order of their places, make of it.
-fn change(sources: &Sources, fixes: &[&Fix]) -> Result<FileChange, String> {
+fn change(sources: &Sources, fixes: &[&Fix]) -> Result<FileChange, Failure> {
     let source = sources.file(fixes[0].span.file);
     let path = source.path.clone();
     if sources.files.iter().filter(|other| is_among(&other.path, [&path])).count() > 1 {
-        return Err(format!("{} is included twice: change it by hand", path.display()));
+        return Err(format!("{} is included twice: change it by hand", path.display()).into());
     }
     let before = source.text.clone();
     let mut after = Vec::with_capacity(before.len());
@@ -96,7 +97,7 @@ pub struct History {
 
 impl History {
     /// Changes files. Fails, and changes nothing, if one of them is not as it was before.
-    pub fn write(&mut self, changes: Vec<FileChange>) -> Result<(), String> {
+    pub fn write(&mut self, changes: Vec<FileChange>) -> Result<(), Failure> {
         put(&changes, &change_file)?;
         self.undone.clear();
         self.done.push(changes);
@@ -104,14 +105,14 @@ impl History {
         Ok(())
     }
 
-    pub fn undo(&mut self) -> Result<(), String> {
+    pub fn undo(&mut self) -> Result<(), Failure> {
         let changes = self.done.last().ok_or("there is nothing to undo")?;
         put(&changes.iter().map(FileChange::reversed).collect::<Vec<_>>(), &change_file)?;
         self.undone.extend(self.done.pop());
         Ok(())
     }
 
-    pub fn redo(&mut self) -> Result<(), String> {
+    pub fn redo(&mut self) -> Result<(), Failure> {
         put(self.undone.last().ok_or("there is nothing to redo")?, &change_file)?;
         self.done.extend(self.undone.pop());
         Ok(())
@@ -140,16 +141,16 @@ pub fn forget_first<T>(steps: &mut Vec<T>, changes: impl Fn(&T) -> &[FileChange]
 type ChangeFile<'a> = &'a dyn Fn(&Path, &[u8], &[u8]) -> Result<bool, ImageError>;
 
 /// Writes all files or none. If it can do neither, the message names the files that stay changed.
-fn put(changes: &[FileChange], change_file: ChangeFile) -> Result<(), String> {
+fn put(changes: &[FileChange], change_file: ChangeFile) -> Result<(), Failure> {
     for FileChange { path, before, .. } in changes {
         match has_text(path, before) {
             Ok(true) => {}
-            Ok(false) => return Err(changed_meanwhile(path) + NOTHING_WRITTEN),
-            Err(error) => return Err(format!("{}: {}", path.display(), io_reason(&error))),
+            Ok(false) => return Err((changed_meanwhile(path) + NOTHING_WRITTEN).into()),
+            Err(error) => return Err(format!("{}: {}", path.display(), io_reason(&error)).into()),
         }
         // Replacing a file needs no permission to write it.
         if std::fs::metadata(path).is_ok_and(|found| found.permissions().readonly()) {
-            return Err(format!("{} is write-protected", path.display()));
+            return Err(format!("{} is write-protected", path.display()).into());
         }
     }
     for (number, FileChange { path, before, after }) in changes.iter().enumerate() {
@@ -160,10 +161,8 @@ fn put(changes: &[FileChange], change_file: ChangeFile) -> Result<(), String> {
         };
         let stay: Vec<String> =
             changes[..number].iter().filter_map(|change| take_back(change, change_file)).collect();
-        return Err(match stay.is_empty() {
-            true => reason + end,
-            false => format!("{reason}; {}", stay.join("; ")),
-        });
+        let reason = if stay.is_empty() { reason + end } else { format!("{reason}; {}", stay.join("; ")) };
+        return Err(reason.into());
     }
     Ok(())
 }
@@ -311,7 +310,7 @@ mod tests {
         assert_eq!(texts(), ["3", "4"]);
         // Another program changes one of the files.
         std::fs::write(&b, "mine").unwrap();
-        let reason = history.undo().unwrap_err();
+        let reason = history.undo().unwrap_err().to_string();
         assert!(reason.contains("has changed meanwhile"), "{reason}");
         assert_eq!(texts(), ["3", "mine"]);
         std::fs::remove_file(&b).unwrap();
@@ -338,7 +337,8 @@ mod tests {
                 }
                 change_file(path, before, after)
             };
-            let reason = put(&[change(&a, "1", "3"), change(&b, "2", "4")], &change_late).unwrap_err();
+            let reason =
+                put(&[change(&a, "1", "3"), change(&b, "2", "4")], &change_late).unwrap_err().to_string();
             let texts = [&a, &b].map(|path| std::fs::read_to_string(path).unwrap());
             assert_eq!(texts, [if is_saved_again { "also mine" } else { "1" }, "mine"]);
             assert_eq!(reason.ends_with(NOTHING_WRITTEN), !is_saved_again, "{reason}");

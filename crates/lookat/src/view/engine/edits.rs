@@ -5,10 +5,12 @@ use std::collections::BTreeSet;
 use lookat_scene::syntax::{EntityKind, Fix, ParamType};
 use lookat_scene::{Location, Sources};
 
+use crate::args::ViewOverride;
 use crate::directive_text::DirectiveText;
+use crate::failure::Failure;
 use crate::view::engine::Engine;
 use crate::view::engine::opened::{describe, kind_of};
-use crate::view::messages::{Action, At, Change, Changed, Edit, Edited, News, Open, SetCamera, Values};
+use crate::view::messages::{Action, At, Change, Changed, Edit, Edited, News, Open, Values};
 use crate::view::outbox::Kind;
 use crate::view::write::{FileChange, Unsaved, changes};
 use crate::writer::lock;
@@ -35,7 +37,12 @@ impl Engine {
             _ => Err("the file has changed: point at the shape again".into()),
         };
         if let Err(reason) = done {
-            self.tell_edited(Edited { by, lines: Vec::new(), is_written: false, refused: Some(reason) });
+            self.tell_edited(Edited {
+                by,
+                lines: Vec::new(),
+                is_written: false,
+                refused: Some(reason.into()),
+            });
         }
     }
 
@@ -43,7 +50,7 @@ impl Engine {
     pub fn show_changes(&self, by: u32) {
         let changes = self.unwritten();
         let lines = changes.iter().flatten().flat_map(FileChange::lines).collect();
-        let refused = changes.as_ref().err().cloned();
+        let refused = changes.as_ref().err().map(ToString::to_string);
         let mut shown = lock(&self.shown);
         match changes {
             Ok(changes) if shown.changes == changes => {}
@@ -77,16 +84,21 @@ impl Engine {
         };
         if done == Ok(true) {
             // The file has the camera now.
-            self.set.camera = SetCamera::default();
+            self.set.camera = ViewOverride::default();
         }
         if done.is_ok() {
             self.read();
         }
-        self.tell_edited(Edited { by, lines: Vec::new(), is_written: done == Ok(true), refused: done.err() });
+        self.tell_edited(Edited {
+            by,
+            lines: Vec::new(),
+            is_written: done == Ok(true),
+            refused: done.err().map(String::from),
+        });
     }
 
     /// The changes that a page was shown, if nothing has been changed since.
-    fn shown_changes(&self, by: u32) -> Result<Vec<FileChange>, String> {
+    fn shown_changes(&self, by: u32) -> Result<Vec<FileChange>, Failure> {
         let mut shown = lock(&self.shown);
         if shown.changes.is_empty() || !shown.pages.contains(&by) {
             return Err("there is nothing to write".into());
@@ -101,7 +113,7 @@ impl Engine {
     }
 
     /// The changes that are not written. Fails with the reason why there are none.
-    fn unwritten(&self) -> Result<Vec<FileChange>, String> {
+    fn unwritten(&self) -> Result<Vec<FileChange>, Failure> {
         let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
         let changes = self.unsaved.with(opened.changes(&self.set.camera)?);
         match changes.is_empty() {
@@ -130,7 +142,7 @@ impl Engine {
         let (mut places, mut refused) = (change.shown.clone(), None);
         match self.try_change(&change) {
             Ok(fixes) => places.iter_mut().for_each(|at| *at = moved(*at, &fixes, self.reading)),
-            Err(reason) => refused = Some(reason),
+            Err(reason) => refused = Some(reason.into()),
         }
         let sources = self.opened.as_ref().map(|opened| opened.sources());
         let current = places.iter().filter(|at| at.reading == self.reading);
@@ -140,7 +152,7 @@ impl Engine {
     }
 
     /// Reads the scene with other values. Fails with the reason, and changes nothing.
-    fn try_change(&mut self, change: &Change) -> Result<Vec<Fix>, String> {
+    fn try_change(&mut self, change: &Change) -> Result<Vec<Fix>, Failure> {
         let opened = self.opened.as_ref().filter(|_| change.at.reading == self.reading);
         let sources = opened.ok_or("the file has changed: point at the shape again")?.sources();
         let fixes = fixes(sources, change)?;
@@ -152,7 +164,7 @@ impl Engine {
         let loaded = self.load_once();
         let read = match loaded.scene {
             Some(_) => self.open(loaded),
-            None => Err(first_error(&loaded)),
+            None => Err(first_error(&loaded).into()),
         };
         match &read {
             Ok(()) => {
@@ -169,7 +181,7 @@ impl Engine {
 fn fixes(
     sources: &Sources,
     Change { at, name, value_type, values, .. }: &Change,
-) -> Result<Vec<Fix>, String> {
+) -> Result<Vec<Fix>, Failure> {
     let found = DirectiveText::at(sources, at.span()).filter(|found| CHANGEABLE.contains(&found.kind));
     let found = found.ok_or("there is no material and no light")?;
     let ty =
@@ -180,7 +192,7 @@ fn fixes(
     // The text of a page may not make the program open files.
     let is_closed = matches!(ty, ParamType::Bool | ParamType::Texture) || !parameter.range.is_empty();
     if matches!(values, Values::Words(_)) && !is_closed {
-        return Err(format!("change \"{name}\" in the file: the page cannot name files"));
+        return Err(format!("change \"{name}\" in the file: the page cannot name files").into());
     }
     let words: Vec<String> = match values {
         Values::Numbers(numbers) if numbers.iter().all(|number| number.is_finite()) => {

@@ -7,12 +7,14 @@ use lookat_scene::schema::{Count, Effect, Kind};
 use lookat_scene::syntax::{self, EntityKind, Param, Span};
 use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View, kinds};
 
+use crate::args::ViewOverride;
 use crate::args::way_out;
 use crate::directive_text::DirectiveText;
 use crate::explain::ParameterFacts;
+use crate::failure::Failure;
 use crate::render::charge_memory;
 use crate::view::camera::{camera_fixes, changed, placement, rounded, values};
-use crate::view::messages::{self, Described, Given, Hit, Parameter, Place, SetCamera, Values};
+use crate::view::messages::{self, Described, Given, Hit, Parameter, Place, Values};
 use crate::view::write::{FileChange, changes};
 use crate::{report, sight};
 
@@ -44,10 +46,9 @@ pub struct Opened {
 
 impl Opened {
     /// Prepares a scene. Takes `before` over, and gives the rest of its memory back.
-    pub fn new(mut loaded: Loaded, before: &mut Option<Opened>) -> Result<Opened, String> {
+    pub fn new(mut loaded: Loaded, before: &mut Option<Opened>) -> Result<Opened, Failure> {
         let scene = loaded.scene.take().ok_or_else(String::new)?;
-        let charge = charge_memory(&scene, &Settings::default(), &loaded.memory);
-        let charge = charge.map_err(|failure| failure.message)?;
+        let charge = charge_memory(&scene, &Settings::default(), &loaded.memory)?;
         let (mut has_new_camera, mut messages) = (false, None);
         let prepared = match before.take().map(|before| (before.prepared, before.scene, before.messages)) {
             Some((mut prepared, before, old)) => {
@@ -79,8 +80,8 @@ impl Opened {
     }
 
     /// Charges the memory of one more film.
-    pub fn charge_film(&self, settings: &Settings) -> Result<Charge, String> {
-        self.loaded.memory.reserve(film_bytes(&self.view, settings)).map_err(way_out)
+    pub fn charge_film(&self, settings: &Settings) -> Result<Charge, Failure> {
+        Ok(self.loaded.memory.reserve(film_bytes(&self.view, settings)).map_err(way_out)?)
     }
 
     /// Adds warnings about what the camera of the file shows. False if they are there already.
@@ -112,18 +113,18 @@ impl Opened {
     }
 
     /// What is set, in numbers that are short enough to write.
-    pub fn rounded(&self, set: SetCamera) -> SetCamera {
+    pub fn rounded(&self, set: ViewOverride) -> ViewOverride {
         rounded(set, self.own_points())
     }
 
     /// What writing the camera that is set changes in the files. Fails with the reason why nothing can be written.
-    pub fn changes(&self, set: &SetCamera) -> Result<Vec<FileChange>, String> {
+    pub fn changes(&self, set: &ViewOverride) -> Result<Vec<FileChange>, Failure> {
         let fixes = camera_fixes(&self.loaded, &self.own_camera(), set)?;
         changes(&self.loaded.sources, &fixes)
     }
 
     /// Sets the camera. Fails with the reason, and changes nothing.
-    pub fn set(&mut self, set: &SetCamera) -> Result<(), String> {
+    pub fn set(&mut self, set: &ViewOverride) -> Result<(), Failure> {
         if set.look_at.is_some() && self.loaded.world_follows_camera {
             return Err("CoordSysTransform \"camera\" places a part of this world relative to the camera: \
                         move the camera in the file"

@@ -45,7 +45,7 @@ impl Engine {
         let Some(opened) = &mut self.opened else { return };
         // The scene has memory for a film without error layers.
         let charge = if self.has_errors { opened.charge_film(&settings).map(Some) } else { Ok(None) };
-        let Ok(_charge) = charge.map_err(|reason| self.errors_refused = Some(reason)) else {
+        let Ok(_charge) = charge.map_err(|reason| self.errors_refused = Some(reason.into())) else {
             self.has_errors = false;
             return self.tell_looking();
         };
@@ -142,7 +142,7 @@ impl Engine {
         }
         self.has_errors = is_on;
         self.hub.take_back(Kind::Errors);
-        self.errors_refused = checked.err();
+        self.errors_refused = checked.err().map(String::from);
         self.tell_looking();
     }
 
@@ -192,7 +192,7 @@ impl Engine {
                     self.hub.tell(Kind::Reference, pixels(data.size(), &values, about));
                     references.is_shown = true;
                 }
-                Err(reason) => references.misfit = Some(reason),
+                Err(reason) => references.misfit = Some(reason.into()),
             }
         }
         drop(references);
