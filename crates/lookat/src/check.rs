@@ -53,7 +53,9 @@ fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), Failure> {
     let mut prepared = sight::prepare(loaded, scene)?;
     let mut advice = sight::advise(loaded, scene, &mut prepared);
     if arguments.report.strict {
-        advice.iter_mut().for_each(|warning| warning.severity = Severity::Error);
+        for warning in &mut advice {
+            warning.severity = Severity::Error;
+        }
     }
     loaded.diagnostics.extend(advice);
     Ok(())

@@ -219,11 +219,12 @@ fn named_of(word: &str, kind: &Kind) -> Vec<Use> {
     let parameters = kind.parameters().filter_map(|parameter| {
         let Parameter { name, meaning, range, .. } = &parameter;
         let mut values = range.strip_prefix("one of ").into_iter().flat_map(|values| values.split(", "));
-        match name.eq_ignore_ascii_case(word) {
-            true => Some(of_parameter(kind, name, meaning, "")),
-            false => values
+        if name.eq_ignore_ascii_case(word) {
+            Some(of_parameter(kind, name, meaning, ""))
+        } else {
+            values
                 .any(|value| value.eq_ignore_ascii_case(word))
-                .then(|| of_parameter(kind, name, meaning, "this is one of its values")),
+                .then(|| of_parameter(kind, name, meaning, "this is one of its values"))
         }
     });
     of_kind.into_iter().chain(parameters).collect()
@@ -321,7 +322,9 @@ fn meaning(kind: &Kind) -> String {
 /// A type with all its parameters, after a remark.
 fn show_kind(kind: &Kind, remark: String) -> Answer {
     let mut text = format!("{remark}{}: {}\n", title(kind), meaning(kind));
-    kind.parameters().for_each(|parameter| text += &format!("\n{}", paragraph(&parameter)));
+    for parameter in kind.parameters() {
+        text += &format!("\n{}", paragraph(&parameter));
+    }
     Answer { text, json: json!([TypeFacts { remark: remarked(&remark), ..TypeFacts::new(kind) }]) }
 }
 

@@ -105,14 +105,13 @@ impl JsonLight {
         ));
         let Some(stops) = self.advised_exposure.filter(|_| advise) else { return };
         let state = if stops > self.exposure { "nearly black" } else { "overexposed" };
-        crate::say(&match is_eight_bit(file) {
-            true => format!("the picture is {state}: try --exposure {stops}"),
-            false => {
-                let [from, to] = [file, &file.with_extension("png")].map(|path| quoted(path.as_os_str()));
-                format!(
-                    "saved unchanged; the picture is {state}: try lookat convert {from} {to} --exposure {stops}"
-                )
-            }
+        crate::say(&if is_eight_bit(file) {
+            format!("the picture is {state}: try --exposure {stops}")
+        } else {
+            let [from, to] = [file, &file.with_extension("png")].map(|path| quoted(path.as_os_str()));
+            format!(
+                "saved unchanged; the picture is {state}: try lookat convert {from} {to} --exposure {stops}"
+            )
         });
     }
 }

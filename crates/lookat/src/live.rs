@@ -51,8 +51,12 @@ impl Live {
     pub fn begin(&self, file: &Path, size: [u32; 2]) {
         let mut views = lock(&self.views);
         views.next = Instant::now() + STEP;
-        views.terminal.iter_mut().for_each(Terminal::begin);
-        views.tev.iter_mut().for_each(|tev| tev.begin(file, size));
+        if let Some(terminal) = &mut views.terminal {
+            terminal.begin();
+        }
+        if let Some(tev) = &mut views.tev {
+            tev.begin(file, size);
+        }
     }
 
     /// Shows the picture so far, a few times per second, where the one before is shown.
@@ -78,7 +82,9 @@ impl Live {
     /// Waits until the picture is shown, unless its viewer does not read.
     pub fn wait(&self) {
         crate::wait_for_messages();
-        lock(&self.views).tev.iter().for_each(Tev::wait);
+        if let Some(tev) = &lock(&self.views).tev {
+            tev.wait();
+        }
     }
 
     /// Tells the rendering to stop after a signal, or after a change of its files.
@@ -105,8 +111,12 @@ impl Views {
     /// Shows the picture with the exposure and the tone curve of an 8-bit file.
     fn show(&self, mut image: Image, tone: Tone) {
         tone.mapping(&image).apply(&mut image);
-        self.terminal.iter().for_each(|terminal| terminal.show(&image));
-        self.tev.iter().for_each(|tev| tev.show(&image));
+        if let Some(terminal) = &self.terminal {
+            terminal.show(&image);
+        }
+        if let Some(tev) = &self.tev {
+            tev.show(&image);
+        }
     }
 }
 
@@ -145,7 +155,9 @@ impl Terminal {
 
     /// Draws the picture, over the one before.
     pub fn show(&self, image: &Image) {
-        self.drawing(image, size()).into_iter().for_each(standard_error::draw);
+        if let Some(drawing) = self.drawing(image, size()) {
+            standard_error::draw(drawing);
+        }
     }
 
     /// `None` for a picture without colors.
@@ -187,7 +199,9 @@ fn shrunk(pixels: &[[f32; 3]], [width, height]: [u32; 2], [columns, rows]: [u32;
             let mut sum = [0.0; 3];
             for y in down {
                 for pixel in &pixels[y * width as usize..][across.clone()] {
-                    sum.iter_mut().zip(pixel).for_each(|(sum, value)| *sum += value);
+                    for (sum, value) in sum.iter_mut().zip(pixel) {
+                        *sum += value;
+                    }
                 }
             }
             out.push(sum.map(|sum| sum / count));

@@ -33,11 +33,10 @@ pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), Failure> {
 
 /// Fails if a result would replace one of its inputs.
 pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), Failure> {
-    match is_among(file, inputs) {
-        true => {
-            Err(format!("cannot write {}: this file is an input; choose another name", file.display()).into())
-        }
-        false => Ok(()),
+    if is_among(file, inputs) {
+        Err(format!("cannot write {}: this file is an input; choose another name", file.display()).into())
+    } else {
+        Ok(())
     }
 }
 

@@ -312,9 +312,10 @@ fn picture(
     }
     live.finish(&rendered.image);
     let is_told = !arguments.quiet && !arguments.report.json;
-    let luminances = match rendered.complete && !arguments.quiet {
-        true => fireflies::luminances(&rendered.image, &scene.view.film, rendered.statistics.least),
-        false => None,
+    let luminances = if rendered.complete && !arguments.quiet {
+        fireflies::luminances(&rendered.image, &scene.view.film, rendered.statistics.least)
+    } else {
+        None
     };
     let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();
     let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
@@ -354,7 +355,9 @@ fn picture(
     if is_told {
         summarize(&picture, &rendered);
         light.inspect(|light| light.print(&file, rendered.complete && least > 0 && !black));
-        picture.fireflies.iter().flat_map(Fireflies::lines).for_each(|line: String| crate::say(&line));
+        for line in picture.fireflies.iter().flat_map(Fireflies::lines) {
+            crate::say(&line);
+        }
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);
         }

@@ -96,10 +96,7 @@ fn with_strictness(mut loaded: Loaded, options: &LoadOptions, report: Report) ->
 
 /// Opens a scene file. It can be a pipe, as in `lookat check <(./generate)`.
 fn open_scene(path: &Path) -> io::Result<Box<dyn Read>> {
-    match is_pipe(path) {
-        true => Ok(Box::new(File::open(path)?)),
-        false => Ok(Box::new(open_file(path)?)),
-    }
+    if is_pipe(path) { Ok(Box::new(File::open(path)?)) } else { Ok(Box::new(open_file(path)?)) }
 }
 
 /// True for standard input and a pipe: what has been read is gone.

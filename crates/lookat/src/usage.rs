@@ -86,9 +86,12 @@ fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -
     {
         return Some(tip);
     }
-    let is_reported = |word: &String| match unknown.starts_with("--") {
-        true => word.split('=').next() == Some(unknown),
-        false => word.starts_with(unknown),
+    let is_reported = |word: &String| {
+        if unknown.starts_with("--") {
+            word.split('=').next() == Some(unknown)
+        } else {
+            word.starts_with(unknown)
+        }
     };
     let at = typed.iter().position(is_reported)?;
     let word = typed[at].as_str();

@@ -18,13 +18,12 @@ pub fn visible_lines(text: &str) -> String {
 pub fn escaped(json: &str) -> String {
     let mut out = String::with_capacity(json.len());
     for c in json.chars() {
-        match is_active(c) && c != '\n' {
-            true => {
-                for unit in c.encode_utf16(&mut [0; 2]) {
-                    out += &format!("\\u{unit:04x}");
-                }
+        if is_active(c) && c != '\n' {
+            for unit in c.encode_utf16(&mut [0; 2]) {
+                out += &format!("\\u{unit:04x}");
             }
-            false => out.push(c),
+        } else {
+            out.push(c)
         }
     }
     out

@@ -59,9 +59,10 @@ const PARAMETERS: [(&str, Parameter); 9] = [
 impl Animation {
     /// The value of a picture, from 0 to `last`.
     pub fn value(&self, number: u32, last: u32) -> f64 {
-        match number == last {
-            true => self.to,
-            false => self.from + (self.to - self.from) * (f64::from(number) / f64::from(last)),
+        if number == last {
+            self.to
+        } else {
+            self.from + (self.to - self.from) * (f64::from(number) / f64::from(last))
         }
     }
 }

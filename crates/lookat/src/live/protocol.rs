@@ -38,9 +38,10 @@ pub fn known(variable: &impl Fn(&str) -> Option<String>) -> Protocol {
     if is_kitty || program == "ghostty" || term_has(&["kitty", "ghostty"]) {
         return Protocol::Kitty;
     }
-    match variable("WT_SESSION").is_some() || term_has(&["sixel", "foot", "mlterm", "contour"]) {
-        true => Protocol::Sixel,
-        false => Protocol::Blocks,
+    if variable("WT_SESSION").is_some() || term_has(&["sixel", "foot", "mlterm", "contour"]) {
+        Protocol::Sixel
+    } else {
+        Protocol::Blocks
     }
 }
 
@@ -79,9 +80,8 @@ impl Drawing {
 
     /// Two pixels per character: the text color shows the upper one, the background color the lower one.
     fn blocks(&self, has_true_color: bool, out: &mut Vec<u8>) {
-        let color = |[r, g, b]: [u8; 3]| match has_true_color {
-            true => format!("2;{r};{g};{b}"),
-            false => format!("5;{}", color_of_256([r, g, b])),
+        let color = |[r, g, b]: [u8; 3]| {
+            if has_true_color { format!("2;{r};{g};{b}") } else { format!("5;{}", color_of_256([r, g, b])) }
         };
         let width = self.size[0] as usize;
         for lines in self.pixels.chunks(2 * width) {
@@ -155,7 +155,7 @@ impl Drawing {
                     let sixel = char::from(0x3f + run[0]);
                     match run.len() {
                         // The count is longer.
-                        1..4 => run.iter().for_each(|_| put(out, sixel)),
+                        short @ 1..4 => put(out, sixel.to_string().repeat(short)),
                         count => put(out, format_args!("!{count}{sixel}")),
                     }
                 }

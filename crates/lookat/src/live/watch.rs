@@ -87,7 +87,9 @@ impl Watch {
     /// Notes a file before it is read.
     pub fn note(&self, file: &Path) {
         // First, so that no change is missed.
-        lock(&self.folders).iter_mut().for_each(|folders| folders.add(file));
+        if let Some(folders) = &mut *lock(&self.folders) {
+            folders.add(file);
+        }
         lock(&self.told.names).extend(file.file_name().map(ToOwned::to_owned));
         let noted = || Noted { stamp: stamp(file), at: SystemTime::now() };
         lock(&self.files).entry(file.to_owned()).or_insert_with(noted);

@@ -108,15 +108,16 @@ impl Fireflies {
             1 => "; 1 other pixel stands out".into(),
             count => format!("; {count} other pixels stand out"),
         };
-        let advice = match *loss >= MUCH {
-            true => format!(
+        let advice = if *loss >= MUCH {
+            format!(
                 "about {} of the picture's light comes from such samples: take more samples, or use a larger light",
                 percent(*loss, 1)
-            ),
-            false => format!(
+            )
+        } else {
+            format!(
                 "to limit fireflies, write \"float maxsampleluminance\" {limit} in Film; the picture loses about {} of its light",
                 percent(*loss, 1)
-            ),
+            )
         };
         let share = (100.0 * share).floor();
         let found = format!(

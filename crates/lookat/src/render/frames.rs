@@ -89,11 +89,12 @@ fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Cam
 
 /// Fails if a moving camera changes the world.
 fn check_world(loaded: &Loaded, option: &str) -> Result<(), Failure> {
-    match loaded.world_follows_camera {
-        true => Err(format!(
+    if loaded.world_follows_camera {
+        Err(format!(
             "{option} moves the camera, and CoordSysTransform \"camera\" places a part of this world relative to it; render single pictures with --lookat"
-        ).into()),
-        false => Ok(()),
+        ).into())
+    } else {
+        Ok(())
     }
 }
 

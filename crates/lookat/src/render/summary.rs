@@ -168,9 +168,10 @@ pub fn summarize(picture: &JsonPicture, rendered: &Rendered) {
         target.summarize(picture);
     }
     if picture.least_samples == 0 {
-        crate::say(match rendered.complete {
-            true => "the time was too short for one sample per pixel: pixels without samples are black",
-            false => "pixels without samples are black",
+        crate::say(if rendered.complete {
+            "the time was too short for one sample per pixel: pixels without samples are black"
+        } else {
+            "pixels without samples are black"
         });
     }
 }

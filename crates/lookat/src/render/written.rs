@@ -50,10 +50,7 @@ impl Output<'_> {
         let is_partial = !rendered.complete;
         let file = if is_partial { marked(&self.file, PARTIAL) } else { self.file.clone() };
         let new = NewPicture { samples_per_pixel: Some(samples_per_pixel), is_partial, ..new };
-        let (file, kept) = match arguments.force {
-            true => (file, None),
-            false => free_file(file, new, &loaded.inputs),
-        };
+        let (file, kept) = if arguments.force { (file, None) } else { free_file(file, new, &loaded.inputs) };
         let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
         let name = file.file_name().unwrap_or_default();
         let file = destination.write(name, |path| rendered.image.write(path))?;

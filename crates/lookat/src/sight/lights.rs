@@ -109,7 +109,9 @@ fn look_ats(sight: &Sight, file: FileId) -> Vec<LookAt> {
                 }
                 Directive::LookAt(points) => {
                     let look_at = LookAt { span, points, end: u32::MAX };
-                    blocks.last_mut().into_iter().for_each(|block| block.push(look_at));
+                    if let Some(block) = blocks.last_mut() {
+                        block.push(look_at);
+                    }
                 }
                 _ => {}
             }
@@ -174,11 +176,10 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
     let back = sight.shapes_in_view().any(|shape| shape.span == Some(place) && !shape.glows);
     let warning = Diagnostic::warning(
         place,
-        match back {
-            true => {
-                "this light faces away: the camera sees its back, and its front illuminates nothing in view"
-            }
-            false => "this light shines away from everything in view",
+        if back {
+            "this light faces away: the camera sees its back, and its front illuminates nothing in view"
+        } else {
+            "this light shines away from everything in view"
         },
     );
     Some(match (primitive.reverse_orientation, sight.directive_start(place)) {

@@ -34,14 +34,16 @@ fn inside(sight: &Sight) -> Option<Diagnostic> {
     if is_meant {
         return None;
     }
-    let message = match shape.is_opaque {
-        true => "the camera is inside this shape, and no light comes in: the picture is black",
-        false => "the camera is inside this shape",
+    let message = if shape.is_opaque {
+        "the camera is inside this shape, and no light comes in: the picture is black"
+    } else {
+        "the camera is inside this shape"
     };
     let place = shape.span.unwrap_or_else(|| sight.camera_place());
-    let help = match shape.is_opaque {
-        true => "move the eye out of the shape, or a light into it",
-        false => "move the eye, or make the shape smaller",
+    let help = if shape.is_opaque {
+        "move the eye out of the shape, or a light into it"
+    } else {
+        "move the eye, or make the shape smaller"
     };
     Some(Diagnostic::warning(place, message).related(sight.camera_place(), sight.eye()).help(help))
 }
@@ -241,9 +243,10 @@ fn edit(sight: &Sight, view: &View) -> Option<(Span, String)> {
 /// The directive of a transformation.
 fn written(matrix: &DMat4) -> String {
     let is_translation = DMat3::from_mat4(*matrix) == DMat3::IDENTITY;
-    match is_translation {
-        true => format!("Translate {}", numbers(&matrix.w_axis.truncate().to_array())),
-        false => as_matrix(matrix),
+    if is_translation {
+        format!("Translate {}", numbers(&matrix.w_axis.truncate().to_array()))
+    } else {
+        as_matrix(matrix)
     }
 }
 

@@ -74,7 +74,7 @@ pub fn rounded(mut set: ViewOverride, own: [f64; 9]) -> ViewOverride {
     }
     if let Some(edges) = &mut set.screen_window {
         let size = (edges[1] - edges[0]).abs().min((edges[3] - edges[2]).abs());
-        edges.iter_mut().for_each(|edge| *edge = near(*edge, size));
+        *edges = edges.map(|edge| near(edge, size));
     }
     for value in [&mut set.fov, &mut set.lens_radius, &mut set.focal_distance] {
         *value = value.map(digits);
@@ -86,9 +86,10 @@ pub fn rounded(mut set: ViewOverride, own: [f64; 9]) -> ViewOverride {
 fn near(value: f64, size: f64) -> f64 {
     // A vector that was turned is a little too short.
     let decimals = 6.0 - (size.log10() + 1e-6).floor();
-    match (0.0..=17.0).contains(&decimals) {
-        true => format!("{value:.*}", decimals as usize).parse().map_or(value, |value: f64| value + 0.0),
-        false => value,
+    if (0.0..=17.0).contains(&decimals) {
+        format!("{value:.*}", decimals as usize).parse().map_or(value, |value: f64| value + 0.0)
+    } else {
+        value
     }
 }
 

@@ -127,14 +127,14 @@ impl Engine {
     pub fn run(mut self) -> ! {
         self.tell_looking();
         self.read();
-        self.error.iter().flat_map(|error| error.lines()).for_each(crate::say);
+        for line in self.error.iter().flat_map(|error| error.lines()) {
+            crate::say(line);
+        }
         loop {
             let requests = self.requests.take(self.free_time());
             // First, because a request may read the scene.
-            let has_changed = match requests.is_empty() {
-                true => self.watch.has_changed(),
-                false => self.watch.has_changed_by_now(),
-            };
+            let has_changed =
+                if requests.is_empty() { self.watch.has_changed() } else { self.watch.has_changed_by_now() };
             if has_changed {
                 self.watch.settle();
                 self.read();
@@ -143,7 +143,9 @@ impl Engine {
             let needs_film =
                 |request: &Request| matches!(request, Request::Query(query) if query.needs_film());
             let (layers, requests): (Vec<_>, Vec<_>) = requests.into_iter().partition(needs_film);
-            requests.into_iter().for_each(|request| self.answer(request));
+            for request in requests {
+                self.answer(request);
+            }
             self.follow_reference();
             if self.stage == Stage::New {
                 self.render_small();
@@ -151,7 +153,9 @@ impl Engine {
             } else if self.stage == Stage::Small && layers.is_empty() && self.free_time().is_zero() {
                 self.render_full();
             }
-            layers.into_iter().for_each(|request| self.answer(request));
+            for request in layers {
+                self.answer(request);
+            }
         }
     }
 

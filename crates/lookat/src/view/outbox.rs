@@ -90,7 +90,9 @@ impl Hub {
     pub fn join(&self) -> Arc<Outbox> {
         let outbox = Arc::new(Outbox::default());
         let mut told = lock(&self.0);
-        told.newest.iter().for_each(|(kind, message)| outbox.put(*kind, message.clone()));
+        for (kind, message) in &told.newest {
+            outbox.put(*kind, message.clone());
+        }
         told.pages.push(Arc::downgrade(&outbox));
         outbox
     }
@@ -99,7 +101,9 @@ impl Hub {
     pub fn take_back(&self, kind: Kind) {
         let mut told = lock(&self.0);
         told.newest.remove(&kind);
-        told.pages.iter().filter_map(Weak::upgrade).for_each(|page| page.take_back(kind));
+        for page in told.pages.iter().filter_map(Weak::upgrade) {
+            page.take_back(kind);
+        }
     }
 
     /// Tells all pages.

@@ -144,8 +144,14 @@ impl Server {
 
     /// The media type and the contents of a file of the page, or of the finished picture.
     fn file(&self, name: &str) -> Option<(&'static str, Cow<'static, [u8]>)> {
-        if let Some(file) = FILES.iter().find(|file| file.name == name) {
-            return Some((file.kind, file.text.as_bytes().into()));
+        let page_file = if name.is_empty() { "index.html" } else { name };
+        if let Some((_, text)) = FILES.iter().find(|(known, _)| *known == page_file) {
+            let kind = match name.rsplit_once('.') {
+                Some((_, "js")) => "text/javascript; charset=utf-8",
+                Some((_, "css")) => "text/css; charset=utf-8",
+                _ => "text/html; charset=utf-8",
+            };
+            return Some((kind, text.as_bytes().into()));
         }
         let (name, kind) = PICTURES.iter().find(|(picture, _)| *picture == name)?;
         Some((kind, self.gallery.file(name)?.into()))
@@ -192,50 +198,16 @@ fn is_same(one: &str, other: &str) -> bool {
     one.len() == other.len() && pairs.fold(0, |all, (a, b)| black_box(all | (a ^ b))) == 0
 }
 
-/// A file of the page.
-pub struct PageFile {
-    pub name: &'static str,
-    /// Its media type.
-    pub kind: &'static str,
-    pub text: &'static str,
+/// The files of the page, inside the program.
+macro_rules! files {
+    ($($name:literal)*) => {
+        &[$(($name, include_str!(concat!("../../page/", $name)))),*]
+    };
 }
 
-const fn script(name: &'static str, text: &'static str) -> PageFile {
-    PageFile { name, kind: "text/javascript; charset=utf-8", text }
-}
-
-const fn style(name: &'static str, text: &'static str) -> PageFile {
-    PageFile { name, kind: "text/css; charset=utf-8", text }
-}
-
-/// The page has no name.
-pub const FILES: &[PageFile] = &[
-    PageFile { name: "", kind: "text/html; charset=utf-8", text: include_str!("../../page/index.html") },
-    style("viewer.css", include_str!("../../page/viewer.css")),
-    style("style.css", include_str!("../../page/style.css")),
-    script("main.js", include_str!("../../page/main.js")),
-    script("ask.js", include_str!("../../page/ask.js")),
-    script("blur.js", include_str!("../../page/blur.js")),
-    script("parameters.js", include_str!("../../page/parameters.js")),
-    script("pointing.js", include_str!("../../page/pointing.js")),
-    script("places.js", include_str!("../../page/places.js")),
-    script("socket.js", include_str!("../../page/socket.js")),
-    script("picture.js", include_str!("../../page/picture.js")),
-    script("display.js", include_str!("../../page/display.js")),
-    script("zoom.js", include_str!("../../page/zoom.js")),
-    script("compare.js", include_str!("../../page/compare.js")),
-    script("layers.js", include_str!("../../page/layers.js")),
-    script("reading.js", include_str!("../../page/reading.js")),
-    script("status.js", include_str!("../../page/status.js")),
-    script("save.js", include_str!("../../page/save.js")),
-    script("paint.js", include_str!("../../page/paint.js")),
-    script("ramp.js", include_str!("../../page/ramp.js")),
-    script("readout.js", include_str!("../../page/readout.js")),
-    script("wipe.js", include_str!("../../page/wipe.js")),
-    script("typing.js", include_str!("../../page/typing.js")),
-    script("tone.js", include_str!("../../page/tone.js")),
-    script("camera.js", include_str!("../../page/camera.js")),
-    script("gestures.js", include_str!("../../page/gestures.js")),
-    script("panel.js", include_str!("../../page/panel.js")),
-    script("edit.js", include_str!("../../page/edit.js")),
+/// Names and texts of the files of the page.
+const FILES: &[(&str, &str)] = files![
+    "index.html" "viewer.css" "style.css" "main.js" "ask.js" "blur.js" "parameters.js" "pointing.js" "places.js" "socket.js"
+    "picture.js" "display.js" "zoom.js" "compare.js" "layers.js" "reading.js" "status.js" "save.js" "paint.js" "ramp.js"
+    "readout.js" "wipe.js" "typing.js" "tone.js" "camera.js" "gestures.js" "panel.js" "edit.js"
 ];

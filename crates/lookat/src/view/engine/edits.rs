@@ -104,11 +104,10 @@ impl Engine {
             return Err("there is nothing to write".into());
         }
         let Shown { changes, .. } = std::mem::take(&mut *shown);
-        match self.unwritten()? == changes {
-            true => Ok(changes),
-            false => {
-                Err("the file, the camera or a parameter has changed meanwhile: nothing is written".into())
-            }
+        if self.unwritten()? == changes {
+            Ok(changes)
+        } else {
+            Err("the file, the camera or a parameter has changed meanwhile: nothing is written".into())
         }
     }
 
@@ -116,11 +115,10 @@ impl Engine {
     fn unwritten(&self) -> Result<Vec<FileChange>, Failure> {
         let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
         let changes = self.unsaved.with(opened.changes(&self.set.camera)?);
-        match changes.is_empty() {
-            true => {
-                Err("the file has this camera and these parameters already; the film is never written".into())
-            }
-            false => Ok(changes),
+        if changes.is_empty() {
+            Err("the file has this camera and these parameters already; the film is never written".into())
+        } else {
+            Ok(changes)
         }
     }
 
@@ -141,7 +139,7 @@ impl Engine {
     pub fn change(&mut self, change: Change) {
         let (mut places, mut refused) = (change.shown.clone(), None);
         match self.try_change(&change) {
-            Ok(fixes) => places.iter_mut().for_each(|at| *at = moved(*at, &fixes, self.reading)),
+            Ok(fixes) => places = places.into_iter().map(|at| moved(at, &fixes, self.reading)).collect(),
             Err(reason) => refused = Some(reason.into()),
         }
         let sources = self.opened.as_ref().map(|opened| opened.sources());

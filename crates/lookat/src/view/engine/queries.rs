@@ -19,10 +19,10 @@ impl Engine {
     /// Answers a query in the resolution of the picture that is shown. Puts it back if another request comes before.
     pub fn answer_query(&mut self, query: Query) {
         let is_full = self.stage == Stage::Finished;
-        let view = self.opened.as_ref().map(|opened| match is_full {
-            true => opened.view.clone(),
-            false => self.pace.view(&opened.view),
-        });
+        let view = self
+            .opened
+            .as_ref()
+            .map(|opened| if is_full { opened.view.clone() } else { self.pace.view(&opened.view) });
         // A small layer is there soon.
         let is_over = || is_full && (self.requests.has_any() || self.watch.has_changed());
         if !self.is_answered(query, (view.as_ref(), 0), &is_over) {
