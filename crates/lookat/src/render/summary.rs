@@ -214,7 +214,7 @@ pub(super) fn explain_black(
             true => black.as_deref().unwrap_or(
                 "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov",
             ),
-            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are seen",
+            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are visible",
             false
                 if scene.world.lights.is_empty()
                     && scene.world.shapes().any(|shape| shape.emission.is_some()) =>
@@ -226,7 +226,7 @@ pub(super) fn explain_black(
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
-        crate::say(&format!("{count} samples were infinite or NaN and are used as black"));
+        crate::say(&format!("{count} samples were infinite or NaN and count as black"));
     }
     if rendered.statistics.clamped > 0 {
         let count = rendered.statistics.clamped;
