@@ -385,6 +385,30 @@ mod tests {
         );
     }
 
+    /// A picture that the time ends is as good as one of so many samples: it has the same.
+    #[test]
+    fn time_takes_the_samples_of_a_number_of_samples() {
+        let mut scene = scene(
+            r#"Film "image" "integer xresolution" 16 "integer yresolution" 16 PixelFilter "gaussian"
+            Camera "perspective" Sampler "sobol" "integer pixelsamples" 64 Integrator "path" WorldBegin
+            LightSource "infinite" Translate 0 0 3 Shape "sphere" WorldEnd"#,
+        );
+        let whole =
+            render(&scene, &Settings { threads: 1, ..Settings::default() }, &|_| ControlFlow::Continue(()));
+        let max_samples = Stop::DEFAULT_MAX_SAMPLES_OF_TIME;
+        let stop = Stop::Time { limit: Duration::from_secs(3600), max_samples, adaptive: false };
+        // In place of the clock.
+        let in_time = |progress: Progress| match progress.done < whole.statistics.samples {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
+        };
+        // Textures are filtered for as many samples, since it is 64.
+        scene.view.sampler.samples_per_pixel = 1;
+        let timed = render(&scene, &Settings { threads: 1, stop, ..Settings::default() }, &in_time);
+        assert_eq!(timed.statistics.samples, whole.statistics.samples);
+        assert_eq!(timed.image.rgb().unwrap(), whole.image.rgb().unwrap());
+    }
+
     /// No lock of the film is held during the callback, for every way to stop and every kind of layer.
     #[test]
     fn snapshots_are_taken_in_each_callback() {
