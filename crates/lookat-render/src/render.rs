@@ -121,6 +121,8 @@ pub struct Statistics {
     pub least: u32,
     /// The most samples that a pixel has.
     pub most: u32,
+    /// Pixels with samples of which none counts: the filter is narrower than the gaps between samples. These pixels are black.
+    pub unreached: u64,
     /// What became of the target error; `None` without one.
     pub target: Option<Reached>,
 }
@@ -271,12 +273,21 @@ fn run<R>(
 impl Film<'_> {
     /// Adds how many samples the pixels have.
     fn count(&self, statistics: Statistics) -> Statistics {
-        let none = Statistics { samples: 0, samples_in_picture: 0, least: u32::MAX, most: 0, ..statistics };
+        let none = Statistics {
+            samples: 0,
+            samples_in_picture: 0,
+            least: u32::MAX,
+            most: 0,
+            unreached: 0,
+            ..statistics
+        };
         self.tiles.iter().fold(none, |mut sum, tile| {
             let tile = lock(tile);
             sum.samples += tile.counts.iter().copied().map(u64::from).sum::<u64>();
-            for count in (0..tile.bounds.size()).map(|at| tile.count(at)) {
+            for at in 0..tile.bounds.size() {
+                let count = tile.count(at);
                 sum.samples_in_picture += u64::from(count);
+                sum.unreached += u64::from(count > 0 && !tile.is_reached(at));
                 (sum.least, sum.most) = (sum.least.min(count), sum.most.max(count));
             }
             sum
