@@ -231,7 +231,7 @@ fn rare_light_is_undecided() {
     assert!(status == 1 && out.contains("noise           differ: "), "{out}");
     let noise = |more: &[&str]| folder.compare(&[&["flat.exr", "rare.exr"], more].concat());
     let (status, out, _) = noise(&["--max", "noise-p=0.01"]);
-    assert!(status == 2 && out.contains("noise           undecided: only few pixels"), "{out}");
+    assert!(status == 2 && out.contains("noise           undecided: only a few pixels"), "{out}");
     assert!(out.contains("noise only, tail index 0.") && !out.contains("exceeds --max"), "{out}");
     assert_eq!(noise(&[]).0, 0);
     assert_eq!(noise(&["--max", "noise-p=0.01", "--max", "max=1"]).0, 1);

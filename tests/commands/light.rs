@@ -15,7 +15,7 @@ fn advised(folder: &Folder, scene: &str, arguments: &[&str]) -> Option<i32> {
     let run = folder.run(&[&["render", "a.pbrt", "--force"], arguments].concat());
     assert_eq!(run.status, 0, "{}", run.err);
     let (_, stops) =
-        run.err.split_once("use --exposure ").or_else(|| run.err.split_once("a.png --exposure "))?;
+        run.err.split_once("try --exposure ").or_else(|| run.err.split_once("a.png --exposure "))?;
     Some(stops.trim().parse().unwrap())
 }
 

@@ -102,7 +102,7 @@ fn options_that_no_camera_can_have_are_refused() {
     let run = folder.run(&["render", "fine.pbrt", "--lens-radius", "1"]);
     assert!(run.status == 0 && run.err.contains("the lens has no focaldistance"), "{}", run.err);
     let run = folder.run(&["render", "fine.pbrt", "--fov", ".785"]);
-    assert!(run.status == 0 && run.err.contains("did you mean radians?"), "{}", run.err);
+    assert!(run.status == 0 && run.err.contains("this looks like radians"), "{}", run.err);
 }
 
 /// Each picture is the one of its value alone, bit for bit.
@@ -256,8 +256,8 @@ fn pipes_are_read_once_and_only_as_scenes() {
     let folder = Folder::new();
     assert!(Command::new("mkfifo").arg(folder.path("pipe.pbrt")).status().unwrap().success());
     for (arguments, message) in [
-        (&["render", "fine.pbrt", "pipe.pbrt"][..], "pipe.pbrt can be read once: render it alone"),
-        (&["render", "pipe.pbrt", "--watch"], "pipe.pbrt can be read once: with --watch, name a file"),
+        (&["render", "fine.pbrt", "pipe.pbrt"][..], "pipe.pbrt can be read only once: render it alone"),
+        (&["render", "pipe.pbrt", "--watch"], "pipe.pbrt can be read only once: with --watch, name a file"),
         (&["view", "pipe.pbrt"], "cannot read pipe.pbrt: it is a pipe or a device, not a file"),
         (&["view", "/dev/zero"], "cannot read /dev/zero: it is a pipe or a device, not a file"),
         (&["bench", "--view", "pipe.pbrt"], "pipe.pbrt: it is a pipe or a device, not a file"),

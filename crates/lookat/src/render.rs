@@ -30,7 +30,7 @@ use crate::render::frames::{focus, render_frames};
 use crate::render::progress::Shown;
 pub use crate::render::progress::progress_bar;
 pub use crate::render::summary::{JsonPicture, Metadata};
-use crate::render::summary::{JsonTarget, Numbered, explain_black, summarize};
+use crate::render::summary::{JsonTarget, Numbered, explain_black, narrow_filter, summarize};
 use crate::render::written::{Kept, Output, PARTIAL, SoFar};
 use crate::report::SceneResult;
 use crate::source::{load_scene, load_watched, replace_samples};
@@ -354,7 +354,10 @@ fn picture(
     }
     if is_told {
         summarize(&picture, &rendered);
-        light.inspect(|light| light.print(&file, rendered.complete && least > 0 && !black));
+        let is_shown = rendered.complete && least > 0 && !black && narrow_filter(&rendered).is_none();
+        if let Some(light) = light {
+            light.print(&file, is_shown);
+        }
         for line in picture.fireflies.iter().flat_map(Fireflies::lines) {
             crate::say(&line);
         }

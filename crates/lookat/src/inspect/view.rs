@@ -154,7 +154,7 @@ impl View {
 
     fn in_view(&self) -> String {
         let Shares { shapes, lights, nothing } = self.shares;
-        let parts = [(shapes, "shapes"), (lights, "lights"), (nothing, "nothing else")];
+        let parts = [(shapes, "shapes"), (lights, "lights"), (nothing, "nothing")];
         let shown = parts.iter().filter(|(share, _)| *share > 0.0);
         shown.map(|(share, what)| format!("{} {what}", percent(*share, 1))).collect::<Vec<_>>().join(", ")
     }
@@ -179,7 +179,7 @@ impl View {
         };
         let blurs: Vec<String> = seen.iter().filter_map(blur).take(MOST_LISTED).collect();
         Some(format!(
-            "to a pixel from {} {far}{hyperfocal}; blur in pixels: {}",
+            "within a pixel from {} {far}{hyperfocal}; blur in pixels: {}",
             short(near),
             blurs.join(", ")
         ))
@@ -192,7 +192,7 @@ impl View {
         let share = |light: &Light| if all > 0.0 { light.irradiance / all } else { 0.0 };
         let part = |light: &&Light| format!("{} {}", light.place.name, percent(share(light), 1));
         let parts: Vec<String> = lights.iter().take(MOST_LISTED).map(part).collect();
-        (!parts.is_empty()).then(|| format!("straight on the surfaces in view: {}", parts.join(", ")))
+        (!parts.is_empty()).then(|| format!("direct, on the surfaces in view: {}", parts.join(", ")))
     }
 }
 

@@ -226,7 +226,7 @@ mod tests {
         assert!(text.contains("is a firefly: 1 of its 1024 samples gives"), "{text}");
         assert!(text.contains("sphere") && text.contains("to the light of"), "{text}");
         // Most of the light of this picture comes so.
-        assert!(text.contains("take more of them") && !text.contains("maxsampleluminance"), "{text}");
+        assert!(text.contains("take more samples") && !text.contains("maxsampleluminance"), "{text}");
     }
 
     #[test]

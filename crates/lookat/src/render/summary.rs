@@ -176,6 +176,19 @@ pub fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     }
 }
 
+/// Why most of the picture is black, if the filter is the reason.
+pub fn narrow_filter(rendered: &Rendered) -> Option<String> {
+    let (unreached, all) = (rendered.statistics.unreached, rendered.image.data_window.area());
+    let black = if unreached == all {
+        "the picture is all black".into()
+    } else {
+        format!("{unreached} of {all} pixels are black")
+    };
+    (2 * unreached > all).then(|| {
+        format!("{black}: the PixelFilter is narrower than the gaps between samples; set xwidth and ywidth to at least 0.5")
+    })
+}
+
 /// A picture with less than this share of the emitted radiance shows rounding: corners with a few digits tilt the triangles of a plane
 /// towards each other.
 const RESIDUE: f64 = 1e-9;
@@ -192,14 +205,18 @@ pub fn residue(scene: &Scene) -> f64 {
     RESIDUE * f64::from(radiance.fold(0.0, f32::max)) * scene.view.film.scale
 }
 
-/// Prints the reason why a picture is all black.
+/// Prints the reason why a picture is black, all of it or where the filter leaves out samples.
 pub fn explain_black(
     picture: &JsonPicture,
     rendered: &Rendered,
     (scene, prepared): (&Scene, &mut Prepared),
     sources: &Sources,
 ) {
-    if picture.black && rendered.complete && picture.least_samples > 0 {
+    if !rendered.complete || picture.least_samples == 0 {
+        // The summary says so.
+    } else if let Some(reason) = narrow_filter(rendered) {
+        crate::say(&reason);
+    } else if picture.black {
         let depth = match scene.view.integrator {
             Integrator::Path { max_depth, .. } | Integrator::DirectLighting { max_depth, .. } => max_depth,
             Integrator::AmbientOcclusion { .. } => 1,
@@ -215,7 +232,7 @@ pub fn explain_black(
             true => black.as_deref().unwrap_or(
                 "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov",
             ),
-            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are seen",
+            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are visible",
             false
                 if scene.world.lights.is_empty()
                     && scene.world.shapes().any(|shape| shape.emission.is_some()) =>
@@ -227,7 +244,7 @@ pub fn explain_black(
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
-        crate::say(&format!("{count} samples were infinite or NaN and are used as black"));
+        crate::say(&format!("{count} samples were infinite or NaN and count as black"));
     }
     if rendered.statistics.clamped > 0 {
         let count = rendered.statistics.clamped;

@@ -97,12 +97,12 @@ fn nothing_in_view(sight: &Sight) -> Option<Diagnostic> {
     let middle = sight.in_camera((bounds[0] + bounds[1]) * 0.5);
     let crop = sight.places.crop_window.filter(|_| !sight.is_whole());
     let (message, help) = if -middle.z > middle.truncate().abs().max_element() {
-        ("no shape is in view: they are behind the camera".to_owned(), "turn the camera around")
+        ("no shape is in view: all are behind the camera".to_owned(), "turn the camera around")
     } else if let Some(crop) = crop {
         let help = "choose a part of the picture that shows a shape";
         return Some(Diagnostic::warning(crop, "no shape is in this part of the picture").help(help));
     } else {
-        (format!("no shape is in view: they are {} the picture", side(middle)), "point the camera at them")
+        (format!("no shape is in view: all are {} the picture", side(middle)), "point the camera at them")
     };
     let at = (bounds[0] + bounds[1]) * 0.5;
     let help = format!("{help}: the middle of all shapes is at {}", point(at));

@@ -145,7 +145,7 @@ pub fn blurred(sight: &Sight) -> Option<Diagnostic> {
     let depth = sight.facts.center_depth.or_else(|| sight.facts.median_depth())?;
     let [near, far] = [sight.facts.depths.first()?, sight.facts.depths.last()?];
     let help = format!(
-        "what is in view is {} to {} units away; for a picture that is sharp everywhere, make lensradius smaller",
+        "everything in view is {} to {} units away; for a picture that is sharp everywhere, make lensradius smaller",
         short(*near),
         short(*far)
     );
