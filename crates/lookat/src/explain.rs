@@ -371,7 +371,7 @@ fn paragraph(parameter: &Parameter) -> String {
 }
 
 /// A type, or a directive without types.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct TypeFacts {
     /// The directive, as a scene writes it.
     directive: &'static str,
@@ -397,28 +397,19 @@ struct TypeFacts {
 
 impl TypeFacts {
     fn of_form(form: &Form) -> TypeFacts {
-        TypeFacts {
-            directive: form.keyword,
-            kind: None,
-            arguments: Some(form.arguments),
-            default: None,
-            meaning: form.meaning,
-            instead: None,
-            parameters: Vec::new(),
-            remark: None,
-        }
+        let &Form { keyword, arguments, meaning, .. } = form;
+        TypeFacts { directive: keyword, arguments: Some(arguments), meaning, ..TypeFacts::default() }
     }
 
     fn new(kind: &Kind) -> TypeFacts {
         TypeFacts {
             directive: kind.directive,
             kind: Some(kind.name),
-            arguments: None,
             default: Some(kind.is_default),
             meaning: kind.meaning,
             instead: Some(kind.instead).filter(|instead| !instead.is_empty()),
             parameters: kind.parameters().map(|parameter| ParameterFacts::new(&parameter)).collect(),
-            remark: None,
+            ..TypeFacts::default()
         }
     }
 }

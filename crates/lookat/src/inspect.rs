@@ -53,7 +53,8 @@ pub struct Needs {
     /// The SIMD instructions in use: AVX-512, AVX2, SSE2 or NEON.
     simd: &'static str,
     /// Unused features, in words.
-    not_paid_for: Vec<&'static str>,
+    #[serde(rename = "not_paid_for")]
+    unused: Vec<&'static str>,
     #[serde(skip)]
     choice_in_words: &'static str,
 }
@@ -172,7 +173,7 @@ impl Needs {
         let render = render_bytes(loaded, scene);
         let mut prepared = sight::prepare(loaded, scene)?;
         let it = lookat_render::inspect(&prepared, &scene.view);
-        let not_paid_for = not_paid_for(scene, &it);
+        let unused = unused_features(scene, &it);
         let sight = sight::look(loaded, scene, prepared.facts(&scene.view));
         let view = View::new(&sight, &loaded.sources);
         // A file that is included again is in memory once.
@@ -236,13 +237,13 @@ impl Needs {
             choice_in_words,
             view,
             simd: lookat_render::simd(),
-            not_paid_for,
+            unused,
         })
     }
 }
 
 /// The features that the scene does not use.
-fn not_paid_for(scene: &Scene, it: &Inspection) -> Vec<&'static str> {
+fn unused_features(scene: &Scene, it: &Inspection) -> Vec<&'static str> {
     let is_path = matches!(scene.view.integrator, Integrator::Path { .. });
     let has = |draw: &str| it.draws.iter().any(|drawn| drawn.of == draw);
     let mut absent = vec![

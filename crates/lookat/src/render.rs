@@ -118,7 +118,7 @@ fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
             }
             report::failure(&loaded)
         }
-        (Some(scene), _) => match pictures(arguments, scene, &loaded, live, (&mut result, &mut advice)) {
+        (Some(scene), _) => match pictures(arguments, scene, &loaded, live, &mut result, &mut advice) {
             Ok(true) => 0,
             Ok(false) => interrupt::STATUS,
             Err(failure) => fail(failure, &mut result),
@@ -134,7 +134,8 @@ fn pictures(
     scene: &Scene,
     loaded: &Loaded,
     live: &Live,
-    (result, advice): (&mut SceneResult, &mut Vec<Diagnostic>),
+    result: &mut SceneResult,
+    advice: &mut Vec<Diagnostic>,
 ) -> Result<bool, Failure> {
     if interrupt::flow().is_break() {
         return Ok(false);
@@ -149,7 +150,7 @@ fn pictures(
         result.frames = frames;
         return written;
     }
-    let Some((picture, written)) = picture(arguments, scene, loaded, None, (live, advice))? else {
+    let Some((picture, written)) = picture(arguments, scene, loaded, None, live, advice)? else {
         return Ok(true);
     };
     let is_complete = picture.complete;
@@ -249,7 +250,8 @@ fn picture(
     scene: &Scene,
     loaded: &Loaded,
     prepared: Option<&mut Prepared>,
-    (live, advice): (&Live, &mut Vec<Diagnostic>),
+    live: &Live,
+    advice: &mut Vec<Diagnostic>,
 ) -> Result<Option<Written>, Failure> {
     let file = picture_file(arguments, loaded);
     // Check before hours of rendering, not after.
@@ -327,7 +329,7 @@ fn picture(
     let black = light.is_some_and(|light| light.is_black(summary::residue(&scene)));
     let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
     let fireflies = luminances
-        .and_then(|luminances| Fireflies::find(&luminances, (&scene, prepared), &settings, &loaded.sources));
+        .and_then(|luminances| Fireflies::find(&luminances, &scene, prepared, &settings, &loaded.sources));
     let picture = JsonPicture {
         file: file.display().to_string(),
         width: rendered.image.data_window.width,
@@ -367,7 +369,7 @@ fn picture(
     }
     // A picture that shows nothing is never what was meant: --quiet does not hide it.
     if !arguments.report.json {
-        explain_black(&picture, &rendered, (&scene, prepared), &loaded.sources);
+        explain_black(&picture, &rendered, &scene, prepared, &loaded.sources);
     }
     live.wait();
     Ok(Some((picture, destination.result())))

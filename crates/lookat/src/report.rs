@@ -286,7 +286,7 @@ fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
 }
 
 /// The JSON of a scene, by `render`, `check` and `inspect`.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 pub struct SceneResult<'a> {
     /// The scene file, as you named it.
     pub scene: String,
@@ -321,15 +321,7 @@ impl<'a> SceneResult<'a> {
 
     /// Nothing is known of the scene yet.
     pub fn without_scene(scene: &Path) -> Self {
-        SceneResult {
-            scene: scene.display().to_string(),
-            diagnostics: Vec::new(),
-            unread: None,
-            needs: None,
-            picture: None,
-            frames: Vec::new(),
-            error: None,
-        }
+        SceneResult { scene: scene.display().to_string(), ..SceneResult::default() }
     }
 }
 

@@ -181,7 +181,8 @@ impl Sight<'_> {
         &self,
         warning: Diagnostic,
         place: Span,
-        (ty, name): (ParamType, &str),
+        ty: ParamType,
+        name: &str,
         words: &[String],
     ) -> Diagnostic {
         let edits = DirectiveText::at(self.sources, place).map(|text| text.set(ty, name, words));

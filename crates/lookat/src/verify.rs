@@ -193,9 +193,9 @@ fn scene_files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 /// Everything beside a scene that is named as its reference, the preferred one first: also folders and dangling links.
 pub fn beside(scene: &Path) -> impl Iterator<Item = PathBuf> {
-    let is_there = |file: &PathBuf| file.symlink_metadata().is_ok();
+    let exists = |file: &PathBuf| file.symlink_metadata().is_ok();
     let spellings = ENDINGS.iter().flat_map(|ending| [ending.to_string(), ending.to_uppercase()]);
-    spellings.map(|ending| scene.with_extension(ending)).filter(is_there)
+    spellings.map(|ending| scene.with_extension(ending)).filter(exists)
 }
 
 /// The name of a scene: the name of its file, without the ending.

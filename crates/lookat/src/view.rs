@@ -53,7 +53,7 @@ fn serve(arguments: &View) -> Result<u8, Failure> {
     let (requests, hub, gallery) =
         (Arc::new(Requests::default()), Arc::new(Hub::default()), Arc::new(Gallery::default()));
     let server = Server::new(&listener, requests.clone(), hub.clone(), gallery.clone())?;
-    let engine = Engine::new(arguments, editor, requests, (hub, gallery), references);
+    let engine = Engine::new(arguments, editor, requests, hub, gallery, references);
     let address = server.address();
     server.start(listener)?;
     crate::print(&format!("{address}\n"))?;

@@ -22,7 +22,7 @@ impl Needs {
             ("lights", self.lights()),
             ("memory", self.memory()),
             ("arithmetic", self.arithmetic()),
-            ("not used", listed(&self.not_paid_for)),
+            ("not used", listed(&self.unused)),
         ];
         let lines = lines.into_iter().chain(self.view.lines());
         let line = |(title, text): (&str, String)| format!("  {title:14}{}\n", wrapped(&text));

@@ -60,7 +60,8 @@ impl Fireflies {
     /// The fireflies among these luminances. Takes the samples of some pixels again.
     pub fn find(
         luminances: &[f32],
-        (scene, prepared): (&Scene, &Prepared),
+        scene: &Scene,
+        prepared: &Prepared,
         settings: &Settings,
         sources: &Sources,
     ) -> Option<Fireflies> {
@@ -211,7 +212,7 @@ mod tests {
         let rendered = render(scene, &settings, &|_| ControlFlow::Continue(()));
         let prepared = Prepared::new(scene);
         let luminances = luminances(&rendered.image, &scene.view.film, samples)?;
-        let found = Fireflies::find(&luminances, (scene, &prepared), &settings, &loaded.sources)?;
+        let found = Fireflies::find(&luminances, scene, &prepared, &settings, &loaded.sources)?;
         Some(found.lines().join("\n"))
     }
 

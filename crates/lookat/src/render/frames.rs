@@ -55,7 +55,7 @@ fn render_into(
         scene.view.camera = camera;
         let arguments = Render { output: Some(file), ..arguments.clone() };
         if let Some((picture, written)) =
-            picture(&arguments, &scene, loaded, Some(&mut prepared), (live, &mut Vec::new()))?
+            picture(&arguments, &scene, loaded, Some(&mut prepared), live, &mut Vec::new())?
         {
             let is_complete = picture.complete;
             done.push(picture);

@@ -72,7 +72,7 @@ pub struct JsonTarget {
 }
 
 /// The metadata of a picture. It must be the same for each run.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 pub struct Metadata {
     program: &'static str,
     version: &'static str,
@@ -92,7 +92,7 @@ pub struct Metadata {
 }
 
 /// The camera of a picture, with the names of the scene file.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct JsonCamera {
     /// Row by row.
     world_from_camera: [f64; 16],
@@ -120,19 +120,15 @@ impl JsonCamera {
 impl Metadata {
     /// Of a complete picture.
     pub fn new(scene: &Path, camera: &Camera, seed: u64, samples_per_pixel: f64) -> Metadata {
-        let (program, version) = ("lookat", env!("CARGO_PKG_VERSION"));
         Metadata {
-            program,
-            version,
+            program: "lookat",
+            version: env!("CARGO_PKG_VERSION"),
             scene: scene.display().to_string(),
             camera: JsonCamera::new(camera),
             seed,
             samples_per_pixel,
             complete: true,
-            adaptive: false,
-            target_error: None,
-            confidence: None,
-            numbered: Numbered::default(),
+            ..Metadata::default()
         }
     }
 
@@ -209,7 +205,8 @@ pub fn residue(scene: &Scene) -> f64 {
 pub fn explain_black(
     picture: &JsonPicture,
     rendered: &Rendered,
-    (scene, prepared): (&Scene, &mut Prepared),
+    scene: &Scene,
+    prepared: &mut Prepared,
     sources: &Sources,
 ) {
     if !rendered.complete || picture.least_samples == 0 {
@@ -354,13 +351,13 @@ impl Numbered {
     pub fn new(image: &Image, prepared: &Prepared, sources: &Sources) -> Numbered {
         let shapes = numbers(image, Layer::Shape);
         let materials = numbers(image, Layer::Material);
-        let shape = |(number, span): (u32, Option<Span>)| entry(number, ("shape", None), span, sources);
+        let shape = |(number, span): (u32, Option<Span>)| entry(number, "shape", None, span, sources);
         let all = prepared.shapes().map(|shape| shape.span);
         let shapes = (1..).zip(all).filter(|(number, _)| shapes.contains(number)).map(shape).collect();
         let all = if materials.is_empty() { Vec::new() } else { prepared.materials() };
         let found = (1..).zip(all).filter(|(number, _)| materials.contains(number));
         let materials = found.map(|(number, material)| {
-            entry(number, (material.kind().name(), material.name.clone()), material.span, sources)
+            entry(number, material.kind().name(), material.name.clone(), material.span, sources)
         });
         Numbered { shapes, materials: materials.collect() }
     }
@@ -373,7 +370,7 @@ fn numbers(image: &Image, layer: Layer) -> BTreeSet<u32> {
 }
 
 /// `kind`: the type of what has no place in the text.
-fn entry(number: u32, (kind, name): (&str, Option<String>), span: Option<Span>, sources: &Sources) -> Entry {
+fn entry(number: u32, kind: &str, name: Option<String>, span: Option<Span>, sources: &Sources) -> Entry {
     let place = span.map(|span| Place::new(span, sources));
     let kind = span.map_or_else(|| kind.into(), |span| report::word(span, sources));
     Entry { number, kind, name, place }

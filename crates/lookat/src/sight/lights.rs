@@ -190,7 +190,7 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
         (true, _) => {
             let warning = warning.help("ReverseOrientation turns it around: remove that, or let both sides shine");
             match emission.span {
-                Some(at) => sight.propose(warning, at, (ParamType::Bool, "twosided"), &["\"true\"".into()]),
+                Some(at) => sight.propose(warning, at, ParamType::Bool, "twosided", &["\"true\"".into()]),
                 None => warning,
             }
         }

@@ -86,7 +86,7 @@ pub fn small(sight: &Sight) -> Option<Diagnostic> {
     let words = edges.map(short);
     let warning = Diagnostic::warning(camera, message)
         .help(format!("write \"float screenwindow\" [{}] in Camera", words.join(" ")));
-    Some(sight.propose(warning, camera, (ParamType::Float, "screenwindow"), &words))
+    Some(sight.propose(warning, camera, ParamType::Float, "screenwindow", &words))
 }
 
 pub fn is_orthographic(sight: &Sight) -> bool {

@@ -31,16 +31,21 @@ pub fn placement(loaded: &Loaded, scene: &Scene, prepared: &Prepared) -> Option<
     CameraPlacement::of(world_from_camera, points).ok()
 }
 
+/// What the file says about its camera beside the camera itself.
+#[derive(Clone, Copy)]
+pub struct FileCamera {
+    /// The `LookAt`, or one that sees the same. `None` if the camera has no direction.
+    pub placement: Option<CameraPlacement>,
+    /// The `focaldistance`. A pinhole keeps it for the day it gets a lens.
+    pub focal_distance: Option<f64>,
+}
+
 /// The camera of the file with what the page sets. Fails with the reason.
-pub fn changed(
-    own: Camera,
-    (placement, focal_distance): (Option<CameraPlacement>, Option<f64>),
-    set: &ViewOverride,
-) -> Result<Camera, Failure> {
+pub fn changed(own: Camera, file: &FileCamera, set: &ViewOverride) -> Result<Camera, Failure> {
     set.options().check()?;
     let mut camera = own;
     if let Some(points) = set.look_at {
-        let placement = placement.ok_or("the camera of the file has no direction")?;
+        let placement = file.placement.ok_or("the camera of the file has no direction")?;
         let placed = CameraPlacement { points, ..placement }.world_from_camera();
         camera.world_from_camera = placed.map_err(|fault| fault.to_string())?;
     }
@@ -52,7 +57,8 @@ pub fn changed(
     }
     if own.projection != Projection::Environment {
         let radius = set.lens_radius.or(own.lens.map(|lens| lens.radius)).unwrap_or(0.0);
-        let distance = set.focal_distance.or(own.lens.map(|lens| lens.focal_distance)).or(focal_distance);
+        let distance =
+            set.focal_distance.or(own.lens.map(|lens| lens.focal_distance)).or(file.focal_distance);
         let lens = Lens { radius, focal_distance: distance.unwrap_or(Lens::UNFOCUSED) };
         camera.lens = (radius > 0.0).then_some(lens);
     }
@@ -93,13 +99,9 @@ fn near(value: f64, size: f64) -> f64 {
     }
 }
 
-/// The values of a camera that a `LookAt` of `points` places. `focal_distance` comes from the file, for a pinhole.
-pub fn values(
-    camera: &Camera,
-    (placement, focal_distance): (Option<CameraPlacement>, Option<f64>),
-    points: [f64; 9],
-) -> messages::Camera {
-    let before = placement.map_or(Transform::IDENTITY, |placement| placement.before);
+/// The values of a camera that a `LookAt` of `points` places.
+pub fn values(camera: &Camera, file: &FileCamera, points: [f64; 9]) -> messages::Camera {
+    let before = file.placement.map_or(Transform::IDENTITY, |placement| placement.before);
     let signs = before.vector(DVec3::ONE);
     let kind = match camera.projection {
         Projection::Perspective { .. } => "perspective",
@@ -109,11 +111,11 @@ pub fn values(
     messages::Camera {
         kind,
         look_at: points,
-        has_look_at: placement.is_some_and(|placement| placement.span.is_some()),
+        has_look_at: file.placement.is_some_and(|placement| placement.span.is_some()),
         mirrored: [signs.x < 0.0, signs.y < 0.0],
         fov: camera.fov(),
         lens_radius: camera.lens.map_or(0.0, |lens| lens.radius),
-        focal_distance: camera.lens.map(|lens| lens.focal_distance).or(focal_distance),
+        focal_distance: camera.lens.map(|lens| lens.focal_distance).or(file.focal_distance),
         screen_window: camera.screen.edges(),
     }
 }

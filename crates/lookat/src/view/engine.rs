@@ -24,7 +24,7 @@ use crate::view::engine::edits::Shown;
 use crate::view::engine::opened::Opened;
 use crate::view::engine::pictures::Pace;
 use crate::view::messages::{self, News, Request, SetFilm, SetView};
-use crate::view::outbox::{Hub, Kind, Requests};
+use crate::view::outbox::{Hub, Requests, Topic};
 use crate::view::reference::Gallery;
 use crate::view::reference::{Comparer, References};
 use crate::view::write::{History, Unsaved};
@@ -89,7 +89,8 @@ impl Engine {
         arguments: &args::View,
         editor: Option<Editor>,
         requests: Arc<Requests>,
-        (hub, gallery): (Arc<Hub>, Arc<Gallery>),
+        hub: Arc<Hub>,
+        gallery: Arc<Gallery>,
         references: References,
     ) -> Engine {
         let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
@@ -248,7 +249,7 @@ impl Engine {
             lights: opened.map_or(Vec::new(), |opened| opened.lights(self.reading)),
             has_editor: self.editor.is_some(),
         };
-        self.hub.tell(Kind::Scene, News::Scene(scene).message());
+        self.hub.tell(Topic::Scene, News::Scene(scene).message());
         self.tell_view(None);
     }
 
@@ -256,7 +257,7 @@ impl Engine {
         let Some(opened) = &self.opened else { return };
         let SetView { by, number, camera: set } = self.set;
         let camera = opened.values();
-        self.hub.tell(Kind::View, News::View(messages::View { by, number, set, camera, refused }).message());
+        self.hub.tell(Topic::View, News::View(messages::View { by, number, set, camera, refused }).message());
     }
 }
 

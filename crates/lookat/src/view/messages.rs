@@ -416,12 +416,12 @@ pub struct Parameter {
     /// As in the schema that `explain --json` prints.
     pub facts: ParameterFacts,
     /// What the text gives it. `None` for the default.
-    pub given: Option<Given>,
+    pub given: Option<TextValues>,
 }
 
 /// A parameter in the text.
 #[derive(Debug, Serialize)]
-pub struct Given {
+pub struct TextValues {
     #[serde(rename = "type")]
     pub ty: &'static str,
     pub values: Values,

@@ -12,7 +12,7 @@ use crate::writer::lock;
 
 /// The kinds of messages, in the order in which they are sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum Topic {
     Scene,
     View,
     /// For the page with this number, as the next four.
@@ -39,17 +39,17 @@ pub struct Outbox {
 
 #[derive(Default)]
 struct Waiting {
-    messages: BTreeMap<Kind, Message>,
+    messages: BTreeMap<Topic, Message>,
     is_closed: bool,
 }
 
 impl Outbox {
-    fn take_back(&self, kind: Kind) {
-        lock(&self.waiting).messages.remove(&kind);
+    fn take_back(&self, topic: Topic) {
+        lock(&self.waiting).messages.remove(&topic);
     }
 
-    fn put(&self, kind: Kind, message: Message) {
-        lock(&self.waiting).messages.insert(kind, message);
+    fn put(&self, topic: Topic, message: Message) {
+        lock(&self.waiting).messages.insert(topic, message);
         self.told.notify_all();
     }
 
@@ -82,7 +82,7 @@ pub struct Hub(Mutex<Told>);
 struct Told {
     pages: Vec<Weak<Outbox>>,
     /// What a new page is told first.
-    newest: BTreeMap<Kind, Message>,
+    newest: BTreeMap<Topic, Message>,
 }
 
 impl Hub {
@@ -90,35 +90,35 @@ impl Hub {
     pub fn join(&self) -> Arc<Outbox> {
         let outbox = Arc::new(Outbox::default());
         let mut told = lock(&self.0);
-        for (kind, message) in &told.newest {
-            outbox.put(*kind, message.clone());
+        for (topic, message) in &told.newest {
+            outbox.put(*topic, message.clone());
         }
         told.pages.push(Arc::downgrade(&outbox));
         outbox
     }
 
     /// Takes back what is not true anymore, as far as it still waits.
-    pub fn take_back(&self, kind: Kind) {
+    pub fn take_back(&self, topic: Topic) {
         let mut told = lock(&self.0);
-        told.newest.remove(&kind);
+        told.newest.remove(&topic);
         for page in told.pages.iter().filter_map(Weak::upgrade) {
-            page.take_back(kind);
+            page.take_back(topic);
         }
     }
 
     /// Tells all pages.
-    pub fn tell(&self, kind: Kind, message: Message) {
+    pub fn tell(&self, topic: Topic, message: Message) {
         let mut told = lock(&self.0);
         told.pages.retain(|page| {
             page.upgrade().is_some_and(|page| {
-                page.put(kind, message.clone());
+                page.put(topic, message.clone());
                 true
             })
         });
         // What a page has not asked for is nothing new for it.
-        let is_for_all = matches!(kind, Kind::Scene | Kind::View | Kind::Looking | Kind::Reference);
-        if is_for_all || matches!(kind, Kind::Errors | Kind::Picture | Kind::Compared) {
-            told.newest.insert(kind, message);
+        let is_for_all = matches!(topic, Topic::Scene | Topic::View | Topic::Looking | Topic::Reference);
+        if is_for_all || matches!(topic, Topic::Errors | Topic::Picture | Topic::Compared) {
+            told.newest.insert(topic, message);
         }
     }
 }
@@ -268,12 +268,12 @@ mod tests {
         let hub = Hub::default();
         let early = hub.join();
         for text in ["1", "2"] {
-            hub.tell(Kind::Picture, text.into());
-            hub.tell(Kind::Picked(1), text.into());
+            hub.tell(Topic::Picture, text.into());
+            hub.tell(Topic::Picked(1), text.into());
         }
-        hub.tell(Kind::Scene, "scene".into());
-        hub.tell(Kind::Reference, "reference".into());
-        hub.take_back(Kind::Reference);
+        hub.tell(Topic::Scene, "scene".into());
+        hub.tell(Topic::Reference, "reference".into());
+        hub.take_back(Topic::Reference);
         let late = hub.join();
         let all = |outbox: &Outbox| {
             std::iter::from_fn(|| lock(&outbox.waiting).messages.pop_first())

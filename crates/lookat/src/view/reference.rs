@@ -76,7 +76,7 @@ pub struct References {
     pub refused: Option<String>,
     /// Whether the pages have its pixels, and why they do not fit.
     pub is_shown: bool,
-    pub misfit: Option<String>,
+    pub mismatch: Option<String>,
     watch: Watch,
     pub memory: MemoryBudget,
 }
@@ -84,8 +84,8 @@ pub struct References {
 impl References {
     pub fn new(named: Option<PathBuf>, memory: MemoryBudget) -> References {
         let watch = Watch::default();
-        let (is_shown, misfit) = (false, None);
-        References { named, beside: None, current: None, refused: None, is_shown, misfit, watch, memory }
+        let (is_shown, mismatch) = (false, None);
+        References { named, beside: None, current: None, refused: None, is_shown, mismatch, watch, memory }
     }
 
     /// Takes the file beside the scene.

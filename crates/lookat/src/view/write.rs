@@ -253,9 +253,9 @@ impl Unsaved {
     /// Forgets the changes of files that are no longer as they were, and the way to them. True if there were some that have not
     /// been written.
     pub fn forget_old(&mut self) -> bool {
-        let is_there = |path: &Path, text: &[u8]| has_text(path, text).is_ok_and(|is_same| is_same);
-        let is_old = |change: &FileChange| !is_there(&change.path, &change.before);
-        let is_written = |change: &FileChange| is_there(&change.path, &change.after);
+        let has_now = |path: &Path, text: &[u8]| has_text(path, text).is_ok_and(|is_same| is_same);
+        let is_old = |change: &FileChange| !has_now(&change.path, &change.before);
+        let is_written = |change: &FileChange| has_now(&change.path, &change.after);
         let steps = || self.done.iter().chain(&self.undone).flat_map(|(_, changes)| changes);
         let is_lost = self.files.iter().any(|change| is_old(change) && !is_written(change));
         let has_old_steps = steps().any(is_old);

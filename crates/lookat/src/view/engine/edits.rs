@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::view::engine::Engine;
 use crate::view::engine::opened::{describe, kind_of};
 use crate::view::messages::{Action, At, Change, Changed, Edit, Edited, News, Open, Values};
-use crate::view::outbox::Kind;
+use crate::view::outbox::Topic;
 use crate::view::write::{FileChange, Unsaved, changes};
 use crate::writer::lock;
 
@@ -123,7 +123,7 @@ impl Engine {
     }
 
     fn tell_edited(&self, edited: Edited) {
-        self.hub.tell(Kind::Edited(edited.by), News::Edited(edited).message());
+        self.hub.tell(Topic::Edited(edited.by), News::Edited(edited).message());
     }
 }
 
@@ -146,7 +146,7 @@ impl Engine {
         let current = places.iter().filter(|at| at.reading == self.reading);
         let directives = current.filter_map(|at| describe(sources?, at.span(), self.reading)).collect();
         let changed = Changed { by: change.by, number: change.number, directives, refused };
-        self.hub.tell(Kind::Changed(change.by), News::Changed(changed).message());
+        self.hub.tell(Topic::Changed(change.by), News::Changed(changed).message());
     }
 
     /// Reads the scene with other values. Fails with the reason, and changes nothing.

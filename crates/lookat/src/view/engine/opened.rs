@@ -5,7 +5,7 @@ use lookat_render::{Prepared, Settings, film_bytes};
 use lookat_scene::glam::DVec2;
 use lookat_scene::schema::{Count, Effect, Kind};
 use lookat_scene::syntax::{self, EntityKind, Param, Span};
-use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View, kinds};
+use lookat_scene::{Camera, Loaded, Scene, Sources, View, kinds};
 
 use crate::args::ViewOverride;
 use crate::args::way_out;
@@ -13,8 +13,8 @@ use crate::directive_text::DirectiveText;
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
 use crate::render::charge_memory;
-use crate::view::camera::{camera_fixes, changed, placement, rounded, values};
-use crate::view::messages::{self, Described, Given, Hit, Parameter, Place, Values};
+use crate::view::camera::{FileCamera, camera_fixes, changed, placement, rounded, values};
+use crate::view::messages::{self, Described, Hit, Parameter, Place, TextValues, Values};
 use crate::view::write::{FileChange, changes};
 use crate::{report, sight};
 
@@ -27,9 +27,7 @@ const MOST_LIGHTS: usize = 64;
 pub struct Opened {
     loaded: Loaded,
     scene: Scene,
-    placement: Option<CameraPlacement>,
-    /// The `focaldistance` of the file. A pinhole keeps it for the day it gets a lens.
-    focal_distance: Option<f64>,
+    file_camera: FileCamera,
     /// What the page sees.
     pub view: View,
     /// The `LookAt` of what the page sees.
@@ -69,8 +67,7 @@ impl Opened {
             points: placement.map_or([0.0; 9], |placement| placement.points),
             loaded,
             scene,
-            placement,
-            focal_distance,
+            file_camera: FileCamera { placement, focal_distance },
             prepared,
             has_new_camera,
             messages: messages.unwrap_or_default(),
@@ -104,7 +101,7 @@ impl Opened {
 
     /// The `LookAt` of the file.
     fn own_points(&self) -> [f64; 9] {
-        self.placement.map_or(self.points, |placement| placement.points)
+        self.file_camera.placement.map_or(self.points, |placement| placement.points)
     }
 
     /// Whether the picture that `render` makes needs no further preparation.
@@ -130,19 +127,19 @@ impl Opened {
                         move the camera in the file"
                 .into());
         }
-        self.view.camera = changed(self.own_camera(), (self.placement, self.focal_distance), set)?;
+        self.view.camera = changed(self.own_camera(), &self.file_camera, set)?;
         self.points = set.look_at.unwrap_or(self.own_points());
         Ok(())
     }
 
     /// What the page sees, in numbers.
     pub fn values(&self) -> messages::Camera {
-        values(&self.view.camera, (self.placement, self.focal_distance), self.points)
+        values(&self.view.camera, &self.file_camera, self.points)
     }
 
     /// The camera of the file, in numbers.
     pub fn own(&self) -> messages::Camera {
-        values(&self.own_camera(), (self.placement, self.focal_distance), self.own_points())
+        values(&self.own_camera(), &self.file_camera, self.own_points())
     }
 
     pub fn film(&self) -> messages::Film {
@@ -175,6 +172,7 @@ impl Opened {
         Some(Hit {
             p: picked.p.to_array(),
             p_look_at: self
+                .file_camera
                 .placement
                 .map_or(picked.p, |placement| placement.after.point(picked.p))
                 .to_array(),
@@ -257,7 +255,7 @@ fn is_named(found: &DirectiveText) -> bool {
     found.kind == EntityKind::MakeNamedMaterial
 }
 
-fn given(param: &Param) -> Given {
+fn given(param: &Param) -> TextValues {
     let whole = |list: &[i32]| list.iter().map(|value| f64::from(*value)).collect();
     let values = match &param.values.value {
         syntax::Values::Integers(list) => Values::Numbers(whole(list)),
@@ -267,5 +265,5 @@ fn given(param: &Param) -> Given {
         syntax::Values::Bools(list) => Values::Words(list.iter().map(bool::to_string).collect()),
         syntax::Values::Strings(list) => Values::Words(list.iter().map(|text| text.value.clone()).collect()),
     };
-    Given { ty: param.ty.name(), values }
+    TextValues { ty: param.ty.name(), values }
 }

@@ -13,7 +13,7 @@ use lookat_scene::{Film, PixelBounds, View};
 use crate::render::Metadata;
 use crate::view::engine::{Engine, Stage};
 use crate::view::messages::{About, Content, Looking, News, ReferenceFrom, SetErrors, SetReference, pixels};
-use crate::view::outbox::{Hub, Kind, Requests};
+use crate::view::outbox::{Hub, Requests, Topic};
 use crate::view::reference::Gallery;
 use crate::view::reference::{References, over};
 use crate::writer::lock;
@@ -68,7 +68,7 @@ impl Engine {
             if now >= *next && progress.done > area {
                 let (done, total, seconds) = (progress.done, progress.total, started.elapsed().as_secs_f64());
                 let about = About { done, total, seconds, ..about };
-                show_full((hub, gallery), progress.snapshot_with_errors(), about);
+                show_full(hub, gallery, progress.snapshot_with_errors(), about);
                 *next = Instant::now() + STEP.max(10 * now.elapsed());
             }
             ControlFlow::Continue(())
@@ -87,7 +87,7 @@ impl Engine {
             image.metadata =
                 Metadata::new(&self.path, &opened.view.camera, settings.seed, samples_per_pixel).as_json();
             let about = About { done: total, total, seconds, content: Content::Finished, ..about };
-            show_full((hub, gallery), image, about);
+            show_full(hub, gallery, image, about);
             self.stage = Stage::Finished;
             self.compare();
         }
@@ -110,11 +110,11 @@ impl Drop for StopQueries<'_> {
 }
 
 /// Shows a picture of full size to the pages, with its errors if it knows them.
-fn show_full((hub, gallery): (&Hub, &Gallery), image: Image, about: About) {
+fn show_full(hub: &Hub, gallery: &Gallery, image: Image, about: About) {
     let image = gallery.put(image, about.content == Content::Finished);
     if let Some(errors) = relative_errors(&image) {
         let about = About { content: Content::Errors, ..about };
-        hub.tell(Kind::Errors, pixels(image.data_window.size(), &errors, about));
+        hub.tell(Topic::Errors, pixels(image.data_window.size(), &errors, about));
     }
     show(hub, &image, about);
 }
@@ -122,7 +122,7 @@ fn show_full((hub, gallery): (&Hub, &Gallery), image: Image, about: About) {
 /// Shows a picture to the pages.
 fn show(hub: &Hub, image: &Image, about: About) {
     if let Some(colors) = image.rgb() {
-        hub.tell(Kind::Picture, pixels(image.data_window.size(), &colors, about));
+        hub.tell(Topic::Picture, pixels(image.data_window.size(), &colors, about));
     }
 }
 
@@ -141,7 +141,7 @@ impl Engine {
             self.restart();
         }
         self.has_errors = is_on;
-        self.hub.take_back(Kind::Errors);
+        self.hub.take_back(Topic::Errors);
         self.errors_refused = checked.err().map(String::from);
         self.tell_looking();
     }
@@ -182,17 +182,17 @@ impl Engine {
         let film = self.film_windows();
         self.comparer.cancel();
         let mut references = self.references();
-        self.hub.take_back(Kind::Reference);
-        self.hub.take_back(Kind::Compared);
-        (references.is_shown, references.misfit) = (false, None);
+        self.hub.take_back(Topic::Reference);
+        self.hub.take_back(Topic::Compared);
+        (references.is_shown, references.mismatch) = (false, None);
         if let (Some(reference), Some([data, display])) = (&references.current, film) {
             match over(&reference.image, data, display) {
                 Ok(values) => {
                     let about = About { content: Content::Reference, ..self.about() };
-                    self.hub.tell(Kind::Reference, pixels(data.size(), &values, about));
+                    self.hub.tell(Topic::Reference, pixels(data.size(), &values, about));
                     references.is_shown = true;
                 }
-                Err(reason) => references.misfit = Some(reason.into()),
+                Err(reason) => references.mismatch = Some(reason.into()),
             }
         }
         drop(references);
@@ -207,10 +207,10 @@ impl Engine {
             errors_refused: self.errors_refused.as_deref(),
             reference: references.current.as_ref().map(|reference| &*reference.name),
             is_shown: references.is_shown,
-            reference_refused: references.misfit.as_deref().or(references.refused.as_deref()),
+            reference_refused: references.mismatch.as_deref().or(references.refused.as_deref()),
             file: references.file().map(|file| file.display().to_string()),
         };
-        self.hub.tell(Kind::Looking, News::Looking(looking).message());
+        self.hub.tell(Topic::Looking, News::Looking(looking).message());
     }
 
     /// Compares the finished picture with the reference.
@@ -220,7 +220,7 @@ impl Engine {
         let (Some(reference), Some(picture)) = (&references.current, self.gallery.finished()) else { return };
         let pictures = [("picture".into(), picture), (reference.name.clone(), reference.image.clone())];
         let hub = self.hub.clone();
-        let tell = move |compared| hub.tell(Kind::Compared, News::Compared(compared).message());
+        let tell = move |compared| hub.tell(Topic::Compared, News::Compared(compared).message());
         self.comparer.compare(self.generation, pictures, references.memory.clone(), tell);
     }
 }
