@@ -101,7 +101,7 @@ const SOURCES: [&str; 10] = [
     "lookat/src/compare.rs",
     "lookat/src/explain.rs",
     "lookat/src/inspect.rs",
-    "lookat/src/inspect/view.rs",
+    "lookat/src/inspect/shown.rs",
     "lookat/src/light.rs",
     "lookat/src/render/fireflies.rs",
     "lookat/src/render/summary.rs",

@@ -2,7 +2,7 @@
 
 mod chart;
 mod options;
-mod render;
+mod rendering;
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -17,8 +17,8 @@ use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
 pub use crate::args::chart::{Chart, Other};
 pub use crate::args::options::{Memory, Tone, ViewOverride, raise_limit, way_out};
-use crate::args::render::focus_place;
-pub use crate::args::render::{Animation, FocusPlace, Frames, LiveView, Parameter, Protocol};
+use crate::args::rendering::focus_place;
+pub use crate::args::rendering::{Animation, FocusPlace, Frames, LiveView, Parameter, Protocol};
 use crate::failure::Failure;
 use crate::metric::{Limit, Metric};
 

@@ -20,10 +20,10 @@ use lookat_scene::{FilmOverride, LoadOptions, Scene, kinds};
 use crate::Failure;
 use crate::args::{Chart, Other, Report, way_out};
 use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
+use crate::readable::escaped;
 use crate::render::{charge_memory, progress_bar};
 use crate::source::{load_scene, read_image};
 use crate::standard_error::{self, Bar};
-use crate::visible::escaped;
 use crate::{interrupt, report};
 
 /// The output files.

@@ -15,8 +15,8 @@ use crate::args::{Compare, way_out};
 use crate::failure::Failure;
 use crate::metric::{COLORS, Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::output::{check_folder, check_inputs, write_result};
+use crate::readable::visible;
 use crate::source::open_layer;
-use crate::visible::visible;
 
 /// Runs the command.
 pub fn compare(arguments: &Compare) -> ExitCode {

@@ -1,7 +1,7 @@
 //! `lookat inspect`: the size, features and cost of a scene.
 
-mod text;
-mod view;
+mod lines;
+mod shown;
 
 use std::collections::HashMap;
 use std::process::ExitCode;
@@ -11,13 +11,12 @@ use lookat_scene::syntax::number_bytes;
 use lookat_scene::{FilterKind, Integrator, LightChoice, LoadOptions, Loaded, Projection, Scene};
 use serde::Serialize;
 
-use crate::Failure;
 use crate::args::Inspect;
+use crate::inspect::shown::View;
+use crate::readable::visible;
 use crate::report::{self, SceneResult};
-use crate::sight;
 use crate::source::load_scene;
-use crate::visible::visible;
-use view::View;
+use crate::{Failure, sight};
 
 /// What a scene needs. The text output is made from it.
 #[derive(Serialize)]

@@ -7,8 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::Tone;
-use crate::number::{digits, percent};
-use crate::visible::quoted;
+use crate::readable::{digits, percent, quoted};
 
 /// The light of a picture and its tone mapping, as JSON.
 #[derive(Debug, Clone, Copy, Serialize)]

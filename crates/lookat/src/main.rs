@@ -6,7 +6,6 @@ mod chart;
 mod check;
 mod compare;
 mod convert;
-mod directive_text;
 mod explain;
 mod failure;
 mod inspect;
@@ -14,8 +13,8 @@ mod interrupt;
 mod light;
 mod live;
 mod metric;
-mod number;
 mod output;
+mod readable;
 mod render;
 mod report;
 mod sight;
@@ -25,7 +24,6 @@ mod standard_error;
 mod usage;
 mod verify;
 mod view;
-mod visible;
 mod writer;
 
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -34,9 +32,9 @@ use std::process::ExitCode;
 use std::sync::mpsc;
 
 use clap::Parser as _;
-use failure::{Failure, exit_code};
 
-use crate::visible::{escaped, visible, visible_lines};
+use crate::failure::{Failure, exit_code};
+use crate::readable::{escaped, visible, visible_lines};
 use crate::writer::{Writer, write_parts};
 
 /// The exit status for wrong usage, and for errors outside scene files.

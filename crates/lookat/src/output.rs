@@ -7,10 +7,11 @@ use std::fs::OpenOptions;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use crate::failure::Failure;
-use crate::number::digits;
 use lookat_image::{Format, ImageError, MemoryBudget, PictureFile, Window, io_reason, write_target};
 use serde::Deserialize;
+
+use crate::failure::Failure;
+use crate::readable::digits;
 
 /// Fails if a picture of this width and height cannot be written.
 pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), Failure> {

@@ -11,9 +11,9 @@ use lookat_scene::{Loaded, Location, Sources};
 use serde::Serialize;
 
 use crate::inspect::Needs;
+use crate::readable::{is_active, stand_in, visible, visible_lines};
 use crate::render::JsonPicture;
 use crate::standard_error;
-use crate::visible::{is_active, stand_in, visible, visible_lines};
 
 /// The most diagnostics of a scene that are printed as text.
 const MAX_SHOWN: usize = 100;

@@ -11,8 +11,8 @@ use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, 
 
 use crate::Failure;
 use crate::args::way_out;
-use crate::directive_text::DirectiveText;
-use crate::number::digits;
+use crate::readable::digits;
+use crate::source::DirectiveText;
 
 /// A scene and what it shows.
 pub struct Sight<'l> {

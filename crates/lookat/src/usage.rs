@@ -9,7 +9,7 @@ use clap::{Arg, Command, CommandFactory, Error, Parser};
 use lookat_scene::syntax::nearest;
 
 use crate::args::Arguments;
-use crate::visible::visible;
+use crate::readable::visible;
 
 /// Prints help, or the error of the command line.
 pub fn explain(error: Error) -> ExitCode {

@@ -17,8 +17,8 @@ use crate::args::{Report, Verify};
 use crate::failure::Failure;
 use crate::metric::Measurement;
 use crate::output::{check_folder, check_inputs};
+use crate::readable::repeated_command;
 use crate::source::load_scene;
-use crate::visible::repeated_command;
 
 /// The result for one scene, from the best to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

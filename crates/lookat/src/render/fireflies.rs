@@ -6,7 +6,7 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{Film, Scene, Sources};
 use serde::Serialize;
 
-use crate::number::percent;
+use crate::readable::percent;
 use crate::{interrupt, report};
 
 /// With fewer samples, fireflies are usual, and more samples are what helps.
@@ -194,10 +194,9 @@ fn limit(luminance: f64) -> f64 {
 mod tests {
     use std::ops::ControlFlow;
 
+    use super::*;
     use lookat_render::render;
     use lookat_scene::load_str;
-
-    use super::*;
 
     /// What is said about a scene of so many pixels on each side, with so many samples each.
     fn said((side, samples): (u32, u32), world: &str) -> Option<String> {

@@ -11,7 +11,7 @@ use lookat_scene::{Camera, Integrator, Primitive, Scene, Sources};
 use serde::Serialize;
 
 use crate::light::JsonLight;
-use crate::number::percent;
+use crate::readable::percent;
 use crate::render::fireflies::Fireflies;
 use crate::report::{self, Place};
 

@@ -12,11 +12,10 @@ use lookat_image::{ImageError, io_reason, mean, write_file};
 
 use crate::failure::Failure;
 use crate::metric::{Measured, Metric};
-use crate::number::digits;
 use crate::output::write_result;
+use crate::readable::{digits, visible_lines};
 pub use crate::verify::page::picture::{PACKING_BYTES, Picture};
 use crate::verify::{Outcome, SceneComparison, Verdict};
-use crate::visible::visible_lines;
 
 /// A number in the report.
 #[derive(Debug, Clone)]

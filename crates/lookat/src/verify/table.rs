@@ -10,8 +10,8 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::failure::Failure;
 use crate::metric::{Metric, number};
+use crate::readable::visible;
 use crate::verify::{Outcome, SceneComparison, Verdict, scene_name};
-use crate::visible::visible;
 
 /// Prints rows to standard output, as text or JSON.
 pub struct Table {

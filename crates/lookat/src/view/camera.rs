@@ -8,8 +8,8 @@ use lookat_scene::{
 };
 
 use crate::args::ViewOverride;
-use crate::directive_text::DirectiveText;
 use crate::failure::Failure;
+use crate::source::DirectiveText;
 use crate::view::messages;
 
 /// The `LookAt` of the file, or for a camera that is placed otherwise one to what it sees in the middle. The

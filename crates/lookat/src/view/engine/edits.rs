@@ -6,8 +6,8 @@ use lookat_scene::syntax::{EntityKind, Fix, ParamType};
 use lookat_scene::{Location, Sources};
 
 use crate::args::ViewOverride;
-use crate::directive_text::DirectiveText;
 use crate::failure::Failure;
+use crate::source::DirectiveText;
 use crate::view::engine::Engine;
 use crate::view::engine::opened::{describe, kind_of};
 use crate::view::messages::{Action, At, Change, Changed, Edit, Edited, News, Open, Values};

@@ -7,12 +7,11 @@ use lookat_scene::schema::{Count, Effect, Kind};
 use lookat_scene::syntax::{self, EntityKind, Param, Span};
 use lookat_scene::{Camera, Loaded, Scene, Sources, View, kinds};
 
-use crate::args::ViewOverride;
-use crate::args::way_out;
-use crate::directive_text::DirectiveText;
+use crate::args::{ViewOverride, way_out};
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
 use crate::render::charge_memory;
+use crate::source::DirectiveText;
 use crate::view::camera::{FileCamera, camera_fixes, changed, placement, rounded, values};
 use crate::view::messages::{self, Described, Hit, Parameter, Place, TextValues, Values};
 use crate::view::write::{FileChange, changes};

@@ -5,11 +5,10 @@ use lookat_scene::syntax::{FileId, Span, Values};
 use lookat_scene::{Location, Sources};
 use serde::Serialize;
 
-use crate::directive_text::DirectiveText;
-use crate::number::percent;
+use crate::readable::{percent, visible};
 use crate::report;
 use crate::sight::{Sight, short};
-use crate::visible::visible;
+use crate::source::DirectiveText;
 
 /// The most shapes and lights that are listed.
 const MOST_LISTED: usize = 8;

@@ -3,8 +3,8 @@
 use lookat_image::byte_words;
 use lookat_render::{Elements, Surfaces};
 
-use super::{AtSurface, Needs};
-use crate::number::{count, grouped, plural};
+use crate::inspect::{AtSurface, Needs};
+use crate::readable::{count, grouped, plural};
 
 impl Needs {
     pub fn text(&self, name: &str) -> String {
