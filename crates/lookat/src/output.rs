@@ -11,7 +11,6 @@ use lookat_image::{Format, ImageError, MemoryBudget, PictureFile, Window, io_rea
 use serde::Deserialize;
 
 use crate::failure::Failure;
-use crate::readable::digits;
 
 /// Fails if a picture of this width and height cannot be written.
 pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), Failure> {
@@ -255,14 +254,19 @@ fn why_kept(file: &Path, new: NewPicture) -> Option<String> {
         ));
     }
     let slack = if new.is_adaptive { SLACK } else { 0.0 };
-    let samples = format!("it has {} samples per pixel", digits(made.samples_per_pixel, 4));
+    let samples = format!("it has {} samples per pixel", rounded(made.samples_per_pixel));
     match new.samples_per_pixel {
         None => Some(format!("{samples}, and the number of the new picture is unknown")),
         Some(new) if made.samples_per_pixel > new * (1.0 + slack) => {
-            Some(format!("{samples}, and the new picture {}", digits(new, 4)))
+            Some(format!("{samples}, and the new picture {}", rounded(new)))
         }
         Some(_) => None,
     }
+}
+
+/// A number of samples with two decimals.
+fn rounded(samples: f64) -> f64 {
+    (100.0 * samples).round() / 100.0
 }
 
 /// The name of a file with a mark before its ending: `a.exr` becomes `a.partial.exr`. As long as a file name may be.
