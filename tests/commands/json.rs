@@ -81,7 +81,7 @@ fn all_members_are_explained() {
         vec!["compare", "a.exr", "scene.exr", "--json"],
         vec!["verify", ".", "--spp", "16", "--json"],
         vec!["bench", "--only", "reading", "--rounds", "1", "--json"],
-        vec!["stability", "--case", "S1", "--json"],
+        vec!["stability", "--case", "S1", "--rays", "1000", "--json"],
     ] {
         all.extend(printed(folder.path(), &arguments));
     }

@@ -113,7 +113,7 @@ fn print(text: &str) -> Result<(), Failure> {
     let Ok(writer) = writer else { return write_out(&text, &|| ()) };
     writer.put(|queue| queue.push_back(text));
     writer.wait(|| std::io::stdout().is_terminal() || interrupt::flow().is_break());
-    told.try_recv().unwrap_or_else(|_| Err(Failure::Unwritten))
+    told.try_recv().unwrap_or(Err(Failure::Unwritten))
 }
 
 fn write_out(text: &str, progress: &dyn Fn()) -> Result<(), Failure> {

@@ -60,7 +60,7 @@ pub fn render(arguments: &Render) -> ExitCode {
         },
         Err(message) => {
             let mut result = SceneResult::without_scene(&arguments.scenes[0]);
-            let status = fail(message.into(), &mut result);
+            let status = fail(message, &mut result);
             finish(arguments, &result, status)
         }
     })
@@ -155,7 +155,7 @@ fn pictures(
     };
     let is_complete = picture.complete;
     result.picture = Some(picture);
-    Ok(written.map(|()| is_complete)?)
+    written.map(|()| is_complete)
 }
 
 /// Prints the result as JSON, if requested. Returns the exit status.
