@@ -12,8 +12,8 @@ use glam::{DVec2, DVec3, Vec3};
 use lookat_image::{Image, PixelError, Shared, Window};
 use lookat_scene::{PixelBounds, View};
 
-use crate::color::luminance;
 use crate::filter::PixelFilter;
+use crate::number::luminance;
 pub(crate) use area::Area;
 pub use film_sums::{FilmSums, FilmSumsError};
 use frame::BLOCK;

@@ -10,8 +10,8 @@ use crate::light::LightTable;
 use crate::prepare::Prepared;
 use crate::render::{Settings, film_bytes};
 use crate::traceable::{Group, Other};
+use crate::triangle::Block;
 use crate::triangle::Triangle;
-use crate::triangle::block::Block;
 
 /// The features of the renderer that a scene uses. Rendering skips the others.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -18,7 +18,7 @@ use arrayvec::ArrayVec;
 use fearless_simd::Simd;
 use lookat_scene::Integrator;
 
-use crate::camera::views::Viewer;
+use crate::camera::Viewer;
 use crate::light::LightTable;
 use crate::number::LANES;
 use crate::sampler::{CAMERA_NUMBERS, Streams};

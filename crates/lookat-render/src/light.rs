@@ -21,7 +21,7 @@ use lookat_scene::{DirectStrategy, Light, Transform, World};
 
 use crate::number::{Colors, LANES, Vec3x8, bits};
 use crate::ray::ElementId;
-use crate::surface::points::Surfaces;
+use crate::surface::Surfaces;
 use crate::traceable::Traceable;
 pub(crate) use choice::{Chosen, LightSampler};
 use environment::{Environment, EnvironmentSample};

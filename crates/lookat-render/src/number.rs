@@ -1,8 +1,12 @@
 //! Eight numbers of a kind at once, one for each of as many samples.
 //!
 //! A sample has the same bits with any instructions and any neighbors: operations have one order, and none is fused with the next. Functions are inlined into the one that is compiled for what the processor has.
+//!
+//! Colors: linear RGB.
+//!
+//! Memory that is asked for before it is needed.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
@@ -21,6 +25,7 @@ macro_rules! vectorized {
         )
     };
 }
+
 pub(crate) use vectorized;
 
 /// An expression for each axis, without a closure, which compilers do not always inline.
@@ -34,6 +39,7 @@ macro_rules! three {
         $of
     }};
 }
+
 pub(crate) use three;
 
 /// Does something with the instructions of a level, `simd`: AVX-512, AVX2, or what all processors of its kind have.
@@ -48,6 +54,7 @@ macro_rules! side_by_side {
         }
     };
 }
+
 pub(crate) use side_by_side;
 
 /// Does something with the instructions that all processors of a kind have.
@@ -65,6 +72,7 @@ macro_rules! baseline {
         $does
     }};
 }
+
 pub(crate) use baseline;
 
 /// Numbers side by side: `f64` for places, `f32` for light.
@@ -230,7 +238,7 @@ impl<S: Simd> Colors<S> {
         (self.widen() * by).narrow()
     }
 
-    /// As [`crate::color::strength`].
+    /// As [`strength`].
     #[inline(always)]
     pub fn strength(self) -> f64x8<S> {
         let of = |x: f32x8<S>, share: f64| to_f64(x.abs()) * share;
@@ -380,4 +388,33 @@ pub(crate) fn narrow<S: Simd>(mask: mask64x8<S>) -> mask32x8<S> {
 pub(crate) fn widen<S: Simd>(mask: mask32x8<S>) -> mask64x8<S> {
     let (low, high) = mask.widen();
     mask.token().combine_mask64x4(low, high)
+}
+
+/// The luminance of linear RGB (ITU-R BT.709).
+pub(crate) fn luminance(rgb: Vec3) -> f64 {
+    rgb.as_dvec3().dot(LUMINANCE)
+}
+
+/// How bright a color is; negative channels count as positive ones, so that no light with any is 0.
+pub(crate) fn strength(rgb: Vec3) -> f64 {
+    luminance(rgb.abs())
+}
+
+/// What processors load at once, in bytes.
+const LINE: usize = 64;
+
+/// Asks for some lines of memory, counted from a place, which may be anywhere.
+#[inline(always)]
+pub(crate) fn prefetch<T>(at: *const T, lines: Range<usize>) {
+    #[cfg(target_arch = "x86_64")]
+    for line in lines {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: every such processor has it, and it does nothing wherever it points.
+        #[allow(unsafe_code)]
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(at.cast::<i8>().wrapping_add(LINE * line));
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (at, lines, LINE);
 }

@@ -2,8 +2,8 @@ use fearless_simd::{Level, Simd};
 use glam::{DVec3, Vec3A};
 
 use super::build::Tree;
-use super::slabs::exact::slabs;
 use super::*;
+use crate::bvh::slabs;
 use crate::number::{side_by_side, splat_f32};
 use crate::ray::Ray;
 use crate::testing::{levels, noise};

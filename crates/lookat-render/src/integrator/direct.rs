@@ -10,7 +10,7 @@ use super::Draw;
 use super::profiler::Stage;
 use super::tracer::Tracer;
 use crate::bsdf::{Bsdf, BsdfSample, Part, Single, Slots};
-use crate::camera::views::{Viewer, Views};
+use crate::camera::{Viewer, Views};
 use crate::integrator::lighting::{Lighting, Vertices};
 use crate::integrator::paths::Found;
 use crate::integrator::wave::{Taken, Wave};
@@ -19,7 +19,7 @@ use crate::integrator::world::{Sees, World};
 use crate::light::LightTable;
 use crate::number::{first_lanes, narrow, splat_f32, widen};
 use crate::sampler::Streams;
-use crate::shading::shaded::Shaded;
+use crate::shading::Shaded;
 
 /// How one light is chosen; as in pbrt-v3.
 const CHOICE: LightChoice = LightChoice::Uniform;

@@ -12,7 +12,7 @@ use crate::integrator::world::World;
 use crate::light::{Chosen, Found, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
 use crate::number::{Colors, Vec2x8, bits, groups, those, to_f32, vectorized};
 use crate::sampler::Streams;
-use crate::surface::points::Surfaces;
+use crate::surface::Surfaces;
 use crate::trace::rays::{Hits, Rays, WORLD};
 
 /// The lights of a scene, and how surfaces sample them.

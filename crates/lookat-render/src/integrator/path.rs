@@ -12,7 +12,7 @@ use super::Draw;
 use super::profiler::Stage;
 use super::tracer::Tracer;
 use crate::bsdf::{Bsdf, Part, Slots};
-use crate::camera::views::{Viewer, Views};
+use crate::camera::{Viewer, Views};
 use crate::integrator::lighting::{Directions, Lighting, Vertices};
 use crate::integrator::paths::Found;
 use crate::integrator::wave::{Taken, Wave};
@@ -21,7 +21,7 @@ use crate::integrator::world::{Sees, World};
 use crate::light::LightTable;
 use crate::number::{Colors, bits, first_lanes, those};
 use crate::sampler::Streams;
-use crate::shading::shaded::Shaded;
+use crate::shading::Shaded;
 
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
 const FIRST_ROULETTE: u32 = 4;

@@ -13,7 +13,7 @@ use smallvec::SmallVec;
 use super::leaves::Leaves;
 use super::receiver::Receivers;
 use super::{LightTable, SceneLight};
-use crate::color::strength;
+use crate::number::strength;
 use crate::number::{Colors, LANES, Vec3x8, bits, those, vectorized};
 use crate::traceable::Traceable;
 use tree::TreeSampler;

@@ -10,9 +10,9 @@ use lookat_image::MipMap;
 use lookat_scene::Transform;
 
 use super::lune::Lunes;
-use crate::circle::longitude_latitude;
 use crate::number::{Colors, Vec3x8, bits, vectorized};
 use crate::texture::imagemap::bilinear;
+use crate::warp::longitude_latitude;
 use table::{DirectionTable, TableSample};
 
 /// An infinite light with a picture.
@@ -177,8 +177,8 @@ mod tests {
 
     use super::*;
     use crate::bsdf::Domain;
-    use crate::color::luminance;
     use crate::number::bits;
+    use crate::number::luminance;
     use crate::testing::baseline;
 
     /// The radiance from a direction and its density.

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::bsdf::Domain;
-use crate::circle::{angle, at_turn};
 use crate::frame::Frames;
 use crate::number::{Number, Vec3x8};
+use crate::warp::{angle, at_turn};
 
 /// Directions between two planes: above the surface, but on the other side of the shading normal than `wo`. Where light
 /// comes through the surface, also those opposite to them.

@@ -10,11 +10,11 @@ use lookat_image::MipMap;
 use super::receiver::Receivers;
 use super::sample::LightSample;
 use super::tree::Emitter;
-use crate::circle::longitude_latitude;
-use crate::color::strength;
+use crate::number::strength;
 use crate::number::{Colors, LANES, V3, Vec3x8, bits, to_f32, vectorized};
 use crate::texture::imagemap::bilinear;
 use crate::trace::rays::{POINT_LIGHT, Rays};
+use crate::warp::longitude_latitude;
 
 /// A light that is a point, relative to the origin.
 pub(super) struct PointLight {

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use super::lune::Lunes;
 use crate::bsdf::Domain;
 use crate::number::Vec3x8;
-use crate::surface::points::Surfaces;
+use crate::surface::Surfaces;
 
 /// Points of surfaces, and the directions that these scatter light from.
 pub(crate) struct Receivers<'v, S: Simd> {

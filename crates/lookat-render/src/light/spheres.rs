@@ -6,10 +6,10 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use super::receiver::Receivers;
 use super::sample::LightSample;
-use crate::circle::at_turn;
 use crate::frame::Frames;
 use crate::number::{Colors, V3, Vec2x8, Vec3x8};
 use crate::trace::rays::Rays;
+use crate::warp::at_turn;
 
 /// From so many radii on a point is outside of a sphere, in spite of rounding.
 pub(super) const OUTSIDE: f64 = 1.0 + 1e-9;

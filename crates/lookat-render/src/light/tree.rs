@@ -11,8 +11,8 @@ use glam::DVec3;
 
 use super::receiver::Receivers;
 use crate::bsdf::Domain;
+use crate::number::prefetch;
 use crate::number::{Vec3x8, narrow, splat_f32, to_f64};
-use crate::prefetch::prefetch;
 use build::Leaf;
 pub(super) use emitter::Emitter;
 pub(super) use node::Place;

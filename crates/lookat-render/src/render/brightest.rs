@@ -11,10 +11,10 @@ use super::fixed::all;
 use super::sample::{Context, Job, Pattern};
 use super::waves::Worker;
 use super::{Progress, Settings, Stop};
-use crate::color::luminance;
 use crate::film::{Film, Keeps};
 use crate::integrator::wave::WAVE;
 use crate::integrator::{Profiler, Segment, segments};
+use crate::number::luminance;
 use crate::prepare::Prepared;
 
 /// The brightest sample of a pixel.

@@ -19,7 +19,7 @@ use super::settings::Settings;
 use super::waves::Worker;
 use crate::film::{Area, Tile, lock};
 use crate::prepare::Prepared;
-use crate::shading::shaded::Materials;
+use crate::shading::Materials;
 use set::TABLE;
 
 pub use set::{Layer, Layers};

@@ -5,8 +5,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::DARK;
 use super::sample::Seen;
-use crate::color::luminance;
 use crate::film::REPLICATES;
+use crate::number::luminance;
 
 /// How exact each pixel is to be.
 #[derive(Debug, Clone, Copy, PartialEq)]

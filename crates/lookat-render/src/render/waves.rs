@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use super::control::Meter;
 use super::sample::{Context, Job, corner_of};
-use crate::camera::views::Viewer;
+use crate::camera::Viewer;
 use crate::film::Frame;
 use crate::integrator::wave::{WAVE, Wave};
 use crate::integrator::{Stage, Tracer};

@@ -5,9 +5,9 @@ use glam::DVec2;
 use lookat_image::MipMap;
 use lookat_scene::{ImageFilter, ImageMap, Value};
 
-use super::mapping::{changes, coordinates};
 use super::{TexturePoint, Values};
 use crate::number::{LANES, Vec2x8, those, to_f32, vectorized};
+use crate::texture::{changes, coordinates};
 
 /// With neighbors one by one, by the filter; else bilinear.
 #[inline(never)]

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use super::rays::{Hits, NONE, POINT_LIGHT, Rays};
 use crate::curved::Curved;
-use crate::curved::sphere::meetings::Meetings;
+use crate::curved::sphere::Meetings;
 use crate::number::{Vec3x8, bits, those, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::traceable::{Other, Traceable};
@@ -31,11 +31,11 @@ pub(crate) struct Element<'s> {
     label: f64,
     emits: bool,
     is_cut_out: bool,
-    pub shape: Shape<'s>,
+    pub shape: ListedShape<'s>,
 }
 
 #[derive(Clone, Copy)]
-pub(crate) enum Shape<'s> {
+pub(crate) enum ListedShape<'s> {
     Triangle(BoxedTriangle<'s>),
     Sphere(&'s Curved),
 }
@@ -49,7 +49,7 @@ impl<'s> List<'s> {
             return None;
         }
         let triangle = |(place, triangle): (u32, &'s Triangle)| {
-            let shape = Shape::Triangle(BoxedTriangle::new(triangle));
+            let shape = ListedShape::Triangle(BoxedTriangle::new(triangle));
             Element::new(scene, triangle.element(ElementId::WORLD), place, shape)
         };
         let mut elements: Vec<Element<'s>> = (0..).zip(&world.triangles).map(triangle).collect();
@@ -58,7 +58,7 @@ impl<'s> List<'s> {
             let curved = &scene.curved[shape as usize];
             curved.as_sphere()?;
             let id = ElementId { instance: ElementId::WORLD, primitive, index: 0 };
-            elements.push(Element::new(scene, id, Hit::NO_PLACE, Shape::Sphere(curved)));
+            elements.push(Element::new(scene, id, Hit::NO_PLACE, ListedShape::Sphere(curved)));
         }
         elements.sort_by_key(|element| element.id);
         Some(List { scene, has_emitters: elements.iter().any(|element| element.emits), elements })
@@ -73,10 +73,10 @@ impl<'s> List<'s> {
     pub fn hit<S: Simd>(&self, hits: &Hits<S>, lane: usize) -> Hit {
         let element = &self.elements[hits.element[lane] as usize];
         let barycentric = match element.shape {
-            Shape::Triangle(BoxedTriangle { triangle, .. }) => {
+            ListedShape::Triangle(BoxedTriangle { triangle, .. }) => {
                 triangle.barycentric([hits.sides[0][lane], hits.sides[1][lane], hits.sides[2][lane]])
             }
-            Shape::Sphere(_) => [0.0; 2],
+            ListedShape::Sphere(_) => [0.0; 2],
         };
         Hit { t: hits.t[lane], element: element.id, barycentric, place: element.place }
     }
@@ -144,7 +144,7 @@ impl<'s> List<'s> {
 }
 
 impl<'s> Element<'s> {
-    fn new(scene: &Traceable, id: ElementId, place: u32, shape: Shape<'s>) -> Self {
+    fn new(scene: &Traceable, id: ElementId, place: u32, shape: ListedShape<'s>) -> Self {
         let emits = scene.primitive(id.primitive).emission.is_some();
         let (label, is_cut_out) = (scene.labels.of(id), scene.is_cut_out(id.primitive));
         Element { id, place, label, emits, is_cut_out, shape }
@@ -160,7 +160,7 @@ impl<'s> Element<'s> {
         met: mask64x8<S>,
         is_shadow: bool,
     ) -> mask64x8<S> {
-        let (simd, Shape::Triangle(boxed)) = (met.token(), &self.shape) else { return met };
+        let (simd, ListedShape::Triangle(boxed)) = (met.token(), &self.shape) else { return met };
         vectorized!(simd, {
             let (_, _, sides) = ShearedRays::new(rays.o, rays.d, met).intersect(simd, boxed, met);
             scene.meet_solid(simd, (boxed.triangle, &sides), met, is_shadow)
@@ -175,8 +175,8 @@ impl<'s> Element<'s> {
         for lane in those(met) {
             let ray = Ray { t_max: rays.t_max[lane], ..Ray::new(rays.o.lane(lane), rays.d.lane(lane)) };
             let is_end = match &self.shape {
-                Shape::Triangle(boxed) => holds_end(&ray, &boxed.triangle.corners),
-                Shape::Sphere(sphere) => sphere.is_met_at_end(&ray, rays.leaving[lane] == own[lane]),
+                ListedShape::Triangle(boxed) => holds_end(&ray, &boxed.triangle.corners),
+                ListedShape::Sphere(sphere) => sphere.is_met_at_end(&ray, rays.leaving[lane] == own[lane]),
             };
             ends |= u64::from(is_end) << lane;
         }
@@ -196,11 +196,11 @@ impl<'s> Element<'s> {
     ) -> (mask64x8<S>, f64x8<S>, Option<[f64x8<S>; 3]>) {
         let (simd, leaving) = (own.token(), rays.leaving.simd_eq(own));
         match &self.shape {
-            Shape::Triangle(boxed) => {
+            ListedShape::Triangle(boxed) => {
                 let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
                 (met, t, Some(sides))
             }
-            Shape::Sphere(sphere) => {
+            ListedShape::Sphere(sphere) => {
                 let (met, t) = meet_sphere(simd, sphere, rays, t_max, leaving, active);
                 (met, t, None)
             }
@@ -259,7 +259,7 @@ mod tests {
     /// Where meshes have holes, others of them for shadow rays, rays meet what they meet in a tree.
     #[test]
     fn rays_pass_the_holes_of_small_worlds() {
-        let mesh = "Shape \"trianglemesh\" \"point P\" [-2 -2 0 2 -2 0 2 2 0 -2 2 0] \"integer indices\" [0 1 2 0 2 3]
+        let mesh = "ListedShape \"trianglemesh\" \"point P\" [-2 -2 0 2 -2 0 2 2 0 -2 2 0] \"integer indices\" [0 1 2 0 2 3]
             \"float uv\" [0 0 1 0 1 1 0 1]";
         let traceable = Prepared::new(&scene(&format!(
             "Film \"image\" Camera \"perspective\" WorldBegin

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, mask64x8};
 use super::rays::{Hits, Labels, NONE, PLACES, Rays};
 use crate::number::{bits, those};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::trace::forms::Forms;
+use crate::trace::Forms;
 use crate::trace::nothing;
 use crate::traceable::Traceable;
 

@@ -6,7 +6,7 @@ use lookat_scene::Mesh;
 
 use crate::frame::pbrt_frame;
 use crate::number::{LANES, V3, Vec2x8, Vec3x8, bits};
-use crate::parametric::Parametrics;
+use crate::surface::Parametrics;
 
 /// Coordinates of a triangle whose mesh has none, as pbrt-v3 gives them.
 const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
@@ -24,7 +24,7 @@ pub(crate) fn coordinates(mesh: &Mesh, index: usize) -> [DVec2; 3] {
 
 /// Points of triangles of any meshes.
 #[derive(Default)]
-pub(crate) struct Triangles {
+pub(crate) struct ParametricTriangles {
     positions: [[[f64; LANES]; 3]; 3],
     normals: [[[f64; LANES]; 3]; 3],
     tangents: [[[f64; LANES]; 3]; 3],
@@ -38,7 +38,7 @@ pub(crate) struct Triangles {
     has_tangents: u64,
 }
 
-impl Triangles {
+impl ParametricTriangles {
     /// Puts a point in its place: of a triangle of a mesh, where its corners weigh so much, with its shading normal.
     #[inline(never)]
     pub fn put(

@@ -6,17 +6,18 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3};
 use lookat_scene::Light;
 
-use super::{Seen, ShapeFacts, enclosure};
+use super::Seen;
+use super::ShapeFacts;
 use crate::bsdf::Domain;
-use crate::color::luminance;
 use crate::integrator::Tracer;
 use crate::integrator::world::World;
 use crate::light::Receivers;
+use crate::number::luminance;
 use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, those};
 use crate::prepare::{Prepared, corners_of_shape};
 use crate::ray::ElementId;
 use crate::surface::Surface;
-use crate::surface::points::Surfaces;
+use crate::surface::Surfaces;
 use crate::trace::rays::{Rays, WORLD};
 use crate::warp::square_to_disk;
 
@@ -88,7 +89,7 @@ pub(super) fn facts(
             LightPlace::Light(_) => None,
             LightPlace::Primitive(number) => Some((ElementId::WORLD, number as u32)),
         };
-        let around = |p: DVec3| enclosure::around(traceable, p - traceable.origin, own);
+        let around = |p: DVec3| super::enclosing_shape(traceable, p - traceable.origin, own);
         let inside = position.filter(|_| !reaches).and_then(around);
         LightFacts {
             place,

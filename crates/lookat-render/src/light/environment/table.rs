@@ -7,10 +7,10 @@ use glam::{DVec2, Vec3};
 use lookat_image::MipMap;
 use rayon::prelude::*;
 
-use crate::circle::{angle, at_turn};
-use crate::color::luminance;
+use crate::number::luminance;
 use crate::number::{LANES, V3, Vec3x8};
 use crate::warp::sample_discrete;
+use crate::warp::{angle, at_turn};
 
 /// A density over the sphere that is the same within each cell of a grid over longitude and latitude: in proportion to
 /// what is brighter there than the mean. What is not is left to BSDF samples (Karlik et al., "MIS Compensation",

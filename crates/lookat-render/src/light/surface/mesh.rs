@@ -10,12 +10,12 @@ use lookat_scene::{Mesh, Primitive};
 use super::spherical_rectangle::{Rectangle, SphericalRectangles};
 use super::spherical_triangle::SphericalTriangles;
 use super::{Density, SurfaceLight, element};
-use crate::cutout;
 use crate::light::facing::Patch;
 use crate::light::receiver::Receivers;
 use crate::light::sample::LightSample;
 use crate::number::{LANES, Vec2x8, Vec3x8, bits, those, vectorized};
-use crate::surface::points::{Surfaces, Triangles, on_triangle};
+use crate::surface::is_solid;
+use crate::surface::{Surfaces, Triangles, on_triangle};
 use crate::triangle::corners;
 use crate::warp::sample_discrete;
 
@@ -223,7 +223,7 @@ impl SurfaceLight {
                 // No light comes out of a hole, as none is seen there.
                 let element = element(self.number, indices[lane]);
                 let is_there =
-                    cutout::is_there(simd.level(), (&self.primitive, element), [b0[lane], b1[lane]], false);
+                    is_solid(simd.level(), (&self.primitive, element), [b0[lane], b1[lane]], false);
                 sample.is_there &= bits(simd, !(u64::from(!is_there) << lane));
             }
         }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::{Layer, Values};
 use crate::bsdf::Slots;
-use crate::camera::views::{Viewer, Views};
+use crate::camera::{Viewer, Views};
 use crate::film::Area;
 use crate::integrator::wave::WAVE;
 use crate::integrator::world::Sees;

@@ -5,10 +5,10 @@ use lookat_scene::View;
 
 use super::{Layer, Values};
 use crate::integrator::MAX_PASSED;
-use crate::pick::depth;
 use crate::render::sample::{Context, corner_of};
 use crate::shading;
 use crate::surface::Surface;
+use crate::view_facts::depth;
 
 impl Context<'_> {
     /// Looks through the middle of a pixel and of the lens, for the first surface with a material.

@@ -4,8 +4,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::Part;
-use crate::color::luminance;
 use crate::film::{Area, Film, lock};
+use crate::number::luminance;
 use crate::render::sample::Seen;
 use crate::render::stop::{Estimate, StopRule};
 
