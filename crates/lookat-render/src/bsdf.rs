@@ -1,8 +1,5 @@
-//! How surfaces scatter light, at points side by side. Directions are in the world and point away from the surface.
-//!
-//! Which of its lobes a sample of a BSDF is of.
-//!
-//! The lobes at points side by side: a lobe of a kind, where it is, and how likely it is to be sampled.
+//! BSDFs at eight points side by side: their lobes, how a lobe is chosen for a sample, and what they scatter. Directions are in
+//! the world and point away from the surface.
 
 mod lobe;
 mod material;

@@ -1,8 +1,5 @@
-//! A bounding volume hierarchy: which elements a ray may meet.
-//!
-//! Rays against boxes: the test of a box in `f32` is never no where a ray meets what is in it.
-//!
-//! Rays against boxes in `f64`.
+//! A bounding volume hierarchy with eight children per node, and the slab tests of its boxes: in `f32`, conservative, and in `f64`,
+//! exact.
 
 mod build;
 #[cfg(test)]

@@ -1,8 +1,5 @@
-//! Camera rays: from a place on the film and the lens to a ray, in closed form and `f64`.
-//!
-//! What a thin lens blurs (PBR 6.2.3).
-//!
-//! Where camera rays come from.
+//! Camera rays in closed form and `f64`: from a position on the film and the lens to a ray. Also the depth of field of a thin lens
+//! (PBR 6.2.3), and the texture footprints of camera rays.
 
 use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};

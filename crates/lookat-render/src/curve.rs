@@ -1,9 +1,7 @@
-//! Ray against curve: where the curve, seen along the ray, comes closest to it (PBR 3.7).
+//! Rays against cubic Bézier curves: where the curve, seen along the ray, comes closest to it (PBR 3.7).
 //!
-//! pbrt-v3 halves a curve until its parts are straight to a twentieth of the width; here the least distances are the roots
+//! pbrt-v3 splits a curve until its parts are straight to a twentieth of the width; here the least distances are the roots
 //! of a polynomial.
-//!
-//! Cubic Bézier curves, and where they come closest to a point.
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,4 @@
-//! Directions and frames around them.
-//!
-//! Boxes along the axes, in `f32`, that are never too small.
+//! Shading frames, and boxes along the axes in `f32` that are never too small.
 
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DVec3, Vec3A};

@@ -1,10 +1,7 @@
-//! Eight numbers of a kind at once, one for each of as many samples.
+//! Vectors of eight numbers: one lane for each of eight samples.
 //!
-//! A sample has the same bits with any instructions and any neighbors: operations have one order, and none is fused with the next. Functions are inlined into the one that is compiled for what the processor has.
-//!
-//! Colors: linear RGB.
-//!
-//! Memory that is asked for before it is needed.
+//! A sample has the same bits with any instruction set and any neighbors: operations have one order, and none is fused with the
+//! next. Functions are inlined into the one that is compiled for the processor. Colors are linear RGB.
 
 use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 

@@ -1,10 +1,5 @@
-//! Prepares a world for rays: its trees and its light tables, relative to an origin near the eye.
-//!
-//! Where the origin of coordinates lies.
-//!
-//! What two worlds have in common.
-//!
-//! How bright the lights of a world are.
+//! Prepares a world for rendering: its hierarchy and its light tables, relative to an origin near the eye. A world that differs
+//! only in materials or lights keeps the hierarchy.
 
 use std::collections::HashMap;
 use std::sync::Arc;

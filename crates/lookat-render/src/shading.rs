@@ -1,8 +1,4 @@
-//! How surfaces scatter light where rays have hit them: from the material, its textures and its bumps.
-//!
-//! The texture coordinates of surfaces, whatever their shapes.
-//!
-//! Surfaces where rays have hit them side by side, and their lobes.
+//! Shading: the surfaces that eight rays have hit, their texture coordinates, bumps and BSDFs.
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -1,10 +1,5 @@
-//! The point of a surface that a ray has hit.
-//!
-//! Points of surfaces side by side.
-//!
-//! Holes of meshes, where their alpha is 0.
-//!
-//! Surfaces as functions of two parameters.
+//! Points of surfaces: one that a ray has hit or eight side by side, their parametric derivatives, and the holes that alpha textures
+//! cut into meshes.
 
 use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3, Vec3};

@@ -1,8 +1,4 @@
-//! The value of a texture at points of surfaces (PBR 10).
-//!
-//! What textures give: numbers and colors.
-//!
-//! Places on a picture, and how they change from one camera ray to its neighbors (PBR 10.2).
+//! Evaluates textures at points of surfaces (PBR 10): values, mappings, and the footprints of camera rays on them (PBR 10.2).
 
 mod checkerboard;
 pub(crate) mod imagemap;

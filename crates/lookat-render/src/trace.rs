@@ -1,6 +1,4 @@
-//! Rays against a scene: the nearest hit, and whether anything is in the way.
-//!
-//! Rays in `f32`, as they are tested against boxes and triangles.
+//! Traces rays in a scene: the nearest hit, and occlusion. Filters in `f32` leave out what a ray surely misses; `f64` decides.
 
 mod list;
 pub(crate) mod rays;

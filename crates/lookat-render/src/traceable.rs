@@ -1,10 +1,5 @@
-//! A world that rays are traced in: everything relative to an origin, in trees.
-//!
-//! Elements of a world or of an object, in a tree.
-//!
-//! The elements of a world, sorted into trees.
-//!
-//! Copies of objects, in their places.
+//! A world in the form that rays are traced in: positions relative to an origin; hierarchies of the world, of objects, and of
+//! instances of these.
 
 use std::collections::HashMap;
 use std::ops::Range;

@@ -1,8 +1,5 @@
-//! Ray against triangle, watertight.
-//!
-//! Eight triangles, as rays pass them.
-//!
-//! Which triangles a ray may meet, in `f32`, before `f64` decides.
+//! Rays against triangles, watertight (Woop, Benthin and Wald 2013). Blocks of eight triangles are tested in `f32` before `f64`
+//! decides.
 
 pub(crate) mod parametric;
 pub(crate) mod sheared;

@@ -1,10 +1,5 @@
-//! Facts about what a view shows, from a few thousand probe rays.
-//!
-//! Whether a point is inside a closed shape.
-//!
-//! Shapes: where they are, and what is seen of them.
-//!
-//! What a view shows at a place.
+//! Facts about what a view shows, from a few thousand probe rays: shapes, depths, closed shapes around the eye; and the shape at one
+//! position of the picture.
 
 mod lights;
 
@@ -69,14 +64,9 @@ struct Seen<'s> {
 }
 
 impl Prepared {
-    /// Facts about a view of this world. A view from another cell prepares the world again.
-    pub fn facts(&mut self, view: &View) -> ViewFacts {
-        self.look(&view.camera);
-        self.facts_unmoved(view)
-    }
-
-    /// The same without preparing the world again. From another cell, coordinates are rounded otherwise.
-    pub fn facts_unmoved(&self, view: &View) -> ViewFacts {
+    /// Facts about a view of this world. If the camera is far from the origin of coordinates, rounding is coarser: see
+    /// [`Prepared::look`].
+    pub fn facts(&self, view: &View) -> ViewFacts {
         let (traceable, camera) = (&self.traceable, self.camera(view));
         let probe = |film: DVec2| seen(traceable, view, &camera, film);
         let probes: Vec<Option<Seen>> =

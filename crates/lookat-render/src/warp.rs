@@ -1,6 +1,5 @@
-//! From the unit square to other domains, with the densities that result; and from a number to one of several amounts.
-//!
-//! Points of the unit circle, for samples, and angles of points.
+//! From the unit square to other domains with the densities that result (PBR 13.6), points of the unit circle, and choices among
+//! weights.
 
 use std::array::from_fn;
 use std::f32::consts::FRAC_1_PI;

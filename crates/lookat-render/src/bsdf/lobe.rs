@@ -1,8 +1,5 @@
-//! Ways of scattering light. Directions are in the shading frame, where z is the shading normal, and point away from the surface.
-//!
-//! How much a smooth boundary reflects (PBR 8.2.1).
-//!
-//! Single directions, in the world: exact, so that what is seen in a mirror is where it is.
+//! The lobes of BSDFs and the Fresnel equations (PBR 8.2). Directions are in the shading frame, where z is the shading normal, and
+//! point away from the surface. Perfectly specular directions are computed in the world in `f64`, so that reflections are exact.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 

@@ -1,9 +1,5 @@
-//! Building the tree: binned surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies",
-//! 2007), straight into nodes of eight children, on all threads.
-//!
-//! Counting elements in bins along the axes, to find the cheapest plane between them.
-//!
-//! Where a part of the elements is split in two.
+//! Builds the hierarchy by the binned surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies",
+//! 2007), straight into nodes with eight children, on all threads.
 
 use std::ops::Range;
 

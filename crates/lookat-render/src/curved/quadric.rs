@@ -1,12 +1,4 @@
-//! Lines against quadrics of revolution.
-//!
-//! Disks.
-//!
-//! Paraboloids.
-//!
-//! A segment turned about the z axis: cylinders, cones and hyperboloids.
-//!
-//! Sweeps about the z axis.
+//! Rays against quadrics of revolution other than spheres: disks, paraboloids, cylinders, cones and hyperboloids, in object space.
 
 use std::f64::consts::TAU;
 

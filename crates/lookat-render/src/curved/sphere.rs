@@ -1,6 +1,4 @@
-//! Ray against sphere, by the point of the ray that is closest to the center.
-//!
-//! Rays side by side against a sphere.
+//! Rays against spheres, one ray or eight, by the point of the ray that is closest to the center.
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};

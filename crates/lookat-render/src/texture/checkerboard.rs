@@ -1,6 +1,4 @@
-//! The value of a checkerboard (PBR 10.5).
-//!
-//! The value of a texture of dots (PBR 10.5).
+//! Checkerboards and dots (PBR 10.5).
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use lookat_scene::{Cells, Checkerboard, Dots};

@@ -1,6 +1,4 @@
-//! Noise in space, and sums of it (PBR 10.6).
-//!
-//! The color of marble (PBR 10.6.7).
+//! Perlin noise, its sums, and marble (PBR 10.6).
 
 use std::f64::consts::TAU;
 

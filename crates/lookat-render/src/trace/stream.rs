@@ -1,6 +1,4 @@
-//! Streams: packets of camera rays that go down the tree together.
-//!
-//! Packets: eight rays side by side against the triangles of a block.
+//! Packets of eight rays, and groups of packets of camera rays that traverse the hierarchy together.
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
