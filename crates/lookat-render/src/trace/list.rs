@@ -259,7 +259,7 @@ mod tests {
     /// Where meshes have holes, others of them for shadow rays, rays meet what they meet in a tree.
     #[test]
     fn rays_pass_the_holes_of_small_worlds() {
-        let mesh = "ListedShape \"trianglemesh\" \"point P\" [-2 -2 0 2 -2 0 2 2 0 -2 2 0] \"integer indices\" [0 1 2 0 2 3]
+        let mesh = "Shape \"trianglemesh\" \"point P\" [-2 -2 0 2 -2 0 2 2 0 -2 2 0] \"integer indices\" [0 1 2 0 2 3]
             \"float uv\" [0 0 1 0 1 1 0 1]";
         let traceable = Prepared::new(&scene(&format!(
             "Film \"image\" Camera \"perspective\" WorldBegin
