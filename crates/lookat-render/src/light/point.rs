@@ -7,9 +7,9 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
 
-use super::receiver::Receivers;
-use super::sample::LightSample;
 use super::tree::Emitter;
+use crate::light::LightSample;
+use crate::light::Receivers;
 use crate::number::strength;
 use crate::number::{Colors, LANES, V3, Vec3x8, bits, to_f32, vectorized};
 use crate::texture::imagemap::bilinear;
