@@ -4,12 +4,8 @@ mod ambient;
 pub(crate) mod direct;
 mod lighting;
 pub(crate) mod path;
-mod paths;
 mod profiler;
-mod replay;
-mod tracer;
 pub(crate) mod wave;
-mod weighed;
 pub(crate) mod world;
 
 use std::ops::Range;
@@ -19,6 +15,8 @@ use fearless_simd::Simd;
 use lookat_scene::Integrator;
 
 use crate::camera::Viewer;
+pub(crate) use crate::integrator::profiler::{Segment, segments, stage_profiles};
+pub(crate) use crate::integrator::world::{MAX_PASSED, Supervisor, Tracer};
 use crate::light::LightTable;
 use crate::number::LANES;
 use crate::sampler::{CAMERA_NUMBERS, Streams};
@@ -26,8 +24,6 @@ use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
-pub(crate) use replay::{Segment, segments, stage_profiles};
-pub(crate) use tracer::{MAX_PASSED, Supervisor, Tracer};
 use wave::Wave;
 use world::{Sees, World};
 

@@ -1,8 +1,4 @@
-//! Lights: where to look for light from points, and how likely each direction is looked at.
-//!
-//! Light that may reach points from one direction each.
-//!
-//! Where light is looked for.
+//! The lights of a scene: samples of them from points, and the densities of these samples.
 
 mod choice;
 mod environment;

@@ -5,17 +5,12 @@ mod adaptive;
 mod bits;
 mod brightest;
 mod control;
-mod exposure;
-mod fixed;
-mod forecast;
 mod layers;
 mod profile;
 mod rounds;
 mod sample;
 mod settings;
-mod stop;
 mod target;
-mod waves;
 
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -27,17 +22,17 @@ use lookat_scene::{Scene, View};
 use crate::film::{Film, FilmSums, Keeps, lock};
 use crate::integrator::Profiler;
 use crate::prepare::Prepared;
+use crate::render::rounds::Fixed;
+pub use crate::render::rounds::TimeLeft;
+pub use crate::render::settings::TargetError;
 use crate::threads;
 use adaptive::Adaptive;
 pub use brightest::{BrightestSample, PathEnd};
 use control::{Control, State};
-use fixed::Fixed;
-pub use forecast::TimeLeft;
 pub use layers::{Layer, Layers};
 pub use profile::profile;
 use sample::Context;
 pub use settings::{Settings, Stop, film_bytes};
-pub use stop::TargetError;
 use target::Target;
 
 /// The luminance below which errors are not judged relative to the pixel, as a share of the brightness of the picture,

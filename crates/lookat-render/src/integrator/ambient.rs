@@ -5,10 +5,10 @@ use std::f32::consts::PI;
 use fearless_simd::{Simd, prelude::*};
 use glam::Vec3;
 
-use super::tracer::Tracer;
 use crate::bsdf::Slots;
 use crate::frame::Frames;
 use crate::integrator::wave::{Taken, Wave};
+use crate::integrator::world::Tracer;
 use crate::integrator::world::World;
 use crate::number::{first_lanes, narrow, splat_f32, those, to_f32, vectorized};
 use crate::sampler::Streams;

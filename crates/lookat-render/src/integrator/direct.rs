@@ -8,13 +8,13 @@ use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::Draw;
 use super::profiler::Stage;
-use super::tracer::Tracer;
 use crate::bsdf::{Bsdf, BsdfSample, Part, Single, Slots};
 use crate::camera::{Viewer, Views};
+use crate::integrator::lighting::{LightSamples, directions, most_samples};
 use crate::integrator::lighting::{Lighting, Vertices};
-use crate::integrator::paths::Found;
+use crate::integrator::wave::Found;
 use crate::integrator::wave::{Taken, Wave};
-use crate::integrator::weighed::{LightSamples, directions, most_samples};
+use crate::integrator::world::Tracer;
 use crate::integrator::world::{Sees, World};
 use crate::light::LightTable;
 use crate::number::{first_lanes, narrow, splat_f32, widen};

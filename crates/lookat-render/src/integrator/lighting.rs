@@ -1,14 +1,13 @@
-//! Light that samples of lights and directions from BSDFs find from points side by side, weighed against each other.
+//! Direct lighting at eight points: samples of lights and of BSDFs, combined by multiple importance sampling (PBR 14.3).
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
-use lookat_scene::DirectStrategy;
+use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::profiler::Stage;
-use super::tracer::Tracer;
-use super::weighed::{LightSamples, directions, most_samples};
+use super::world::World;
 use crate::bsdf::{Bsdf, Part};
-use crate::integrator::world::World;
+use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Found, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
 use crate::number::{Colors, Vec2x8, bits, groups, those, to_f32, vectorized};
 use crate::sampler::Streams;
@@ -420,4 +419,32 @@ impl<S: Simd> Vertices<'_, S> {
             }
         }
     }
+}
+
+/// Which lights are sampled.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum LightSamples {
+    /// One, chosen at random.
+    One(LightChoice),
+    /// All of them, as often as the strategy says.
+    Each(DirectStrategy),
+}
+
+/// How many directions from the BSDF there are at a surface. For one light: one, or two where no light is sampled. For all lights: as
+/// many as the light with the most samples has, and the samples of each light that is not sampled.
+pub(super) fn directions(table: &LightTable, lights: LightSamples, has_lune: bool) -> u32 {
+    match lights {
+        LightSamples::One(_) if table.leaves_all_to_directions(has_lune) => 2,
+        LightSamples::One(_) => 1,
+        LightSamples::Each(strategy) => {
+            let others = (table.eligible(has_lune)..table.len()).map(|light| table.samples(light, strategy));
+            others.fold(most_samples(table, strategy), u32::saturating_add)
+        }
+    }
+}
+
+/// The most samples that any of the lights asks for, if any is more than a point or a direction.
+pub(super) fn most_samples(table: &LightTable, strategy: DirectStrategy) -> u32 {
+    let samples = (0..table.len()).map(|light| table.samples(light, strategy));
+    samples.max().filter(|_| table.has_extended()).unwrap_or(0)
 }

@@ -10,13 +10,13 @@ use lookat_scene::LightChoice;
 
 use super::Draw;
 use super::profiler::Stage;
-use super::tracer::Tracer;
 use crate::bsdf::{Bsdf, Part, Slots};
 use crate::camera::{Viewer, Views};
+use crate::integrator::lighting::LightSamples;
 use crate::integrator::lighting::{Directions, Lighting, Vertices};
-use crate::integrator::paths::Found;
+use crate::integrator::wave::Found;
 use crate::integrator::wave::{Taken, Wave};
-use crate::integrator::weighed::LightSamples;
+use crate::integrator::world::Tracer;
 use crate::integrator::world::{Sees, World};
 use crate::light::LightTable;
 use crate::number::{Colors, bits, first_lanes, those};

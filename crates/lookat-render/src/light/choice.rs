@@ -1,6 +1,4 @@
-//! Which of the lights is sampled.
-//!
-//! Lights and triangles of lights, chosen by a tree.
+//! Light samplers: which light a point samples, by equal probabilities, power, estimates of each light, or the tree of lights.
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,4 @@
-//! Light from a picture of all directions (PBR 14.2.4).
-//!
-//! Directions in proportion to how much brighter a picture is there than its mean.
+//! Infinite lights with a picture (PBR 14.2.4), sampled where the picture is brighter than its mean.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;

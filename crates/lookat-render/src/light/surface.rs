@@ -1,6 +1,4 @@
-//! Light from shapes of the world.
-//!
-//! Which way a shape that emits is turned.
+//! Shapes that emit: samples of their points, and in which directions they shine.
 
 mod mesh;
 mod spherical_disk;

@@ -1,6 +1,5 @@
-//! A tree of lights (Conty Estevez and Kulla 2018; PBR 4th ed. 12.6.3), with eight children at each node.
-//!
-//! The lights that a tree holds, and the triangles of meshes among them.
+//! A tree of lights (Conty Estevez and Kulla 2018; PBR 4th ed. 12.6.3) with eight children at each node. Its leaves are lights, and the
+//! triangles of mesh lights.
 
 mod build;
 mod node;

@@ -7,15 +7,15 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{PixelBounds, View};
 
 use super::control::Control;
-use super::fixed::all;
 use super::sample::{Context, Job, Pattern};
-use super::waves::Worker;
 use super::{Progress, Settings, Stop};
 use crate::film::{Film, Keeps};
 use crate::integrator::wave::WAVE;
 use crate::integrator::{Profiler, Segment, segments};
 use crate::number::luminance;
 use crate::prepare::Prepared;
+use crate::render::rounds::all;
+use crate::render::sample::Worker;
 
 /// The brightest sample of a pixel.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,4 @@
-//! Light from meshes.
-//!
-//! Light from whole spheres.
+//! Meshes and spheres that emit.
 
 use std::array::from_fn;
 use std::f64::consts::TAU;

@@ -11,9 +11,9 @@ use crate::film::Area;
 use crate::integrator::wave::WAVE;
 use crate::integrator::world::Sees;
 use crate::number::{LANES, bits, first_lanes, side_by_side, those};
-use crate::render::fixed::Pass;
+use crate::render::rounds::Pass;
 use crate::render::sample::Context;
-use crate::render::waves::Worker;
+use crate::render::sample::Worker;
 use crate::sampler::Sample;
 use crate::trace::MOST_PACKETS;
 
