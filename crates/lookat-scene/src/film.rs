@@ -152,7 +152,7 @@ pub(crate) fn film(params: &mut Params, film_override: &FilmOverride) -> (Film, 
         let message = if scale == 0.0 {
             "scale is 0: the picture is all black"
         } else {
-            "scale is negative: the picture is negative"
+            "scale is negative: all pixel values become negative"
         };
         params.warn("scale", message, "scale multiplies the picture; the default is 1");
     }

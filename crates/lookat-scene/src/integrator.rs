@@ -70,7 +70,7 @@ const MAX_DEPTH: Key<i32> =
     Key::integer("maxdepth", 5, "the most surfaces of a path; over 20000 counts as 20000")
         .within(Range::at_least(0.0));
 const MIRROR_DEPTH: Key<i32> = Key {
-    meaning: "the most surfaces along mirrors and glass, with the first; 0 counts as 1, over 20000 as 20000",
+    meaning: "the largest number of surfaces along mirrors and glass, including the first; 0 counts as 1, over 20000 as 20000",
     ..MAX_DEPTH
 };
 /// Light that loses a thousandth at each bounce is below `f32` precision after as many bounces.
@@ -114,7 +114,7 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind::new(
         "Integrator",
         "ambientocclusion",
-        "the open part of the sky",
+        "the fraction of the sky that is visible",
         &[&[&COSINE, &NESTED, &PIXEL_BOUNDS]],
     ),
     stand_in::BDPT,

@@ -153,7 +153,7 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind::new(
         "LightSource",
         "goniometric",
-        "a point whose intensity depends on the direction by a picture",
+        "a point whose intensity in each direction comes from a picture",
         &[goniometric::KEYS],
     ),
     Kind::new("LightSource", "projection", "a slide projector", &[projection::KEYS]),

@@ -35,7 +35,7 @@ const COMMON: Keys = &[&TYPE, &ABSORPTION, &SCATTERING, &PRESET, &G, &SCALE];
 
 /// The types, which the parameter "string type" gives.
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("MakeNamedMedium", "homogeneous", "a medium that is equal everywhere", &[COMMON])
+    Kind::new("MakeNamedMedium", "homogeneous", "a medium with the same density everywhere", &[COMMON])
         .instead("empty space"),
     Kind::new(
         "MakeNamedMedium",

@@ -319,7 +319,7 @@ pub(crate) fn place(params: &mut Params, mesh: Mesh, world_from_object: Transfor
 pub(crate) fn note_flat(params: &mut Params, name: &str, flat: usize, all: usize) {
     if flat > 0 {
         let noun = if all == 1 { "triangle" } else { "triangles" };
-        let message = format!("lookat skips {flat} of {all} {noun} because of zero area");
+        let message = format!("skipped {flat} of {all} {noun}: zero area");
         params.note(name, &message, "their corners are collinear or coincide, so they are invisible");
     }
 }
@@ -354,7 +354,7 @@ fn texture_coordinates(params: &mut Params) -> (&'static str, Vec<[f64; 2]>) {
     }
     let flat = floats.into_iter().flatten().next().map_or_else(Vec::new, |(_, flat)| flat);
     if !flat.len().is_multiple_of(2) {
-        let message = format!("{name} takes pairs of numbers; {} numbers given", flat.len());
+        let message = format!("{name} takes pairs of numbers, found {} numbers", flat.len());
         params.warn(name, &message, "the last one is ignored, as in pbrt-v3");
     }
     (name, flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect())

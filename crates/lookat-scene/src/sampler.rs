@@ -104,7 +104,7 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind::new(
         "Sampler",
         "halton",
-        "as sobol, whose points lookat takes for these too",
+        "a Halton sequence; lookat uses sobol instead",
         &[&[&PIXEL_SAMPLES, &PIXEL_CENTER]],
     )
     .by_default(),

@@ -13,9 +13,8 @@ pub(super) fn advise_large_world(evidence: &Evidence, report: &mut Report) {
     let unit = world_from_camera.vector(DVec3::Z).length();
     if unit * LARGE < 1.0 {
         let times = (1.0 / unit).round();
-        let message =
-            format!("pbrt-v3 may miss near surfaces: one unit of the world is {times} units of the camera");
-        warn(report, at, message, "leave out the scale before Camera");
+        let message = format!("pbrt-v3 may miss near surfaces: the camera transform scales by {times}");
+        warn(report, at, message, "remove the scale before Camera");
     }
 }
 

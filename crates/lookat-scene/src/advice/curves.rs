@@ -16,8 +16,7 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
         if let CurveKind::Ribbon(normals) = &curve.kind
             && normals.windows(2).any(|pair| pair[0] == pair[1])
         {
-            let message =
-                "pbrt-v3 may abort, or leave out parts, where successive normals of a ribbon are equal";
+            let message = "pbrt-v3 may abort or miss parts where successive normals of a ribbon are equal";
             warn(report, at, message, "rotate one of the two normals by a thousandth of a radian");
         }
     }

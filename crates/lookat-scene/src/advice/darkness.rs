@@ -13,7 +13,7 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
     let emissions: Vec<Emission> = evidence.drawn.iter().filter_map(|primitive| primitive.emission).collect();
     let shows_emission_alone = matches!(integrator, Integrator::Path { max_depth: 0, .. });
     let (message, help) = if world.lights.is_empty() && emissions.is_empty() {
-        let help = "add a light: LightSource \"infinite\" lights a scene from all sides";
+        let help = "add a light: LightSource \"infinite\" illuminates a scene from all directions";
         ("the scene has no lights: the picture is black", help)
     } else if world.lights.iter().all(Light::is_black) && emissions.iter().all(Emission::is_black) {
         let help = "give them a color and a scale above 0";

@@ -12,14 +12,14 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
     }
     let of_objects = evidence.built.objects.iter().flat_map(|object| &object.primitives);
     for at in of_objects.filter(|primitive| primitive.light().is_some()).filter_map(|it| it.span) {
-        let message =
-            "an emissive shape inside an object is visible but lights nothing: move it out of the object";
+        let message = "an emissive shape inside an object is visible, but illuminates nothing: move it out of the object";
         report.unsupported(at, message.into());
     }
     let is_curve = |primitive: &&Primitive| matches!(primitive.shape, Shape::Curve(_));
     let emissive = || evidence.built.world.primitives.iter().filter(|primitive| primitive.light().is_some());
     for at in emissive().filter(is_curve).filter_map(|primitive| primitive.span) {
-        let message = "an emissive curve is visible but lights nothing: use a mesh or a quadric as a light";
+        let message =
+            "an emissive curve is visible, but illuminates nothing: use a mesh or a quadric as a light";
         report.unsupported(at, message.into());
     }
     if !evidence.settled.is_some_and(|settled| settled.passes_boundaries) {

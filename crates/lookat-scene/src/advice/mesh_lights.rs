@@ -10,11 +10,10 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
         if primitive.reverse_orientation && !emission.two_sided {
             if !mesh.normals.is_empty() {
                 let message = "pbrt-v3 shows this reversed mesh glowing on one side but sends its light from the other, the side of \"N\"";
-                warn(report, at, message, "leave out ReverseOrientation: \"N\" decides the side that emits");
+                warn(report, at, message, "remove ReverseOrientation: \"N\" decides the side that emits");
             } else if !mesh.tangents.is_empty() {
                 let message = "pbrt-v3 lets this mesh with \"S\" glow as if it had no ReverseOrientation, but sends its light from the reversed side";
-                let help =
-                    "leave out \"S\", or exchange two corners of each triangle instead of ReverseOrientation";
+                let help = "remove \"S\", or swap two corners of each triangle instead of ReverseOrientation";
                 warn(report, at, message, help);
             }
         }

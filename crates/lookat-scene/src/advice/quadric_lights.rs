@@ -28,8 +28,7 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
         if primitive.mirrored && !emission.two_sided {
             let message =
                 format!("pbrt-v3 shows this mirrored {name} glowing inward but sends its light outward");
-            let help =
-                "leave out the mirroring Scale, or add \"bool twosided\" \"true\" to the AreaLightSource";
+            let help = "remove the mirroring Scale, or add \"bool twosided\" \"true\" to the AreaLightSource";
             warn(report, at, message, help);
         }
     }

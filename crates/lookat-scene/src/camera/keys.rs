@@ -29,7 +29,7 @@ pub(super) const SCREEN_WINDOW: Key<Edges> = Key::new(
 pub(super) const LENS_RADIUS: Key<f64> =
     Key::float("lensradius", 0.0, "the radius of the aperture; 0 is a pinhole").unit(Unit::CameraSpace);
 pub(crate) const FOCAL_DISTANCE: Key<f64> =
-    Key::float("focaldistance", UNFOCUSED, "the distance to the plane of focus along the direction of view")
+    Key::float("focaldistance", UNFOCUSED, "the distance to the plane of focus along the viewing direction")
         .within(Range::above(0.0))
         .unit(Unit::CameraSpace);
 /// As an override; in a scene, a negative radius is a pinhole.

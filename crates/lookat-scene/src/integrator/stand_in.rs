@@ -32,7 +32,7 @@ const LARGE_STEP: Key<f64> =
 const SIGMA: Key<f64> = unread(Key::float(
     "sigma",
     0.01,
-    "the standard deviation of a small mutation, as a share of a dimension",
+    "the standard deviation of a small mutation, as a fraction of a dimension",
 ));
 const MLT_KEYS: Keys = &[&MAX_DEPTH, &BOOTSTRAP, &CHAINS, &MUTATIONS, &LARGE_STEP, &SIGMA];
 

@@ -28,13 +28,13 @@ pub(crate) const KINDS: &[Kind] = &[
     of("uber", "diffuse, glossy and specular reflection, refraction and opacity in one", &[uber::KEYS, BUMP]),
     of(
         "subsurface",
-        "light that scatters inside, by coefficients",
+        "subsurface scattering from coefficients",
         &[stand_in::subsurface::COEFFICIENTS, stand_in::subsurface::SURFACE, BUMP],
     )
     .instead("uber with the diffuse color of the coefficients"),
     of(
         "kdsubsurface",
-        "light that scatters inside, by the diffuse color",
+        "subsurface scattering from the diffuse color",
         &[stand_in::subsurface::COLOR, stand_in::subsurface::SURFACE, BUMP],
     )
     .instead("uber with the same Kd and index"),

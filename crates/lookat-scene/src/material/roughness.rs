@@ -103,14 +103,15 @@ fn remap(params: &mut TextureParams, all: &[(&str, Option<&Texture<f64>>)]) -> b
     for (name, roughness) in all {
         let value = roughness.and_then(|roughness| roughness.constant()).unwrap_or(0.0);
         let (what, help) = if value < 0.0 {
-            ("negative: the surface is almost smooth", "the usual range is 0 to 1")
+            ("negative: the surface is almost smooth, as in pbrt-v3", "the usual range is 0 to 1")
         } else if value > 1.0 && remap {
-            let help = "the usual range is 0 to 1; if it is a width, write \"bool remaproughness\" \"false\"";
-            ("above 1: the surface is rougher than at 1", help)
+            let help =
+                "write a roughness from 0 to 1; if it is a width, add \"bool remaproughness\" \"false\"";
+            ("above the usual range 0 to 1", help)
         } else {
             continue;
         };
-        params.warn(name, &format!("{name} is {what}, as in pbrt-v3"), help);
+        params.warn(name, &format!("{name} is {what}"), help);
     }
     remap
 }

@@ -83,11 +83,8 @@ fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>
 }
 
 pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
-    let message = if by.contains(&0.0) {
-        "Scale by 0 is not invertible"
-    } else {
-        "Scale by such a small factor is not invertible"
-    };
+    let message =
+        if by.contains(&0.0) { "Scale by 0 is not invertible" } else { "this Scale is too small to invert" };
     Transform::scale(by.into()).ok_or_else(|| {
         Box::new(Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape"))
     })

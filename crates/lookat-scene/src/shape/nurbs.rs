@@ -207,7 +207,7 @@ fn control_points(params: &mut Params) -> Option<Vec<DVec4>> {
         }
         (None, Some(weighted)) => {
             if !weighted.len().is_multiple_of(4) {
-                let message = format!("Pw takes groups of four numbers; {} numbers given", weighted.len());
+                let message = format!("Pw takes groups of four numbers, found {} numbers", weighted.len());
                 params.reject("Pw", message, None);
             }
             Some(weighted.chunks_exact(4).map(DVec4::from_slice).collect())

@@ -230,7 +230,7 @@ pub(super) fn explain_black(
             true => black.as_deref().unwrap_or(
                 "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov",
             ),
-            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are seen",
+            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are visible",
             false
                 if scene.world.lights.is_empty()
                     && scene.world.shapes().any(|shape| shape.emission.is_some()) =>
@@ -242,7 +242,7 @@ pub(super) fn explain_black(
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
-        crate::say(&format!("{count} samples were infinite or NaN and are used as black"));
+        crate::say(&format!("{count} samples were infinite or NaN and count as black"));
     }
     if rendered.statistics.clamped > 0 {
         let count = rendered.statistics.clamped;
@@ -302,7 +302,7 @@ impl JsonTarget {
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
-            "{} within {error} % of the true brightness, each with {confidence} % confidence; light that no sample found is not covered",
+            "{} within {error} % of the true brightness, per pixel at {confidence} % confidence, except light no sample hit",
             pixels(self.within)
         ));
         if self.at_cap > 0 {

@@ -60,7 +60,7 @@ pub(super) const TABLE: Table = Table {
         (&["uber"], &["alpha", "transparency"], "opacity", "opacity is the fraction of the surface that is opaque"),
         (&["mix"], &["bsdf1", "material1", "first", "tex1"], "namedmaterial1", ""),
         (&["mix"], &["bsdf2", "material2", "second", "tex2"], "namedmaterial2", ""),
-        (&["mix"], &["weight", "fraction", "factor", "blend", "fac"], "amount", "amount is the share of namedmaterial1"),
+        (&["mix"], &["weight", "fraction", "factor", "blend", "fac"], "amount", "amount is the fraction of namedmaterial1"),
         (&[], &["emission", "emit", "emissive", "emissioncolor", "radiance", "l", "ke", "power", "strength", "intensity"], "", EMIT),
         (&[], &["bump", "displacement", "heightmap"], "bumpmap", ""),
         (&[], &["normalmap", "normal"], "", NORMAL_MAP),

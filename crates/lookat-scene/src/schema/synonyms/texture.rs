@@ -23,7 +23,7 @@ pub(super) const TABLE: Table = Table {
         (&["checkerboard", "mix"], &["color0", "a", "even", "color1value"], "tex1", ""),
         (&["checkerboard", "mix"], &["color1"], "tex1", ""),
         (&["checkerboard", "mix"], &["color1", "b", "odd", "color2"], "tex2", ""),
-        (&["mix"], &["factor", "fac", "weight", "alpha"], "amount", "amount is the share of tex2"),
+        (&["mix"], &["factor", "fac", "weight", "alpha"], "amount", "amount is the fraction of tex2"),
         (&["scale"], &["tex", "texture"], "tex1", ""),
         (&["scale"], &["scale", "factor"], "tex2", ""),
         (&[], &["uoffset", "offsetu"], "udelta", ""),
