@@ -1,7 +1,30 @@
-//! Brings two pictures to the pixels that both have.
+//! Compares two pictures in the pixels that both have: metrics, tests against noise, and a figure of the difference.
+
+mod agreement;
+mod display;
+mod flip;
+mod metrics;
+mod noise;
+mod panel;
+mod ssim;
+#[cfg(test)]
+mod tests;
 
 use crate::error::listed;
 use crate::{Image, PixelError, Placement, Precision, Window};
+
+pub use agreement::{Agreement, PixelTest, Test, Untestable, agreement};
+pub use display::{Encoded, Light, suitable_exposure};
+pub use flip::{PIXELS_PER_DEGREE, hdr_flip, ldr_flip};
+pub use metrics::{
+    Largest, Means, largest_difference, mean, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
+    share_above,
+};
+pub use panel::false_color::{
+    DIFFERENCE_COLORS, NOT_FINITE_COLOR, box_means, difference_color, difference_limit,
+};
+pub use panel::{PanelOptions, write_panel};
+pub use ssim::ssim;
 
 /// The pixels that two pictures share.
 #[derive(Debug, Clone)]
@@ -110,65 +133,4 @@ fn cut<T: Copy>(pixels: Vec<T>, whole: Window, part: Window) -> Vec<T> {
     let (left, top) = ((part.x - whole.x) as usize, (part.y - whole.y) as usize);
     let rows = pixels.chunks_exact(whole.width as usize).skip(top).take(part.height as usize);
     rows.flat_map(|row| &row[left..left + part.width as usize]).copied().collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn picture(window: Window) -> Image {
-        let display = Window { x: 0, y: 0, width: 8, height: 8 };
-        let (columns, rows) =
-            (window.x..window.x + window.width as i32, window.y..window.y + window.height as i32);
-        let pixels: Vec<[f32; 3]> =
-            rows.flat_map(|y| columns.clone().map(move |x| [x as f32, y as f32, 0.0])).collect();
-        Image::from_rgb(window, display, &pixels)
-    }
-
-    #[test]
-    fn pixels_keep_their_places() {
-        let a = picture(Window { x: 0, y: 1, width: 5, height: 4 });
-        let b = picture(Window { x: 2, y: -1, width: 6, height: 4 });
-        let aligned = align(&a, &b).unwrap();
-        assert_eq!(aligned.window, Window { x: 2, y: 1, width: 3, height: 2 });
-        assert_eq!(aligned.left_out, 20 + 24 - 12);
-        assert_eq!(aligned.actual, aligned.expected);
-        assert_eq!(aligned.actual[4], [3.0, 2.0, 0.0]);
-    }
-
-    /// A .png of a crop window is held against an .exr file of it; but not an .exr file of the same size.
-    #[test]
-    fn a_picture_without_windows_is_taken_for_the_part_of_its_size() {
-        let part = picture(Window { x: 2, y: 1, width: 3, height: 2 });
-        let whole = Window { x: 0, y: 0, width: 3, height: 2 };
-        let colors: Vec<[f32; 3]> =
-            (0..6).map(|i| [2.0 + (i % 3) as f32, 1.0 + (i / 3) as f32, 0.0]).collect();
-        let mut plain = Image::from_rgb(whole, whole, &colors);
-        assert_eq!(align(&part, &plain).unwrap_err(), AlignError::Size([8, 8], [3, 2]));
-        plain.has_windows = false;
-        for (a, b) in [(&part, &plain), (&plain, &part)] {
-            let aligned = align(a, b).unwrap();
-            assert_eq!((aligned.window, aligned.left_out), (part.data_window, 0));
-            assert_eq!(aligned.actual, aligned.expected);
-            assert_eq!(aligned.is_placed, [!a.has_windows, !b.has_windows]);
-        }
-        let other = picture(Window { x: 2, y: 1, width: 4, height: 2 });
-        assert_eq!(align(&other, &plain).unwrap_err(), AlignError::Size([8, 8], [3, 2]));
-    }
-
-    #[test]
-    fn pictures_that_do_not_belong_together_are_told_apart() {
-        let a = picture(Window { x: 0, y: 0, width: 2, height: 2 });
-        let b = picture(Window { x: 2, y: 0, width: 2, height: 2 });
-        assert_eq!(align(&a, &b).unwrap_err(), AlignError::Apart);
-        let mut c = a.clone();
-        c.display_window.width = 9;
-        assert_eq!(align(&a, &c).unwrap_err().to_string(), "the sizes differ: 8x8 and 9x8");
-        let mut d = a.clone();
-        d.channels.iter_mut().for_each(|channel| channel.name += "2");
-        assert!(align(&d, &a).unwrap_err().to_string().contains("it has R2, G2, B2"));
-        d.layers = vec!["albedo".into(), "N.X".into()];
-        let error = align(&a, &d).unwrap_err().to_string();
-        assert!(error.ends_with("neither the channels R, G and B nor Y: it has the layers albedo, N.X"));
-    }
 }

@@ -1,17 +1,13 @@
 //! FLIP: how much two pictures seem to differ when they are flipped on one display.
 
-mod color;
-mod filter;
-
 use std::f32::consts::FRAC_1_SQRT_2;
+use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use self::color::{Scale, hunt_lab, hyab, opponent};
-use self::filter::Filters;
-use crate::convolution::{along_rows, down_columns};
-use crate::display::clip;
-use crate::rank::ranked;
+use super::display::{clip, cube_root};
+use super::metrics::ranked;
+use super::ssim::{along_rows, down_columns};
 
 /// The default viewing distance: 0.7 m from a display that is 0.7 m wide and has 3840 columns.
 pub const PIXELS_PER_DEGREE: f32 = 67.020_64;
@@ -20,38 +16,7 @@ pub const PIXELS_PER_DEGREE: f32 = 67.020_64;
 const TILE: usize = 128;
 const BAND: usize = 64;
 
-/// The mean of [`ldr_flip_map`]: 0 for equal pictures, at most 1.
-///
-/// # Panics
-///
-/// As [`ldr_flip_map`].
-pub fn ldr_flip(
-    actual: &[[f32; 3]],
-    expected: &[[f32; 3]],
-    width: usize,
-    height: usize,
-    pixels_per_degree: f32,
-) -> f64 {
-    mean(&ldr_flip_map(actual, expected, width, height, pixels_per_degree))
-}
-
-/// The mean of [`hdr_flip_map`]: 0 for equal pictures, at most 1.
-///
-/// # Panics
-///
-/// As [`ldr_flip_map`].
-pub fn hdr_flip(
-    actual: &[[f32; 3]],
-    expected: &[[f32; 3]],
-    width: usize,
-    height: usize,
-    pixels_per_degree: f32,
-) -> f64 {
-    let exposures = Exposures::of(expected);
-    mean(&hdr_flip_map(actual, expected, width, height, pixels_per_degree, exposures))
-}
-
-/// LDR-FLIP for each pixel, row by row: 0 where no difference is seen, 1 for the largest one.
+/// The mean LDR-FLIP: 0 for equal pictures, at most 1.
 ///
 /// The pictures are linear and are shown clipped to 0..1. (The paper starts from sRGB values and first makes
 /// them linear.) Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference
@@ -62,54 +27,54 @@ pub fn hdr_flip(
 ///
 /// If a picture does not have `width` times `height` pixels, or `pixels_per_degree` is not positive and
 /// finite.
-pub fn ldr_flip_map(
+pub fn ldr_flip(
     actual: &[[f32; 3]],
     expected: &[[f32; 3]],
     width: usize,
     height: usize,
     pixels_per_degree: f32,
-) -> Vec<f32> {
-    largest_map([actual, expected], width, height, pixels_per_degree, &[|rgb: [f32; 3]| rgb.map(clip)])
+) -> f64 {
+    mean_flip([actual, expected], [width, height], pixels_per_degree, &[|rgb: [f32; 3]| rgb.map(clip)])
 }
 
-/// HDR-FLIP for each pixel, row by row: the largest LDR-FLIP over all exposures, each shown by the tone
-/// mapper ACES. Negative values count as 0.
+/// The mean HDR-FLIP: 0 for equal pictures, at most 1. For each pixel, it is the largest LDR-FLIP over all exposures, each shown
+/// by the tone mapper ACES. Negative values count as 0.
 ///
 /// Andersson, Nilsson, Shirley and Akenine-Möller, "Visualizing Errors in Rendered High Dynamic Range Images"
 /// (Eurographics 2021).
 ///
 /// # Panics
 ///
-/// As [`ldr_flip_map`].
-pub fn hdr_flip_map(
+/// As [`ldr_flip`].
+pub fn hdr_flip(
     actual: &[[f32; 3]],
     expected: &[[f32; 3]],
     width: usize,
     height: usize,
     pixels_per_degree: f32,
-    exposures: Exposures,
-) -> Vec<f32> {
+) -> f64 {
     let display = |factor: f32| move |rgb: [f32; 3]| rgb.map(|value| aces(factor * value));
-    let displays: Vec<_> = exposures.factors().map(display).collect();
-    largest_map([actual, expected], width, height, pixels_per_degree, &displays)
+    let displays: Vec<_> = Exposures::of(expected).factors().map(display).collect();
+    mean_flip([actual, expected], [width, height], pixels_per_degree, &displays)
 }
 
 /// The exposures at which HDR-FLIP shows the pictures, evenly from `start` to `stop`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Exposures {
+struct Exposures {
     /// The first one, in stops: pictures are multiplied by 2^`start`.
-    pub start: f32,
+    start: f32,
     /// The last one, in stops.
-    pub stop: f32,
-    /// How many, at least 2.
-    pub count: usize,
+    stop: f32,
+    /// At least 2.
+    count: usize,
 }
 
 impl Exposures {
     /// The choice of the paper for a reference picture: from where its largest luminance is shown as 0.85 to
     /// where its median luminance (the upper one of two) is, in steps of about one stop. Below 2^-23 a
     /// luminance counts as that.
-    pub fn of(expected: &[[f32; 3]]) -> Self {
+    fn of(expected: &[[f32; 3]]) -> Self {
+        // The weights of the authors' program.
         let luminance = |i: usize| {
             let [r, g, b] = expected[i];
             [(0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0)]
@@ -148,14 +113,13 @@ fn aces_inverse(shown: f32) -> f32 {
     middle + (middle * middle - c / a).sqrt()
 }
 
-/// Maps all ways of display, and keeps the largest difference of each pixel.
-fn largest_map(
+/// The mean over pixels of the largest FLIP of all ways of display.
+fn mean_flip(
     pictures: [&[[f32; 3]]; 2],
-    width: usize,
-    height: usize,
+    [width, height]: [usize; 2],
     pixels_per_degree: f32,
     displays: &[impl Fn([f32; 3]) -> [f32; 3] + Sync],
-) -> Vec<f32> {
+) -> f64 {
     assert!(pictures.iter().all(|picture| picture.len() == width * height));
     assert!(pixels_per_degree > 0.0 && pixels_per_degree.is_finite());
     let filters = Filters::new(f64::from(pixels_per_degree));
@@ -168,7 +132,10 @@ fn largest_map(
             let tile =
                 Tile { left, top: band * BAND, width: TILE.min(width - left), height: map.len() / width };
             for display in displays {
-                let seen = pictures.map(|picture| see(picture, width, height, tile, &filters, display));
+                let seen = pictures.map(|picture| {
+                    let planes = surroundings(picture, [width, height], tile, filters.margin, display);
+                    filtered(&planes, tile, &filters)
+                });
                 let differences = compare(&seen, scale);
                 for (row, differences) in
                     map.chunks_exact_mut(width).zip(differences.chunks_exact(tile.width))
@@ -180,7 +147,7 @@ fn largest_map(
             }
         }
     });
-    map
+    map.iter().map(|&value| f64::from(value)).sum::<f64>() / map.len() as f64
 }
 
 /// A part of the picture, in pixels.
@@ -192,29 +159,22 @@ struct Tile {
     height: usize,
 }
 
-/// What is seen of one picture in a tile.
-struct Seen {
+/// A tile of one picture as the eye sees it.
+struct Filtered {
     /// Colors after the contrast sensitivity of the eye.
     lab: [Vec<f32>; 3],
     /// How strong edges and points are.
     features: [Vec<f32>; 2],
 }
 
-fn see(
-    picture: &[[f32; 3]],
-    width: usize,
-    height: usize,
-    tile: Tile,
-    filters: &Filters,
-    display: impl Fn([f32; 3]) -> [f32; 3],
-) -> Seen {
+/// Filters the opponent colors of a tile.
+fn filtered(planes: &[Vec<f32>; 3], tile: Tile, filters: &Filters) -> Filtered {
     let margin = filters.margin;
-    let planes = surroundings(picture, width, height, tile, margin, display);
     let rows = |plane: &[f32], weights: &[f32]| along_rows(plane, tile.width + 2 * margin, margin, weights);
     let columns = |plane: &[f32], weights: &[f32]| down_columns(plane, tile.width, margin, weights);
     let both = |plane: &[f32], weights: &[f32]| columns(&rows(plane, weights), weights);
 
-    let [luminance, red_green, blue_yellow] = &planes;
+    let [luminance, red_green, blue_yellow] = planes;
     let [wide, narrow] = filters.blue_yellow.each_ref().map(|weights| both(blue_yellow, weights));
     let mut lab = [both(luminance, &filters.luminance), both(red_green, &filters.red_green), wide];
     let [l, a, b] = &mut lab;
@@ -227,15 +187,14 @@ fn see(
         let (x, y) = (columns(&rows(luminance, weights), &filters.smooth), columns(&smooth, weights));
         x.iter().zip(y).map(|(x, y)| (x * x + y * y).sqrt()).collect()
     });
-    Seen { lab, features }
+    Filtered { lab, features }
 }
 
 /// The opponent colors of a tile and of a margin around it. Beyond its border the picture goes on as at the
 /// border.
 fn surroundings(
     picture: &[[f32; 3]],
-    width: usize,
-    height: usize,
+    [width, height]: [usize; 2],
     tile: Tile,
     margin: usize,
     display: impl Fn([f32; 3]) -> [f32; 3],
@@ -257,7 +216,7 @@ fn surroundings(
 }
 
 /// FLIP of each pixel of a tile.
-fn compare([a, b]: &[Seen; 2], scale: Scale) -> Vec<f32> {
+fn compare([a, b]: &[Filtered; 2], scale: Scale) -> Vec<f32> {
     // This loop is vectorized, and the other one, with its powers, is not.
     let mut map = vec![0.0; a.lab[0].len()];
     let [planes_a, planes_b] = [a, b].map(|seen| seen.lab.each_ref().map(|plane| &plane[..map.len()]));
@@ -272,14 +231,164 @@ fn compare([a, b]: &[Seen; 2], scale: Scale) -> Vec<f32> {
     map
 }
 
-fn mean(map: &[f32]) -> f64 {
-    map.iter().map(|&value| f64::from(value)).sum::<f64>() / map.len() as f64
+/// Linear sRGB to CIE XYZ, each row divided by its sum, so that white is (1, 1, 1). Whatever FLIP does with XYZ
+/// begins with a division by white.
+const XYZ_FROM_RGB: [[f32; 3]; 3] = [
+    [0.433_895_4, 0.376_242_37, 0.189_862_24],
+    [0.212_636_82, 0.715_182_98, 0.072_180_2],
+    [0.017_752_42, 0.109_465_63, 0.872_781_95],
+];
+const RGB_FROM_XYZ: [[f32; 3]; 3] = [
+    [3.080_342, -1.537_399, -0.542_943],
+    [-0.921_178_4, 1.875_93, 0.045_248_41],
+    [0.052_881_29, -0.204_011_2, 1.151_129_9],
+];
+
+/// Exponent of the color difference (q_c), and the point (p_c of its maximum, p_t) at which its scale has a
+/// knee.
+const EXPONENT: f32 = 0.7;
+const KNEE: f32 = 0.4;
+const KNEE_VALUE: f32 = 0.95;
+
+/// Luminance, red-green and blue-yellow: the space YCxCz less its factors 116, 500 and 200 and its offset
+/// -16. They would cancel, since only weighted means are taken in that space.
+fn opponent(rgb: [f32; 3]) -> [f32; 3] {
+    let [x, y, z] = transform(&XYZ_FROM_RGB, rgb);
+    [y, x - y, y - z]
+}
+
+/// CIELAB of an opponent color, clipped to what a display can show, after the Hunt effect: a and b scaled by
+/// L / 100. Inlined, so that the loop over pixels is vectorized.
+#[inline(always)]
+fn hunt_lab([y, red_green, blue_yellow]: [f32; 3]) -> [f32; 3] {
+    let rgb = transform(&RGB_FROM_XYZ, [y + red_green, y, y - blue_yellow]).map(clip);
+    let [x, y, z] = transform(&XYZ_FROM_RGB, rgb).map(|t| {
+        let root = cube_root(t.max(0.008));
+        if t > 216.0 / 24389.0 { root } else { t * (841.0 / 108.0) + 4.0 / 29.0 }
+    });
+    let l = 116.0 * y - 16.0;
+    [l, 0.01 * l * 500.0 * (x - y), 0.01 * l * 200.0 * (y - z)]
+}
+
+/// The distance HyAB: city block between lightness and the rest, euclidean within the rest.
+fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let [l, red_green, blue_yellow] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    l.abs() + (red_green * red_green + blue_yellow * blue_yellow).sqrt()
+}
+
+/// Brings distances to 0..1.
+#[derive(Clone, Copy)]
+struct Scale {
+    largest: f32,
+}
+
+impl Scale {
+    /// The largest distance is that from green to blue.
+    fn new() -> Self {
+        let lab = |rgb| hunt_lab(opponent(rgb));
+        Scale { largest: hyab(lab([0.0, 1.0, 0.0]), lab([0.0, 0.0, 1.0])).powf(EXPONENT) }
+    }
+
+    /// The color difference, 0..1, of a distance HyAB. Small differences get most of the range.
+    fn difference(self, distance: f32) -> f32 {
+        let power = distance.powf(EXPONENT);
+        let knee = KNEE * self.largest;
+        if power < knee {
+            power * (KNEE_VALUE / knee)
+        } else {
+            KNEE_VALUE + (power - knee) / (self.largest - knee) * (1.0 - KNEE_VALUE)
+        }
+    }
+}
+
+fn transform(matrix: &[[f32; 3]; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    matrix.map(|[a, b, c]| a * x + b * y + c * z)
+}
+
+/// Spreads of the contrast sensitivity functions, in degrees^2: luminance, red-green, and the two of
+/// blue-yellow with their weights.
+const LUMINANCE: f64 = 0.0047;
+const RED_GREEN: f64 = 0.0053;
+const BLUE_YELLOW: [(f64, f64); 2] = [(34.1, 0.04), (13.5, 0.025)];
+/// The width of the feature detectors in degrees.
+const FEATURE_WIDTH: f64 = 0.082;
+/// Weights below this share of the middle one are left out.
+const NEGLIGIBLE: f64 = 1e-8;
+
+/// What the eye does to contrast, and how it finds edges and points. All weights are for a pixel and its
+/// neighbors on one axis, their number is odd.
+struct Filters {
+    /// The pixels that the widest filter reaches beyond the middle.
+    margin: usize,
+    /// Sum 1.
+    luminance: Vec<f32>,
+    /// Sum 1.
+    red_green: Vec<f32>,
+    /// The filter is the sum of two products of these with themselves.
+    blue_yellow: [Vec<f32>; 2],
+    /// A gaussian, sum 1.
+    smooth: Vec<f32>,
+    /// Its first derivative; positive and negative weights sum to 1 and -1.
+    edge: Vec<f32>,
+    /// Its second derivative; likewise.
+    point: Vec<f32>,
+}
+
+impl Filters {
+    fn new(pixels_per_degree: f64) -> Self {
+        // Three standard deviations of the widest of the contrast sensitivities serve for all of them.
+        let radius = (3.0 * (BLUE_YELLOW[0].1 / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as usize;
+        let spread = |b: f64| around(radius, |x| (-(PI * x / pixels_per_degree).powi(2) / b).exp());
+        let parts =
+            BLUE_YELLOW.map(|(a, b)| spread(b).iter().map(|g| (a * (PI / b).sqrt()).sqrt() * g).collect());
+        let total = parts.iter().map(|part: &Vec<f64>| part.iter().sum::<f64>().powi(2)).sum::<f64>().sqrt();
+
+        let sigma = 0.5 * FEATURE_WIDTH * pixels_per_degree;
+        let feature_radius = (3.0 * sigma).ceil() as usize;
+        let gaussian = |x: f64| (-0.5 * (x / sigma).powi(2)).exp();
+        Filters {
+            margin: radius.max(feature_radius),
+            luminance: trimmed(normalized(spread(LUMINANCE))),
+            red_green: trimmed(normalized(spread(RED_GREEN))),
+            blue_yellow: parts.map(|part| trimmed(part.iter().map(|weight| weight / total).collect())),
+            smooth: trimmed(normalized(around(feature_radius, gaussian))),
+            edge: trimmed(normalized(around(feature_radius, |x| -x * gaussian(x)))),
+            point: trimmed(normalized(around(feature_radius, |x| ((x / sigma).powi(2) - 1.0) * gaussian(x)))),
+        }
+    }
+}
+
+fn around(radius: usize, weight: impl Fn(f64) -> f64) -> Vec<f64> {
+    (0..=2 * radius).map(|i| weight(i as f64 - radius as f64)).collect()
+}
+
+/// Divides positive weights by their sum and negative ones by theirs.
+fn normalized(weights: Vec<f64>) -> Vec<f64> {
+    let positive: f64 = weights.iter().filter(|weight| **weight > 0.0).sum();
+    let negative: f64 = weights.iter().filter(|weight| **weight < 0.0).sum();
+    // Where there is no weight of a sign, none is divided.
+    weights
+        .iter()
+        .map(
+            |&weight| {
+                if weight > 0.0 { weight / positive } else { weight / negative.abs().max(f64::MIN_POSITIVE) }
+            },
+        )
+        .collect()
+}
+
+/// Leaves out what is negligible at both ends, which are alike but for their sign.
+fn trimmed(weights: Vec<f64>) -> Vec<f32> {
+    let largest = weights.iter().fold(0.0_f64, |largest, weight| largest.max(weight.abs()));
+    let ends = weights.iter().take_while(|weight| weight.abs() <= NEGLIGIBLE * largest).count();
+    let ends = ends.min(weights.len() / 2);
+    weights[ends..weights.len() - ends].iter().map(|&weight| weight as f32).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::{Sample, radiance, shown};
+    use crate::compare::tests::{Sample, radiance, shown};
 
     /// The expected numbers are from the authors' program: flip-evaluator 1.7 (PyPI), with default settings but
     /// for `ppd`; LDR on the clipped linear pictures with inputsRGB=False. Means are of its map, in double
@@ -348,5 +457,63 @@ mod tests {
             ldr_flip(actual, expected, 2, 3, PIXELS_PER_DEGREE);
             hdr_flip(actual, expected, 3, 2, 0.1);
         }
+    }
+
+    fn near(actual: [f32; 3], expected: [f32; 3], within: f32) {
+        let is_near = actual.iter().zip(expected).all(|(a, b)| (a - b).abs() <= within);
+        assert!(is_near, "{actual:?}, not {expected:?}");
+    }
+
+    #[test]
+    fn the_matrices_are_inverse() {
+        for rgb in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.3, 0.9, 0.1]] {
+            near(transform(&RGB_FROM_XYZ, transform(&XYZ_FROM_RGB, rgb)), rgb, 1e-6);
+        }
+    }
+
+    #[test]
+    fn grays_have_no_color() {
+        near(opponent([1.0; 3]), [1.0, 0.0, 0.0], 1e-6);
+        near(hunt_lab([0.0; 3]), [0.0; 3], 1e-4);
+        near(hunt_lab(opponent([0.001; 3])), [0.9033, 0.0, 0.0], 1e-4);
+        near(hunt_lab(opponent([0.184_187; 3])), [50.0, 0.0, 0.0], 1e-3);
+        near(hunt_lab(opponent([7.0; 3])), [100.0, 0.0, 0.0], 1e-3);
+    }
+
+    #[test]
+    fn differences_are_from_0_to_1() {
+        let scale = Scale::new();
+        assert_eq!(scale.difference(0.0), 0.0);
+        let largest = scale.largest.powf(1.0 / EXPONENT);
+        assert!((scale.difference(largest) - 1.0).abs() < 1e-5);
+        let knee = (KNEE * scale.largest).powf(1.0 / EXPONENT);
+        assert!((scale.difference(knee * 0.999_99) - scale.difference(knee * 1.000_01)).abs() < 1e-4);
+    }
+
+    #[test]
+    fn weights_have_the_right_sums() {
+        for pixels_per_degree in [0.1, 1.0, 20.0, 67.0, 200.0] {
+            let filters = Filters::new(pixels_per_degree);
+            let sum = |weights: &[f32]| weights.iter().sum::<f32>();
+            let check = |name: &str, sum: f32, expected: f32| {
+                assert!((sum - expected).abs() < 1e-5, "{name} at {pixels_per_degree}: {sum}");
+            };
+            check("luminance", sum(&filters.luminance), 1.0);
+            check("red-green", sum(&filters.red_green), 1.0);
+            check("blue-yellow", filters.blue_yellow.iter().map(|part| sum(part).powi(2)).sum(), 1.0);
+            check("smooth", sum(&filters.smooth), 1.0);
+            check("edge", sum(&filters.edge), 0.0);
+            // With less than a pixel to a feature there is only the middle weight left.
+            let point = if pixels_per_degree < 1.0 { -1.0 } else { 0.0 };
+            check("point", sum(&filters.point), point);
+        }
+    }
+
+    #[test]
+    fn reach_as_far_as_in_the_paper() {
+        let filters = Filters::new(67.0);
+        assert_eq!(filters.margin, 10);
+        assert_eq!(filters.blue_yellow[0].len(), 21);
+        assert_eq!(filters.smooth.len(), 19);
     }
 }

@@ -7,11 +7,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::temporary::{HIDDEN, TemporaryFile, temporary};
-use super::{attributes, fill, write_target};
-use crate::error::{Fault, ImageError};
-use crate::input::{has_rest, has_text, open_file};
-use crate::io_reason;
+use crate::replace::{HIDDEN, TemporaryFile, copy_attributes, fill, has_rest, links, temporary};
+use crate::{ImageError, ImageFault, has_text, io_reason, open_file, write_target};
 
 /// How often a file that another program saves again and again is swapped.
 const MOST_SWAPS: usize = 16;
@@ -24,21 +21,21 @@ const MOST_SWAPS: usize = 16;
 ///
 /// # Errors
 ///
-/// [`ImageError::Write`] if the file cannot be read or written. It has the contents `before` then, or the error names the file that has
+/// [`ImageFault::Refused`] if the file cannot be read or written. It has the contents `before` then, or the error names the file that has
 /// them.
 pub fn change_file(path: &Path, before: &[u8], after: &[u8]) -> Result<bool, ImageError> {
     change(path, before, after).map_err(|fault| ImageError::writing(path, fault))
 }
 
-fn change(path: &Path, before: &[u8], after: &[u8]) -> Result<bool, Fault> {
-    let (target, folder) = write_target(path).map_err(|error| Fault::Unfit(error.to_string()))?;
+fn change(path: &Path, before: &[u8], after: &[u8]) -> Result<bool, ImageFault> {
+    let (target, folder) = write_target(path)?;
     if !has_text(&target, before)? {
         return Ok(false);
     }
     let change = Change { target: &target, folder: &folder, before, after };
-    if attributes::links(&target)? == 1 {
+    if links(&target)? == 1 {
         let mut new = TemporaryFile::new(&folder, HIDDEN)?;
-        if attributes::copy(&target, &new.file).is_ok() {
+        if copy_attributes(&target, &new.file).is_ok() {
             fill(&mut new.file, |out| Ok(out.write_all(after)?))?;
             return change.exchange(new, swap);
         }
@@ -79,7 +76,7 @@ impl Change<'_> {
         self,
         mut new: TemporaryFile,
         swap: impl Fn(&Path, &Path) -> io::Result<()>,
-    ) -> Result<bool, Fault> {
+    ) -> Result<bool, ImageFault> {
         let Change { target, folder, before, after } = self;
         let mut temporary = temporary();
         if !has_text(target, before)? {
@@ -105,7 +102,7 @@ impl Change<'_> {
         if let Err(error) = give_back(new.path(), target, after, swap) {
             new.keep(&mut temporary);
             let (path, reason) = (new.path().display(), io_reason(&error));
-            return Err(Fault::Unfit(format!(
+            return Err(ImageFault::Refused(format!(
                 "another program has saved it meanwhile, and its text is in {path}: {reason}"
             )));
         }
@@ -113,7 +110,7 @@ impl Change<'_> {
     }
 
     /// Writes into the file itself.
-    fn overwrite(self) -> Result<bool, Fault> {
+    fn overwrite(self) -> Result<bool, ImageFault> {
         let Change { target, folder, before, after } = self;
         let mut file = OpenOptions::new().read(true).write(true).open(target)?;
         let _no_exit = temporary();
@@ -128,7 +125,10 @@ impl Change<'_> {
             && let Err(again) = put(&mut file, before)
         {
             let (path, reasons) = (copy.path().display(), [error, &again].map(io_reason));
-            return Err(Fault::Unfit(format!("{}; the previous text is in {path}", reasons.join("; "))));
+            return Err(ImageFault::Refused(format!(
+                "{}; the previous text is in {path}",
+                reasons.join("; ")
+            )));
         }
         copy.disable_cleanup(false);
         Ok(written.map(|()| true)?)
@@ -183,8 +183,8 @@ mod tests {
     use std::sync::Barrier;
     use std::time::Duration;
 
-    use super::super::temporary::remove_abandoned;
     use super::*;
+    use crate::replace::remove_abandoned;
 
     #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
     /// Saves 400 times at the same time as a change: the save stays, whichever was first.

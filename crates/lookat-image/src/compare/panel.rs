@@ -1,27 +1,19 @@
 //! Two pictures and their difference side by side, for people to look at.
 
 mod canvas;
-mod colors;
-mod exposure;
-mod layout;
-mod parts;
-mod scale;
-mod text;
+pub(crate) mod false_color;
 
 use std::ops::Range;
 use std::path::Path;
 
-use self::canvas::Canvas;
-pub use self::colors::{DIFFERENCE_COLORS, NOT_FINITE_COLOR, difference_color};
-pub use self::exposure::suitable_exposure;
-pub(crate) use self::exposure::{MOSTLY, suitable};
-use self::layout::Layout;
-pub use self::parts::box_means;
-pub use self::scale::difference_limit;
-use self::scale::{ColorScale, Tick};
-use self::text::Font;
-use crate::error::Fault;
-use crate::{Aligned, Format, ImageError, write_file};
+use rayon::prelude::*;
+
+use self::canvas::{Canvas, Font};
+use self::false_color::{
+    ColorScale, NOT_FINITE_COLOR, Tick, box_means, difference_color, differences, false_color,
+};
+use super::display::{Encoded, is_finite, suitable_exposure};
+use crate::{Aligned, Format, ImageError, ImageFault, write_file};
 
 const BACKGROUND: [u8; 3] = [255, 255, 255];
 const FRAME: [u8; 3] = [140, 140, 140];
@@ -44,25 +36,22 @@ pub struct PanelOptions {
 /// difference in false color with its scale, and the actual picture. Both pictures have the same exposure.
 ///
 /// The difference is actual - expected in linear values, of the channel that differs most; it has
-/// [`DIFFERENCE_COLORS`]. Pixels that are not finite have [`NOT_FINITE_COLOR`]. Small pictures are magnified
+/// [`DIFFERENCE_COLORS`](crate::DIFFERENCE_COLORS). Pixels that are not finite have [`NOT_FINITE_COLOR`]. Small pictures are magnified
 /// and large ones reduced, so that the file has at most about 4000 x 1500 pixels.
 ///
 /// # Errors
 ///
-/// [`ImageError::Write`] if the path does not end in `.png`, the pair has no pixels, or the file system
+/// [`ImageFault::Refused`] if the path does not end in `.png`, the pair has no pixels, or the file system
 /// refuses. The file appears whole or not at all, and what was there before stays until then.
 pub fn write_panel(pair: &Aligned, options: &PanelOptions, path: &Path) -> Result<(), ImageError> {
-    let encode = || {
-        if Format::from_path(path) != Some(Format::Png) {
-            return Err(Fault::Unfit("the name of the figure must end in .png".into()));
-        }
-        if pair.window.area() == 0 {
-            return Err(Fault::Unfit("the picture is empty".into()));
-        }
-        let bytes = png(&draw(pair, options)).map_err(|error| Fault::Unfit(error.to_string()))?;
-        Ok(bytes)
-    };
-    let bytes = encode().map_err(|fault| ImageError::writing(path, fault))?;
+    let refused = |reason: &str| Err(ImageError::writing(path, ImageFault::Refused(reason.into())));
+    if Format::from_path(path) != Some(Format::Png) {
+        return refused("the name of the figure must end in .png");
+    }
+    if pair.window.area() == 0 {
+        return refused("the picture is empty");
+    }
+    let bytes = png(&draw(pair, options)).map_err(|error| ImageError::writing(path, error))?;
     write_file(path, &bytes[..])
 }
 
@@ -85,12 +74,12 @@ fn draw(pair: &Aligned, options: &PanelOptions) -> Canvas {
     let [full_width, full_height] = layout.size();
     let mut canvas = Canvas::new(full_width, full_height, BACKGROUND);
     let stops = options.exposure.unwrap_or_else(|| suitable_exposure(&pair.expected));
-    let differences = parts::differences(&pair.actual, &pair.expected);
+    let differences = differences(&pair.actual, &pair.expected);
     let scale = ColorScale::of(&differences);
 
     let down = layout.zoom.down;
-    let shown = |pixels| parts::shown(pixels, width, down, stops.exp2());
-    let difference = parts::false_color(&differences, width, down, scale);
+    let shown = |pixels| shown(pixels, width, down, stops.exp2());
+    let difference = false_color(&differences, width, down, scale);
     draw_part(&mut canvas, &layout, 0, ["expected", &options.expected], &shown(&pair.expected));
     draw_part(&mut canvas, &layout, 1, ["difference", "actual - expected"], &difference);
     draw_part(&mut canvas, &layout, 2, ["actual", &options.actual], &shown(&pair.actual));
@@ -121,11 +110,11 @@ fn draw_part(canvas: &mut Canvas, layout: &Layout, part: usize, [title, name]: [
 /// What is below a picture.
 fn draw_captions(canvas: &mut Canvas, layout: &Layout, part: usize, stops: f64, pixels: &[[f32; 3]]) {
     let mut place = [layout.left(part), layout.line(0)];
-    for caption in [Some(exposure::caption(stops)), layout.zoom.caption()].into_iter().flatten() {
+    for caption in [Some(exposure_caption(stops)), layout.zoom.caption()].into_iter().flatten() {
         layout.text.draw(canvas, place, &caption, TEXT);
         place[1] += layout.text.height();
     }
-    let caption = match pixels.iter().filter(|pixel| !parts::is_finite(pixel)).count() {
+    let caption = match pixels.iter().filter(|pixel| !is_finite(pixel)).count() {
         0 => return,
         1 => "1 pixel is not finite".to_string(),
         count => format!("{count} pixels are not finite"),
@@ -171,8 +160,112 @@ fn span(tick: &Tick, font: Font, bar: usize) -> Range<usize> {
     start..start + width
 }
 
+/// The exposure in words.
+fn exposure_caption(stops: f64) -> String {
+    match stops {
+        0.0 => "exposure 0".into(),
+        stops if stops.abs() == 1.0 => format!("exposure {stops:+} stop"),
+        stops => format!("exposure {stops:+} stops"),
+    }
+}
+
+/// A picture as a display shows it, times `gain`. A box of `down` x `down` pixels becomes their mean.
+fn shown(pixels: &[[f32; 3]], width: usize, down: usize, gain: f64) -> Canvas {
+    let means = box_means(pixels, width, down);
+    let linear: Vec<[f32; 3]> =
+        means.par_iter().map(|mean| mean.map(|x| (gain * f64::from(x)) as f32)).collect();
+    let color = |(mean, encoded): (&[f32; 3], &[f32; 3])| {
+        if is_finite(mean) { encoded.map(|x| (255.0 * x).round() as u8) } else { NOT_FINITE_COLOR }
+    };
+    let encoded = Encoded::from_linear(&linear).pixels;
+    Canvas { width: width.div_ceil(down), pixels: means.par_iter().zip(&encoded).map(color).collect() }
+}
+
+/// In pixels. A part is a picture and what is written above and below it; parts count from 0, from the left.
+#[derive(Debug)]
+struct Layout {
+    zoom: Zoom,
+    /// The size of a picture as it is shown.
+    picture: [usize; 2],
+    /// The width of a part, which is more than that of a narrow picture.
+    column: usize,
+    title: Font,
+    text: Font,
+}
+
+impl Layout {
+    fn of(width: usize, height: usize) -> Layout {
+        let zoom = Zoom::of(width, height);
+        let picture = [width, height].map(|size| size.div_ceil(zoom.down) * zoom.up);
+        let column = picture[0].max(LEAST);
+        // A wide figure is made smaller to fit a page, and its letters too.
+        let (title, text) = match column {
+            0..480 => (20, 16),
+            480..900 => (24, 20),
+            _ => (32, 24),
+        };
+        Layout { zoom, picture, column, title: Font(title), text: Font(text) }
+    }
+
+    /// The empty space around all, and between parts.
+    fn margin(&self) -> usize {
+        self.text.height() * 5 / 4
+    }
+
+    /// Where a part begins.
+    fn left(&self, part: usize) -> usize {
+        self.margin() + part * (self.column + self.margin())
+    }
+
+    /// Where pictures begin, below two lines.
+    fn top(&self) -> usize {
+        self.margin() + self.title.height() + self.text.height() * 3 / 2
+    }
+
+    /// Where a line below the pictures begins.
+    fn line(&self, line: usize) -> usize {
+        self.top() + self.picture[1] + self.text.height() / 2 + line * self.text.height()
+    }
+
+    /// The width and height of the figure.
+    fn size(&self) -> [usize; 2] {
+        [self.left(3), self.line(3) + self.margin()]
+    }
+}
+
+/// The least width of a part, in pixels, to which pictures are magnified, and the most of its width and
+/// height.
+const LEAST: usize = 256;
+const MOST: usize = 1280;
+
+/// How large a picture is shown: each pixel as `up` x `up` ones, or `down` x `down` pixels as one. Both are
+/// at least 1, and one of them is 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Zoom {
+    up: usize,
+    down: usize,
+}
+
+impl Zoom {
+    fn of(width: usize, height: usize) -> Zoom {
+        let longer = width.max(height);
+        let up = LEAST.div_ceil(width).min(MOST / longer).max(1);
+        Zoom { up, down: longer.div_ceil(MOST) }
+    }
+
+    /// In words; `None` if nothing changes.
+    fn caption(self) -> Option<String> {
+        match self {
+            Zoom { up: 1, down: 1 } => None,
+            Zoom { up: 1, down } => Some(format!("reduced to 1/{down}")),
+            Zoom { up, .. } => Some(format!("magnified {up} times")),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::false_color::DIFFERENCE_COLORS;
     use super::*;
     use crate::{Precision, Window};
 
@@ -295,5 +388,70 @@ mod tests {
             "{error}"
         );
         assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn no_figure_is_too_small_or_too_large() {
+        let most = Layout::of(1280, 1280).size();
+        assert_eq!(most, [3960, 1492]);
+        let sizes =
+            [(1, 1), (8, 6), (1281, 3), (1, 5000), (5000, 1), (1 << 28, 1), (1, 1 << 28), (16_384, 16_384)];
+        for (width, height) in sizes {
+            let size = Layout::of(width, height).size();
+            assert!(
+                size[0] >= 800 && size[0] <= most[0] && size[1] <= most[1],
+                "{width} x {height}: {size:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn parts_are_side_by_side() {
+        let layout = Layout::of(100, 50);
+        assert_eq!((layout.picture, layout.column), ([300, 150], 300));
+        assert_eq!([0, 1, 2].map(|part| layout.left(part)), [20, 340, 660]);
+        assert_eq!(layout.size(), [980, 64 + 150 + 8 + 3 * 16 + 20]);
+        // A narrow picture leaves room for the text.
+        assert_eq!((Layout::of(1, 5000).picture, Layout::of(1, 5000).column), ([1, 1250], 256));
+    }
+
+    #[test]
+    fn pictures_get_a_handy_size() {
+        let check = |width, height, up, down| {
+            assert_eq!(Zoom::of(width, height), Zoom { up, down }, "{width} x {height}");
+        };
+        check(8, 6, 32, 1);
+        check(100, 80, 3, 1);
+        check(256, 1, 1, 1);
+        check(255, 100, 2, 1);
+        check(1280, 1280, 1, 1);
+        check(1281, 700, 1, 2);
+        check(1920, 1080, 1, 2);
+        check(3840, 2160, 1, 3);
+        check(40, 600, 2, 1);
+        check(1, 5000, 1, 4);
+        check(1 << 28, 1, 1, 209_716);
+        let captions =
+            [(8, 6), (300, 200), (4000, 20)].map(|(width, height)| Zoom::of(width, height).caption());
+        assert_eq!(captions, [Some("magnified 32 times".into()), None, Some("reduced to 1/4".into())]);
+    }
+
+    #[test]
+    fn reduced_pictures_are_means_of_light() {
+        // 3 x 3 pixels in boxes of 2 x 2: the last column and row make boxes of their own.
+        let mut pixels = [[0.0; 3]; 9];
+        pixels[0] = [1.0, 0.5, 4.0];
+        pixels[2] = [1.0; 3];
+        pixels[8] = [f32::INFINITY, 0.0, 0.0];
+        let shown = shown(&pixels, 3, 2, 2.0);
+        assert_eq!(shown.width, 2);
+        // 0.5, 0.25, 2; 1; 0.
+        assert_eq!(shown.pixels, [[188, 137, 255], [255; 3], [0; 3], NOT_FINITE_COLOR]);
+    }
+
+    #[test]
+    fn captions_count_stops() {
+        let captions = [0.0, 3.0, -1.0, 0.5].map(exposure_caption);
+        assert_eq!(captions, ["exposure 0", "exposure +3 stops", "exposure -1 stop", "exposure +0.5 stops"]);
     }
 }

@@ -10,7 +10,7 @@ use ::exr::meta::attribute::IntegerBounds;
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 
-use crate::error::Fault;
+use crate::ImageFault;
 
 /// No compression shrinks more: 1032 is the bound of ZIP, 1376 that of PXR24.
 pub(crate) const DENSEST: usize = 2048;
@@ -24,7 +24,7 @@ pub(crate) fn read(
     meta: &MetaData,
     part: usize,
     mut take: impl FnMut(IntegerBounds, &[u8]),
-) -> Result<(), Fault> {
+) -> Result<(), ImageFault> {
     let header = &meta.headers[part];
     let grid = Grid::of(header);
     let before =
@@ -38,7 +38,7 @@ pub(crate) fn read(
             return Err(missing());
         }
         if offset >= length {
-            return Err(Fault::Damaged("the file ends too early".into()));
+            return Err(ImageFault::Damaged("the file ends too early".into()));
         }
         file.seek(SeekFrom::Start(offset))?;
         if meta.requirements.is_multilayer() && int(file)? as usize != part {
@@ -87,11 +87,16 @@ impl Grid {
 }
 
 /// Where in the file the blocks are: `count` numbers after `before` of other parts.
-fn offsets(file: &mut (impl Read + Seek), length: u64, before: u64, count: u64) -> Result<Vec<u64>, Fault> {
+fn offsets(
+    file: &mut (impl Read + Seek),
+    length: u64,
+    before: u64,
+    count: u64,
+) -> Result<Vec<u64>, ImageFault> {
     let start = before.checked_mul(8).and_then(|bytes| bytes.checked_add(file.stream_position().ok()?));
     let end = start.and_then(|start| start.checked_add(count.checked_mul(8)?));
     let (Some(start), Some(..)) = (start, end.filter(|end| *end <= length)) else {
-        return Err(Fault::Damaged("the file ends too early".into()));
+        return Err(ImageFault::Damaged("the file ends too early".into()));
     };
     file.seek(SeekFrom::Start(start))?;
     let mut bytes = vec![0; 8 * count as usize];
@@ -100,7 +105,7 @@ fn offsets(file: &mut (impl Read + Seek), length: u64, before: u64, count: u64) 
 }
 
 /// The column and row of the block at which the file stands.
-fn place(file: &mut impl Read, header: &Header, grid: &Grid) -> Result<[usize; 2], Fault> {
+fn place(file: &mut impl Read, header: &Header, grid: &Grid) -> Result<[usize; 2], ImageFault> {
     let [column, row] = match header.blocks {
         BlockDescription::ScanLines => {
             let below = i64::from(int(file)?) - i64::from(header.own_attributes.layer_position.1);
@@ -117,33 +122,33 @@ fn place(file: &mut impl Read, header: &Header, grid: &Grid) -> Result<[usize; 2
 }
 
 /// The bytes of a block that has `size` bytes when they are decompressed.
-fn data(file: &mut (impl Read + Seek), length: u64, size: usize) -> Result<Vec<u8>, Fault> {
+fn data(file: &mut (impl Read + Seek), length: u64, size: usize) -> Result<Vec<u8>, ImageFault> {
     let stored = u64::try_from(int(file)?).unwrap_or(u64::MAX);
     if stored > length - file.stream_position()?.min(length) {
-        return Err(Fault::Damaged("the file ends too early".into()));
+        return Err(ImageFault::Damaged("the file ends too early".into()));
     }
     // What would grow by compression is stored as it is.
     if stored > size as u64 || size as u64 / DENSEST as u64 > stored {
-        return Err(Fault::Damaged("the length of a block is wrong".into()));
+        return Err(ImageFault::Damaged("the length of a block is wrong".into()));
     }
     let mut data = vec![0; stored as usize];
     file.read_exact(&mut data)?;
     Ok(data)
 }
 
-fn int(file: &mut impl Read) -> Result<i32, Fault> {
+fn int(file: &mut impl Read) -> Result<i32, ImageFault> {
     let mut bytes = [0; 4];
     file.read_exact(&mut bytes)?;
     Ok(i32::from_le_bytes(bytes))
 }
 
-fn missing() -> Fault {
-    Fault::Damaged("a block is missing".into())
+fn missing() -> ImageFault {
+    ImageFault::Damaged("a block is missing".into())
 }
 
-fn undecodable(error: Error) -> Fault {
+fn undecodable(error: Error) -> ImageFault {
     match error {
-        Error::NotSupported(reason) => Fault::Unfit(reason.into()),
-        _ => Fault::Damaged("a block cannot be decompressed".into()),
+        Error::NotSupported(reason) => ImageFault::Refused(reason.into()),
+        _ => ImageFault::Damaged("a block cannot be decompressed".into()),
     }
 }

@@ -74,21 +74,9 @@ impl PixelError {
         self.shared.map_or(self.standard_error, |shared| shared.unfiltered)
     }
 
-    /// All standard errors: red, green and blue of the pixel, then red, green and blue without the filter, if they are known.
-    #[cfg(feature = "compare")]
-    pub(crate) fn each_mut(&mut self) -> impl Iterator<Item = &mut f32> {
-        self.standard_error.iter_mut().chain(self.shared.iter_mut().flat_map(|shared| &mut shared.unfiltered))
-    }
-
     /// Of how many pixels about one is independent.
     pub fn noise_area(&self) -> f32 {
         self.shared.map_or(1.0, |shared| shared.noise_area)
-    }
-
-    /// Whether the error can be used, and rests on so many samples.
-    #[cfg(feature = "compare")]
-    pub(crate) fn is_known(&self, samples: u32) -> bool {
-        self.replicates >= 2 && self.samples >= samples && self.standard_error.iter().all(|e| e.is_finite())
     }
 
     fn values(&self) -> [f32; 9] {

@@ -303,3 +303,16 @@ fn rare_events_that_few_samples_miss_are_no_difference() {
     (actual[7].standard_error, expected[7].standard_error) = ([0.01; 3], [20.0; 3]);
     assert!(agreement(&pair).unwrap().tiles[0].p > 0.01);
 }
+
+#[test]
+fn the_index_of_a_power_is_found() {
+    for (index, within) in [(0.5, 0.1), (1.5, 0.3), (3.0, 0.6)] {
+        let quantile = |i: u32| (-1_f64).powi(i as i32) * ((f64::from(i) + 0.5) / 1e4).powf(-1.0 / index);
+        let found = tail_index((0..10_000).map(quantile));
+        assert!((found - index).abs() < within, "{found}, not {index}");
+    }
+    assert_eq!(tail_index(std::iter::repeat_n(-0.5, 256)), f64::INFINITY);
+    assert_eq!(tail_index(std::iter::repeat_n(0.0, 256)), f64::INFINITY);
+    assert_eq!(tail_index((0..256).map(|i| if i < 10 { 1.0 } else { 0.0 })), 0.0);
+    assert_eq!(tail_index([1.0].into_iter()), f64::INFINITY);
+}

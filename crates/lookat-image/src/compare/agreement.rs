@@ -3,24 +3,16 @@
 //! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel,
 //! or as far as [`Shared`](crate::Shared) says.
 
-mod feature;
-mod noise;
-mod tail;
 #[cfg(test)]
 mod tests;
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use self::noise::{Difference, Noise, Variance};
-use self::tail::{FINITE_VARIANCE, tail_index};
+use super::noise::{Difference, FEWEST_PIXELS, Noise, Variance, in_tile, tiles};
 use crate::{Aligned, Window};
 
-/// Pixels on a side of a tile.
-const TILE: u32 = 16;
 /// The power of [`Agreement::visible_in_mean`].
 const POWER: f64 = 0.95;
-/// Fewer pixels than these do not tell how far their mean is off.
-const FEWEST_PIXELS: usize = 100;
 /// The sum over fewer pixels than these is too skewed to be taken for normal.
 const FEWEST_SQUARES: usize = 1000;
 
@@ -232,29 +224,6 @@ pub fn agreement(pair: &Aligned) -> Result<Agreement, Untestable> {
     Ok(result)
 }
 
-/// The tiles of the pair.
-fn tiles(pair: &Aligned) -> impl Iterator<Item = Window> {
-    let Window { x: left, y: top, width, height } = pair.window;
-    let starts = |size: u32| (0..size).step_by(TILE as usize);
-    let side = move |start: u32, size: u32| TILE.min(size - start);
-    starts(height).flat_map(move |y| {
-        starts(width).map(move |x| Window {
-            x: left + x as i32,
-            y: top + y as i32,
-            width: side(x, width),
-            height: side(y, height),
-        })
-    })
-}
-
-/// The pixels of a tile of the pair.
-fn in_tile(tile: Window, pair: &Aligned) -> impl Iterator<Item = usize> {
-    let (x0, y0) = ((tile.x - pair.window.x) as usize, (tile.y - pair.window.y) as usize);
-    let (width, height) = (tile.width as usize, tile.height as usize);
-    let row = pair.window.width as usize;
-    (y0..y0 + height).flat_map(move |y| (x0..x0 + width).map(move |x| y * row + x))
-}
-
 /// Tests the mean of a part of the pictures.
 fn test_mean(pixels: &[usize], differences: &[Difference], channel: usize, window: Window) -> Test {
     let (mut value, mut variance, mut rounding) = (0.0, Variance::default(), 0.0);
@@ -322,4 +291,24 @@ fn two_sided(t: f64, freedom: f64) -> f64 {
     // Without noise there is only rounding, of which many degrees of freedom are as good as any.
     let freedom = if freedom.is_nan() { 1e6 } else { freedom.clamp(1.0, 1e6) };
     StudentsT::new(0.0, 1.0, freedom).map_or(1.0, |student| 2.0 * student.sf(t.abs()))
+}
+
+/// Below this tail index, the variance of the values is infinite: their standard error says nothing of their mean.
+const FINITE_VARIANCE: f64 = 2.0;
+
+/// The tail index of distances from 0: they are larger than x with a probability that falls as x to the power of minus this. That of
+/// Hill, "A Simple General Approach to Inference About the Tail of a Distribution", 1975, over as many values as Vehtari et al.,
+/// "Pareto Smoothed Importance Sampling", 2024, take for the tail. Infinite for equal values; 0 if less than those differ from 0.
+fn tail_index(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.map(f64::abs).collect();
+    let count = values.len() as f64;
+    let tail = (0.2 * count).min(3.0 * count.sqrt()).ceil() as usize;
+    if tail >= values.len() {
+        return f64::INFINITY;
+    }
+    values.select_nth_unstable_by(tail, |a, b| b.total_cmp(a));
+    let threshold = values[tail];
+    // Equal values may all be 0.
+    let above = values[..tail].iter().filter(|value| **value > threshold);
+    tail as f64 / above.fold(0.0, |sum, value| sum + (value / threshold).ln())
 }
