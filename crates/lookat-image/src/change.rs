@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 use crate::replace::{HIDDEN, TemporaryFile, copy_attributes, fill, has_rest, links, temporary};
 use crate::{ImageError, ImageFault, has_text, io_reason, open_file, write_target};
 
-/// How often a file that another program saves again and again is swapped.
+/// The most swaps against a program that saves the file again and again.
 const MOST_SWAPS: usize = 16;
 
 /// Changes the contents of a file from `before` to `after`. False, and no change, if it has other contents: another program has

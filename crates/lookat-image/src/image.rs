@@ -31,12 +31,33 @@ impl Window {
         [self.width, self.height]
     }
 
+    /// The pixels that both windows cover. `None` if there is none.
+    pub fn intersection(self, other: Window) -> Option<Window> {
+        let span = |a: i32, a_size: u32, b: i32, b_size: u32| {
+            let end = (i64::from(a) + i64::from(a_size)).min(i64::from(b) + i64::from(b_size));
+            u32::try_from(end - i64::from(a.max(b))).ok().filter(|size| *size > 0)
+        };
+        let width = span(self.x, self.width, other.x, other.width)?;
+        let height = span(self.y, self.height, other.y, other.height)?;
+        Some(Window { x: self.x.max(other.x), y: self.y.max(other.y), width, height })
+    }
+
+    /// The values of `part`, a window inside this one. `values` has one value for each pixel of this window, row by row.
+    pub fn cut<T: Copy>(self, values: Vec<T>, part: Window) -> Vec<T> {
+        if self == part {
+            return values;
+        }
+        let (left, top) = ((part.x - self.x) as usize, (part.y - self.y) as usize);
+        let rows = values.chunks_exact(self.width as usize).skip(top).take(part.height as usize);
+        rows.flat_map(|row| &row[left..left + part.width as usize]).copied().collect()
+    }
+
     /// Fails if there is no pixel.
     pub(crate) fn not_empty(self) -> Result<Self, ImageFault> {
         if self.area() == 0 { Err(ImageFault::Damaged("it has no pixels".into())) } else { Ok(self) }
     }
 
-    /// Reserves the memory to read a picture of this size: so many bytes for each pixel, and some more.
+    /// Reserves the memory to read a picture of this size: `pixel_bytes` for each pixel, and `more`.
     pub(crate) fn reserve(
         self,
         pixel_bytes: u64,
@@ -49,14 +70,14 @@ impl Window {
     }
 }
 
-/// An empty array with room for so many values.
+/// An empty array with room for `count` values.
 pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, ImageFault> {
     let mut values = Vec::new();
     values.try_reserve_exact(count).map_err(io::Error::from)?;
     Ok(values)
 }
 
-/// Where the samples of a picture lie in the full picture.
+/// The windows of a picture: where its samples lie in the full picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Placement {
     /// See [`Image::data_window`].
@@ -77,15 +98,14 @@ impl Placement {
 /// One named plane of numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
-    /// As in an EXR file: "R", "G" and "B" are linear color, "Y" is gray; any other name has the meaning its
-    /// user gives it. Distinct within an image, not empty, without NUL.
+    /// The name, as in an EXR file: "R", "G" and "B" are linear color, "Y" is gray; other names are free. Distinct within an
+    /// image, not empty, without NUL.
     pub name: String,
-    /// One value for each pixel of the data window, row by row, top row first. Any float, NaN and infinity
-    /// included.
+    /// One value for each pixel of the data window, row by row, top row first. Any float, including NaN and infinity.
     pub samples: Vec<f32>,
 }
 
-/// How finely a file keeps the values of a picture. It is not written.
+/// The precision of the values in the file of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Precision {
     /// Integers of 8 or 16 bits; in Radiance HDR three of 8 bits with a common exponent.
@@ -99,22 +119,20 @@ pub enum Precision {
 /// A picture: the channels over the data window, which is the part of the display window that was computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
-    /// Where the samples lie, in pixels.
+    /// The samples lie here, in pixels.
     pub data_window: Window,
     /// The whole picture, in pixels. The data window may be smaller, larger or beside it.
     pub display_window: Window,
-    /// At least one, each with [`Window::area`] samples of the data window. In any order; a file may change
-    /// it.
+    /// At least one channel, each with [`Window::area`] samples of the data window. A file may change their order.
     pub channels: Vec<Channel>,
-    /// A JSON text that goes along in EXR and PNG, under the name "lookat"; TGA and PFM have no place for it.
-    /// It is not parsed here.
+    /// A JSON text, stored in EXR and PNG files under the name "lookat". TGA and PFM files cannot hold it. It is not parsed here.
     pub metadata: Option<String>,
-    /// The names that [`PictureFile::open_layer`](crate::PictureFile::open_layer) takes for the EXR file from which this was read; none for other
-    /// pictures. They are not written.
+    /// The layers of the EXR file that the picture was read from, as [`PictureFile::open_layer`](crate::PictureFile::open_layer)
+    /// takes them. Empty for other pictures. Not written.
     pub layers: Vec<String>,
-    /// Of the file from which this was read.
+    /// The precision of the file that the picture was read from. Not written.
     pub precision: Precision,
-    /// Whether it says where it lies in a larger picture; of files, .exr alone does.
+    /// True if the windows say where the picture lies in a larger one. Among files, only EXR stores that.
     pub has_windows: bool,
 }
 
@@ -164,12 +182,12 @@ impl Image {
         }
     }
 
-    /// Bytes that the samples take.
+    /// The bytes of all samples.
     pub fn bytes(&self) -> u64 {
         self.channels.iter().map(|channel| size_of_val(&channel.samples[..]) as u64).sum()
     }
 
-    /// Where the samples lie.
+    /// The windows of the picture.
     pub fn placement(&self) -> Placement {
         let Image { data_window, display_window, has_windows, .. } = *self;
         Placement { data_window, display_window, has_windows }

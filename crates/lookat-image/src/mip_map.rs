@@ -11,14 +11,14 @@ use std::sync::LazyLock;
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
-/// What lies beyond the edges of a picture.
+/// The texels beyond the edges of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// The picture again.
+    /// The picture repeats.
     Repeat,
-    /// Zero.
+    /// All texels are 0.
     Black,
-    /// The nearest pixel.
+    /// The nearest texel of the picture.
     Clamp,
 }
 
@@ -26,7 +26,7 @@ pub enum Wrap {
 pub trait Texel:
     Copy + Default + fmt::Debug + PartialEq + Send + Sync + Add<Output = Self> + Mul<f32, Output = Self>
 {
-    /// With 0 for each component that is less.
+    /// Raises negative components to 0.
     fn not_negative(self) -> Self;
 }
 
@@ -47,14 +47,14 @@ impl Texel for Vec3 {
 /// Places are in (0..1)^2 over the picture; the first texel of the first row is at the corner (0, 0).
 #[derive(Clone, PartialEq)]
 pub struct MipMap<T> {
-    /// The finest first.
+    /// From finest to coarsest.
     levels: Vec<Level<T>>,
     wrap: Wrap,
-    /// Columns and rows that were given.
+    /// The columns and rows of the given picture.
     picture_size: [usize; 2],
 }
 
-/// One of the versions.
+/// One version of the picture.
 #[derive(Clone, PartialEq)]
 struct Level<T> {
     width: usize,
@@ -64,8 +64,8 @@ struct Level<T> {
 }
 
 impl<T: Texel> MipMap<T> {
-    /// Of a picture with `width` times `height` texels, row by row. Sizes that are no powers of two are brought to the
-    /// next ones by a Lanczos filter, as in pbrt-v3; values below 0 are 0 then.
+    /// Makes the mip map of a picture with `width` times `height` texels, row by row. A Lanczos filter enlarges sizes to the next
+    /// powers of two, as in pbrt-v3; negative values become 0 then.
     ///
     /// # Panics
     ///
@@ -83,15 +83,14 @@ impl<T: Texel> MipMap<T> {
         MipMap { levels, wrap, picture_size: [width, height] }
     }
 
-    /// The most bytes that [`MipMap::new`] keeps of a picture of that size: the coarser versions add a third, or as much again
-    /// where one side is 1.
+    /// The most bytes of a mip map of a picture of this size: the coarser versions add a third, or as much again where one side is 1.
     pub fn bytes_of(width: u32, height: u32) -> u64 {
         let [width, height] = [width, height].map(|side| u64::from(side).next_power_of_two());
         let finest = width.saturating_mul(height).saturating_mul(size_of::<T>() as u64);
         finest.saturating_add(if width.min(height) == 1 { finest } else { finest / 2 })
     }
 
-    /// Columns and rows of the picture that it was made of.
+    /// The columns and rows of the picture that the map was made of.
     pub fn picture_size(&self) -> [usize; 2] {
         self.picture_size
     }
@@ -121,7 +120,7 @@ impl<T: Texel> MipMap<T> {
         self.levels[self.levels.len() - 1].texels[0]
     }
 
-    /// Places among texels that are farther away are brought nearer: they cannot be told apart.
+    /// Positions are clamped to this distance in texels: farther ones are not exact.
     pub const FAR: f64 = 1e15;
 
     /// Four texels of the finest version: rows `t` and `t + 1`, columns `s` and `s + 1`. They may lie beyond the edges.
@@ -164,9 +163,9 @@ impl<T: Texel> MipMap<T> {
 
     fn bilinear_at(&self, level: usize, st: DVec2) -> T {
         let level = &self.levels[level];
-        let place = level.place(st);
-        let (s, t) = (floor(place.x), floor(place.y));
-        let rest = (place - DVec2::new(s as f64, t as f64)).as_vec2();
+        let position = level.position(st);
+        let (s, t) = (floor(position.x), floor(position.y));
+        let rest = (position - DVec2::new(s as f64, t as f64)).as_vec2();
         let row = |t| lerp(rest.x, level.texel(s, t, self.wrap), level.texel(s + 1, t, self.wrap));
         lerp(rest.y, row(t), row(t + 1))
     }
@@ -183,8 +182,8 @@ impl<T: Texel> Level<T> {
         wrapped(t, self.height, wrap).map_or(&[], |t| &self.texels[t * self.width..][..self.width])
     }
 
-    /// Where `st` lies among the centers of texels.
-    fn place(&self, st: DVec2) -> DVec2 {
+    /// The position of `st` among the centers of texels.
+    fn position(&self, st: DVec2) -> DVec2 {
         let far = DVec2::splat(MipMap::<T>::FAR);
         (st * DVec2::new(self.width as f64, self.height as f64) - 0.5).clamp(-far, far)
     }
@@ -210,7 +209,7 @@ fn texel<T: Texel>(row: &[T], s: i64, wrap: Wrap) -> T {
     wrapped(s, row.len(), wrap).map_or(T::default(), |s| row[s])
 }
 
-/// Where `index` lies among `count` texels, of which there may be none only where black lies beyond.
+/// The index among `count` texels; `None` for black beyond the edges. `count` is 0 only in a row of black.
 #[inline]
 fn wrapped(index: i64, count: usize, wrap: Wrap) -> Option<usize> {
     let end = count as i64;
@@ -228,7 +227,7 @@ fn lerp<T: Texel>(x: f32, a: T, b: T) -> T {
     a * (1.0 - x) + b * x
 }
 
-/// Without the texels.
+/// Omits the texels.
 impl<T: Texel> fmt::Debug for MipMap<T> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "MipMap {{ {} x {}, {:?} }}", self.width(), self.height(), self.wrap)
@@ -252,11 +251,11 @@ struct Ellipse {
     a: f64,
     b: f64,
     c: f64,
-    /// Of a parallelogram that touches it on all four sides, two of which are along rows.
+    /// Half the height of a parallelogram that touches the ellipse on all four sides. Two sides are along rows.
     half_height: f64,
-    /// Half the length of those sides.
+    /// Half the length of the sides along rows.
     half_width: f64,
-    /// How far the middle of a row of the parallelogram is from that of the row before.
+    /// The distance of the middle of a row of the parallelogram from the middle of the row before.
     shear: f64,
 }
 
@@ -288,7 +287,7 @@ impl<T: Texel> MipMap<T> {
         let finer = level as usize;
         let at = |level| self.ewa_at(level, st, major, minor);
         match (level - finer as f64) as f32 {
-            // As it is all over a picture that is seen enlarged.
+            // Everywhere in an enlarged picture.
             0.0 => at(finer),
             share => lerp(share, at(finer), at(finer + 1)),
         }
@@ -297,12 +296,12 @@ impl<T: Texel> MipMap<T> {
     fn ewa_at(&self, level: usize, st: DVec2, dst0: DVec2, dst1: DVec2) -> T {
         let Some(level) = self.levels.get(level) else { return self.mean() };
         let size = DVec2::new(level.width as f64, level.height as f64);
-        Ellipse::new(dst0 * size, dst1 * size).mean(level, level.place(st), self.wrap)
+        Ellipse::new(dst0 * size, dst1 * size).mean(level, level.position(st), self.wrap)
     }
 }
 
 impl Ellipse {
-    /// With the given axes, made wider by about one texel, so that there are always texels inside.
+    /// The ellipse with these axes, made wider by about one texel, so that there are always texels inside.
     fn new(x: DVec2, y: DVec2) -> Self {
         let a = x.y * x.y + y.y * y.y + 1.0;
         let b = -2.0 * (x.x * x.y + y.x * y.y);
@@ -321,7 +320,7 @@ impl Ellipse {
             for s in whole(center.x + self.shear * dt, self.half_width) {
                 let ds = s as f64 - center.x;
                 let squared_radius = self.a * ds * ds + self.b * ds * dt + self.c * dt * dt;
-                // Outside it is the last one.
+                // The last weight is for texels outside.
                 let weight = weights[((squared_radius * STEPS as f64) as i32 as usize).min(STEPS - 1)];
                 sum = sum + texel(row, s, wrap) * weight;
                 total += weight;
@@ -379,7 +378,7 @@ impl Weights {
     }
 }
 
-/// For each of `new` texels, those of `old` ones that make it: the four nearest, by the Lanczos filter, with a sum of 1.
+/// The weights of the four nearest of `old` texels for each of `new` ones, by the Lanczos filter. Their sum is 1.
 fn weights(old: usize, new: usize) -> Vec<Weights> {
     let one = |i: usize| {
         let center = (i as f64 + 0.5) * old as f64 / new as f64;
@@ -400,9 +399,9 @@ fn lanczos(x: f64) -> f64 {
     if x.abs() > 1.0 { 0.0 } else { sinc(2.0 * x) * sinc(x) }
 }
 
-/// The largest integer that is not above `x`; beyond the range of `i64` one of its ends, and 0 for what is no number.
+/// The largest integer that is not above `x`. It saturates at the ends of `i64`; 0 for NaN.
 ///
-/// Processors of the baseline cannot round; there `f64::floor` is the call of a function.
+/// On baseline x86-64, `f64::floor` is a function call.
 #[inline]
 pub fn floor(x: f64) -> i64 {
     let toward_zero = x as i64;

@@ -45,7 +45,7 @@ impl Format {
         matches!(self, Format::Png | Format::Tga)
     }
 
-    /// The most pixels that a picture has each way.
+    /// The largest width and height, in pixels.
     pub fn most_side(self) -> u32 {
         match self {
             Format::Tga => u16::MAX.into(),
@@ -60,19 +60,19 @@ pub(crate) fn is_read(path: &Path) -> bool {
     raster::known(path).is_some() || Format::from_path(path).is_some()
 }
 
-/// Fails where the first bytes of a file are not those of the format that its name says. Other names say nothing.
+/// Fails if the first bytes of a file belong to another format than its extension. Unknown extensions pass.
 pub(crate) fn check_beginning(path: &Path, bytes: &[u8]) -> Result<(), ImageFault> {
     if !is_read(path) || bytes.is_empty() {
         return Ok(());
     }
-    // PFM is none of these.
+    // `None` for PFM.
     let named = ImageFormat::from_path(path).ok();
     match ::image::guess_format(bytes).ok() {
         Some(found) if named != Some(found) => {
             let is_pnm = found == ImageFormat::Pnm;
             Err(ImageFault::WrongFormat(Some(if is_pnm { "pnm" } else { found.extensions_str()[0] })))
         }
-        // These always tell.
+        // These formats have first bytes that always match.
         None if matches!(named, Some(ImageFormat::Png | ImageFormat::Jpeg)) => {
             Err(ImageFault::WrongFormat(None))
         }
@@ -113,7 +113,7 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// As [`PictureFile::open`] and [`PictureFile::read`], with the memory of this machine.
+    /// The errors of [`PictureFile::open`] and [`PictureFile::read`], with the memory of this machine.
     pub fn read(path: &Path) -> Result<Image, ImageError> {
         Ok(PictureFile::open(path, &MemoryBudget::default())?.read()?.0)
     }
@@ -218,7 +218,7 @@ impl<'a> PictureFile<'a> {
     ///
     /// # Errors
     ///
-    /// As [`PictureFile::open`].
+    /// The errors of [`PictureFile::open`].
     pub fn of_bytes(path: &Path, bytes: &'a [u8], memory: &MemoryBudget) -> Result<Self, ImageError> {
         Self::of_input(path, Box::new(Cursor::new(bytes)), Curve::Stored, None, memory)
     }
@@ -257,7 +257,7 @@ impl<'a> PictureFile<'a> {
         Ok(PictureFile { path: path.into(), opened, memory: memory.clone() })
     }
 
-    /// Where the pixels lie.
+    /// The windows of the picture.
     pub fn placement(&self) -> Placement {
         self.opened.placement
     }
@@ -286,10 +286,10 @@ impl<'a> PictureFile<'a> {
 ///
 /// # Errors
 ///
-/// As [`File::open`], and for a folder, a pipe or a device: opening a pipe waits for a writer, and some devices never end.
+/// The errors of [`File::open`]; also for a folder, a pipe or a device: opening a pipe waits for a writer, and some devices never end.
 pub fn open_file(path: &Path) -> io::Result<File> {
     // First, because opening a device can change it.
-    check_kind(&std::fs::metadata(path)?)?;
+    check_is_file(&std::fs::metadata(path)?)?;
     let mut options = OpenOptions::new();
     options.read(true);
     // Another program may have put a pipe there since: then this does not wait.
@@ -303,12 +303,12 @@ pub fn open_file(path: &Path) -> io::Result<File> {
         Err(error) if error.kind() == ErrorKind::WouldBlock => File::open(path)?,
         opened => opened?,
     };
-    check_kind(&file.metadata()?)?;
+    check_is_file(&file.metadata()?)?;
     Ok(file)
 }
 
 /// Fails unless this is a file.
-fn check_kind(found: &Metadata) -> io::Result<()> {
+fn check_is_file(found: &Metadata) -> io::Result<()> {
     if found.is_file() {
         Ok(())
     } else if found.is_dir() {

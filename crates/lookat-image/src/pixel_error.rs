@@ -1,33 +1,33 @@
-//! The layers of a picture that say how noisy each pixel is.
+//! The error layers of a picture: how noisy each pixel is.
 
 use crate::{Channel, Image};
 
-/// How well the value of a pixel is known.
+/// The noise of a pixel.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PixelError {
     /// The standard error of red, green and blue, in the unit of the picture: the standard deviation over the replicates,
     /// by the root of their number. Not negative; infinite if there are less than two replicates.
     pub standard_error: [f32; 3],
-    /// Camera samples.
+    /// The number of camera samples.
     pub samples: u32,
-    /// Independent estimates that the samples were split into.
+    /// The number of independent estimates that the samples were split into.
     pub replicates: u32,
-    /// What neighbors have in common. `None`, the default, where each sample counts for one pixel.
+    /// The noise that pixels share with their neighbors. `None`, the default, if each sample counts for one pixel.
     pub shared: Option<Shared>,
 }
 
-/// What pixels have in common whose filter reaches the samples of others.
+/// The noise that pixels share because their filter reaches the samples of their neighbors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shared {
     /// The standard errors of the mean of the samples in the pixel itself, without the filter. A mean over many pixels has the error
     /// that independent pixels with these errors would give it.
     pub unfiltered: [f32; 3],
-    /// The noise-equivalent area of the filter in pixels, at least 1: the square of its integral over the integral of its square. Of so
-    /// many pixels about one is independent.
+    /// The noise-equivalent area of the filter in pixels, at least 1: the square of its integral over the integral of its square. About
+    /// one of so many pixels is independent.
     pub noise_area: f32,
 }
 
-/// The channels of a picture that hold them.
+/// The channels of the error layers.
 const NAMES: [&str; 5] = ["stderr.R", "stderr.G", "stderr.B", "count.samples", "count.replicates"];
 /// The channels that hold [`Shared`].
 const SHARED_NAMES: [&str; 4] = ["unfiltered.R", "unfiltered.G", "unfiltered.B", "count.noise-area"];
@@ -46,20 +46,20 @@ impl Image {
         self.channels.extend(planes);
     }
 
-    /// What [`Image::add_errors`] added, or `None` if one of the channels is missing. Values that cannot be right, such as
-    /// a negative error, count as infinite errors.
+    /// The error layers of [`Image::add_errors`], or `None` if one of the channels is missing. Impossible values, such as a negative
+    /// error, count as infinite errors.
     pub fn errors(&self) -> Option<Vec<PixelError>> {
         let [r, g, b, samples, replicates] = NAMES.map(|name| self.channel(name));
         let (r, g, b, samples, replicates) = (r?, g?, b?, samples?, replicates?);
-        let right = |error: f32| if error >= 0.0 { error } else { f32::INFINITY };
+        let checked = |error: f32| if error >= 0.0 { error } else { f32::INFINITY };
         let [own_r, own_g, own_b, areas] = SHARED_NAMES.map(|name| self.channel(name));
         let shared = |i: usize| {
-            let unfiltered = [own_r?[i], own_g?[i], own_b?[i]].map(right);
+            let unfiltered = [own_r?[i], own_g?[i], own_b?[i]].map(checked);
             Some(Shared { unfiltered, noise_area: areas?[i].max(1.0) })
         };
         let pixel = |i: usize| PixelError {
-            standard_error: [r[i], g[i], b[i]].map(right),
-            // Of what is no number or negative it makes 0.
+            standard_error: [r[i], g[i], b[i]].map(checked),
+            // The cast turns NaN and negative numbers into 0.
             samples: samples[i] as u32,
             replicates: replicates[i] as u32,
             shared: shared(i),
@@ -74,7 +74,7 @@ impl PixelError {
         self.shared.map_or(self.standard_error, |shared| shared.unfiltered)
     }
 
-    /// Of how many pixels about one is independent.
+    /// The number of pixels of which about one is independent.
     pub fn noise_area(&self) -> f32 {
         self.shared.map_or(1.0, |shared| shared.noise_area)
     }

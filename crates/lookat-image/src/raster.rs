@@ -122,7 +122,7 @@ fn png_metadata(input: impl BufRead + Seek, bytes: u64) -> Option<String> {
     texts.find(|chunk| chunk.keyword == METADATA).map(|chunk| chunk.text.clone())
 }
 
-/// Whether the end of a JPEG picture is among the last bytes of the file: its decoder makes up what is missing.
+/// True if the end of a JPEG picture is among the last bytes of the file. Its decoder invents missing pixels.
 fn jpeg_is_ended(input: &mut (impl BufRead + Seek), length: u64) -> Result<bool, ImageFault> {
     /// Some programs add bytes of their own.
     const TAIL: u64 = 1 << 16;
@@ -134,8 +134,8 @@ fn jpeg_is_ended(input: &mut (impl BufRead + Seek), length: u64) -> Result<bool,
     Ok(tail.windows(2).any(|bytes| bytes == END_OF_IMAGE))
 }
 
-/// Where the first scan of a JPEG picture begins: before it a small picture may stand, with an end of its own. `None`
-/// where the file ends before it.
+/// The offset of the first scan of a JPEG picture: a thumbnail with an end of its own may precede it. `None` if the file ends before
+/// the scan.
 fn jpeg_scan(input: &mut (impl BufRead + Seek)) -> Result<Option<u64>, ImageFault> {
     const START_OF_SCAN: u8 = 0xda;
     // After the start of the picture, segments: a marker, a length that counts its own two bytes, and the rest.
@@ -148,10 +148,10 @@ fn jpeg_scan(input: &mut (impl BufRead + Seek)) -> Result<Option<u64>, ImageFaul
         }
         match head {
             [0xff, START_OF_SCAN, ..] => return Ok(Some(at)),
-            // Filling.
+            // Fill bytes.
             [0xff, 0xff, ..] => at += 1,
             [0xff, _, high, low] => at += 2 + u64::from(u16::from_be_bytes([high, low])),
-            // The decoder knows what to say of it.
+            // The decoder reports it.
             _ => return Ok(Some(0)),
         }
     }

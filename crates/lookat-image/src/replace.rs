@@ -9,8 +9,8 @@ use tempfile::TempPath;
 
 use crate::{ImageError, ImageFault, open_file};
 
-/// Writes a file that appears whole or not at all. Keeps the permissions of a file that it replaces and, where the system
-/// lets, the owner and the extended attributes. Other hard links keep the previous contents.
+/// Writes a file that appears whole or not at all. It keeps the permissions of a file that it replaces and, if the system
+/// allows it, the owner and the extended attributes. Other hard links keep the previous contents.
 ///
 /// # Errors
 ///
@@ -20,7 +20,7 @@ pub fn write_file(path: &Path, mut contents: impl Read) -> Result<(), ImageError
         .map_err(|fault| ImageError::writing(path, fault))
 }
 
-/// The file that writing to `path` replaces, and its folder. A link stays, and its target is replaced.
+/// The file that writing to `path` replaces, and its folder. Links are followed.
 ///
 /// # Errors
 ///
@@ -95,19 +95,19 @@ pub fn exit(status: i32) -> ! {
     std::process::exit(status)
 }
 
-/// The name of a temporary file: between these parts stand the name of the computer and random letters.
+/// The name of a temporary file. The name of the computer and random letters stand between the prefix and the suffix.
 #[derive(Debug, Clone, Copy)]
 pub struct TemporaryName {
-    /// The beginning.
+    /// The start of the name.
     pub prefix: &'static str,
-    /// The end, such as `.html`.
+    /// The end of the name, such as `.html`.
     pub suffix: &'static str,
     /// True if only the user can read the file; otherwise it has the permissions of any new file.
     pub is_private: bool,
 }
 
 impl TemporaryName {
-    /// The beginning, with the name of the computer.
+    /// The prefix, with the name of the computer.
     fn start(self) -> String {
         format!("{}{}-", self.prefix, computer())
     }
@@ -143,7 +143,7 @@ impl TemporaryFile {
         Ok(TemporaryFile { file, path, is_kept: false })
     }
 
-    /// Where the file is.
+    /// The path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -206,7 +206,7 @@ pub(crate) fn remove_abandoned(folder: &Path, name: TemporaryName) {
     let prefix = name.start();
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let is_named = entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes());
-        if !is_named || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
+        if !is_named || !entry.file_type().is_ok_and(|file_type| file_type.is_file()) {
             continue;
         }
         let path = entry.path();
@@ -297,7 +297,7 @@ pub(crate) fn links(file: &Path) -> io::Result<u64> {
 ///
 /// # Errors
 ///
-/// As [`open_file`], and if reading fails.
+/// The errors of [`open_file`] and of reading.
 pub fn has_text(path: &Path, text: &[u8]) -> io::Result<bool> {
     has_rest(&open_file(path)?, text)
 }

@@ -40,12 +40,12 @@ const WHITE: f32 = 4.0;
 /// Larger values count as this one, so that no curve overflows.
 const MOST: f32 = 1e6;
 
-/// How linear values are fitted to 8 bits: by an exposure, then by a curve.
+/// Fits linear values to 8 bits: by an exposure, then by a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ToneMapping {
-    /// In stops: each doubles all values.
+    /// The exposure in stops: each stop doubles all values. 0 by default.
     pub exposure: f64,
-    /// Applied after the exposure.
+    /// The curve, applied after the exposure.
     pub curve: ToneCurve,
 }
 
@@ -96,7 +96,7 @@ fn aces(x: f32) -> f32 {
 fn neutral(pixel: [f32; 3]) -> [f32; 3] {
     /// The reflectance of glass at normal incidence.
     const F90: f32 = 0.04;
-    /// Where compression starts.
+    /// The peak at which compression starts.
     const START: f32 = 0.8 - F90;
     const DESATURATION: f32 = 0.15;
     let least = pixel.into_iter().fold(f32::INFINITY, f32::min);

@@ -1,7 +1,7 @@
-//! Whether two noisy pictures show the same: tests of their means, of tiles and of pixels.
+//! Tests whether two noisy pictures agree: by their means, tiles and pixels.
 //!
-//! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel,
-//! or as far as [`Shared`](crate::Shared) says.
+//! The tests use the standard errors of [`PixelError`](crate::PixelError). Noise is assumed to be independent from pixel to pixel,
+//! except as far as [`Shared`](crate::Shared) says.
 
 #[cfg(test)]
 mod tests;
@@ -21,11 +21,11 @@ const FEWEST_SQUARES: usize = 1000;
 pub struct Test {
     /// 0 for red, 1 for green, 2 for blue.
     pub channel: usize,
-    /// Where: the whole window, or a tile of it.
+    /// The tested pixels: the whole window, or a tile of it.
     pub window: Window,
     /// The mean of actual minus expected there, in the unit of the pictures.
     pub difference: f64,
-    /// Its standard error.
+    /// The standard error of `difference`.
     pub standard_error: f64,
     /// The probability of such a difference, or a larger one, if there is nothing but noise. 0..1.
     pub p: f64,
@@ -51,48 +51,48 @@ pub struct PixelTest {
     pub p: f64,
 }
 
-/// Why two pictures cannot be tested.
+/// The reason why two pictures cannot be tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Untestable {
-    /// Nothing tells noise from bias.
+    /// Without error layers, noise and bias look the same.
     #[error("the actual picture has no error layers")]
     NoErrors,
-    /// A picture of [`Precision::Integer`](crate::Precision::Integer).
+    /// A picture has [`Precision::Integer`](crate::Precision::Integer).
     #[error("one of the pictures is stored as integers, and rounding is not noise")]
     Rounded,
     /// A value is infinite or not a number.
     #[error("a pixel is infinite or not a number")]
     NotFinite,
-    /// So few pixels do not tell how noisy a picture without error layers is.
+    /// There are too few pixels to estimate the noise of a picture without error layers.
     #[error(
         "the expected picture has no error layers, and fewer than {needed} pixels to estimate its noise from"
     )]
     Small {
-        /// The pixels that it takes.
+        /// The required number of pixels.
         needed: usize,
     },
-    /// An untested pixel may hide anything.
+    /// The actual picture has pixels that cannot be tested, and could hide any difference.
     #[error(
         "the actual picture has pixels with fewer than {needed} samples or without a finite error ({pixels})"
     )]
     Actual {
-        /// How many.
+        /// The number of such pixels.
         pixels: usize,
-        /// The samples that it takes.
+        /// The required number of samples.
         needed: u32,
     },
-    /// The same of a picture that has error layers.
+    /// The expected picture has error layers, and pixels that cannot be tested.
     #[error("the expected picture has pixels with fewer than 2 samples or without a finite error ({pixels})")]
     Expected {
-        /// How many.
+        /// The number of such pixels.
         pixels: usize,
     },
 }
 
-/// What the tests say of two pictures.
+/// The results of all tests of two pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Agreement {
-    /// Whether the expected picture has error layers; if not, its noise was guessed from the differences.
+    /// True if the expected picture has error layers. Otherwise its noise is estimated from the differences.
     pub expected_is_known: bool,
     /// The means of the whole pictures, for each channel.
     pub means: Vec<Test>,
@@ -108,18 +108,16 @@ pub struct Agreement {
     /// half that of the tests of whole pictures, evenly within each (Bonferroni). 0..1. Pictures that differ by nothing but
     /// noise get less than x with a probability of at most x.
     pub p: f64,
-    /// The same of [`Test::p_without_rare`]. At least `p`.
+    /// The smallest [`Test::p_without_rare`], corrected like `p`. At least `p`.
     pub p_without_rare: f64,
 }
 
 impl Agreement {
-    /// Whether the pictures agree: nothing but noise tells them apart. `None` if they differ only by what may be light that the
-    /// samples of the actual picture rarely meet: more samples decide. `significance`, in 0..1, is the probability of a false alarm.
+    /// True if the pictures agree up to noise. `None` if they differ only by light that the samples of the actual picture may rarely
+    /// hit: more samples decide. `significance`, in 0..1, is the probability of a false alarm.
     pub fn holds(&self, significance: f64) -> Option<bool> {
-        match self.p >= significance {
-            false if self.p_without_rare >= significance => None,
-            holds => Some(holds),
-        }
+        let holds = self.p >= significance;
+        (holds || self.p_without_rare < significance).then_some(holds)
     }
 
     /// The smallest tail index of the differences that were found: of whole pictures, or else of tiles. Infinite if there are none.
@@ -130,7 +128,7 @@ impl Agreement {
         means.chain(&tiles).fold(f64::INFINITY, |least, test| least.min(test.tail_index))
     }
 
-    /// Below this p, a test of whole pictures has found a difference.
+    /// The level of a test of whole pictures: it has found a difference if its p is below this.
     pub fn level_of_whole(&self, significance: f64) -> f64 {
         significance / (2 * self.of_whole().max(1)) as f64
     }
@@ -184,9 +182,9 @@ fn visible(level: f64) -> f64 {
 
 /// Tests whether two pictures agree up to noise.
 ///
-/// Where the expected picture has no error layers, it is taken to be as noisy as the actual one at least, and more where
-/// their differences say so. A picture with fewer samples than the other is taken to be at least as noisy as the other would be
-/// with so few: rare events that it has not met do not count as a difference.
+/// An expected picture without error layers is assumed to be at least as noisy as the actual one, and noisier where the differences
+/// show it. A picture with fewer samples than the other is assumed to be at least as noisy as the other would be with so few: rare
+/// events that its samples missed do not count as a difference.
 ///
 /// # Errors
 ///
@@ -265,7 +263,7 @@ fn test_pixels(differences: &[Difference], channel: usize) -> Option<PixelTest> 
         let n = pixel.variance.freedom();
         // The variance of t squared is finite above 4; black and rounded pixels have nothing to say.
         if !pixel.is_even
-            || !pixel.is_settled
+            || !pixel.has_many_samples
             || n.is_nan()
             || n <= 4.5
             || pixel.variance.value < pixel.rounding.powi(2)
@@ -298,7 +296,7 @@ const FINITE_VARIANCE: f64 = 2.0;
 
 /// The tail index of distances from 0: they are larger than x with a probability that falls as x to the power of minus this. That of
 /// Hill, "A Simple General Approach to Inference About the Tail of a Distribution", 1975, over as many values as Vehtari et al.,
-/// "Pareto Smoothed Importance Sampling", 2024, take for the tail. Infinite for equal values; 0 if less than those differ from 0.
+/// "Pareto Smoothed Importance Sampling", 2024, take for the tail. Infinite for equal values; 0 if fewer than these differ from 0.
 fn tail_index(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.map(f64::abs).collect();
     let count = values.len() as f64;

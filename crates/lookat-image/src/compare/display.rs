@@ -26,7 +26,7 @@ const AIM: f64 = 0.8;
 /// A picture as an 8-bit file would hold it, but not rounded. PSNR and SSIM work on such values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Encoded {
-    /// Red, green and blue, 0..1, on the sRGB curve.
+    /// The red, green and blue of each pixel, 0..1, on the sRGB curve.
     pub pixels: Vec<[f32; 3]>,
 }
 
@@ -68,7 +68,7 @@ pub(super) fn cube_root(value: f32) -> f32 {
     step(step(guess))
 }
 
-/// How bright a picture is, by its finite pixels.
+/// The brightness of a picture, by its finite pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
     /// The median luminance, without exposure and tone curve.

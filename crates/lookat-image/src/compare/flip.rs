@@ -45,7 +45,7 @@ pub fn ldr_flip(
 ///
 /// # Panics
 ///
-/// As [`ldr_flip`].
+/// The conditions of [`ldr_flip`].
 pub fn hdr_flip(
     actual: &[[f32; 3]],
     expected: &[[f32; 3]],
@@ -53,44 +53,31 @@ pub fn hdr_flip(
     height: usize,
     pixels_per_degree: f32,
 ) -> f64 {
-    let display = |factor: f32| move |rgb: [f32; 3]| rgb.map(|value| aces(factor * value));
-    let displays: Vec<_> = Exposures::of(expected).factors().map(display).collect();
+    let display = |stops: f32| {
+        let factor = stops.exp2();
+        move |rgb: [f32; 3]| rgb.map(|value| aces(factor * value))
+    };
+    let displays: Vec<_> = exposures(expected).into_iter().map(display).collect();
     mean_flip([actual, expected], [width, height], pixels_per_degree, &displays)
 }
 
-/// The exposures at which HDR-FLIP shows the pictures, evenly from `start` to `stop`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Exposures {
-    /// The first one, in stops: pictures are multiplied by 2^`start`.
-    start: f32,
-    /// The last one, in stops.
-    stop: f32,
-    /// At least 2.
-    count: usize,
-}
-
-impl Exposures {
-    /// The choice of the paper for a reference picture: from where its largest luminance is shown as 0.85 to
-    /// where its median luminance (the upper one of two) is, in steps of about one stop. Below 2^-23 a
-    /// luminance counts as that.
-    fn of(expected: &[[f32; 3]]) -> Self {
-        // The weights of the authors' program.
-        let luminance = |i: usize| {
-            let [r, g, b] = expected[i];
-            [(0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0)]
-        };
-        let exposure = |rank: usize| {
-            let luminance = ranked(expected.len(), luminance, rank).clamp(f32::EPSILON, f32::MAX);
-            (aces_inverse(0.85) / luminance).log2()
-        };
-        let (start, stop) = (exposure(expected.len()), exposure(expected.len() / 2 + 1));
-        Exposures { start, stop, count: (stop - start).ceil().max(2.0) as usize }
-    }
-
-    fn factors(self) -> impl Iterator<Item = f32> {
-        let step = (self.stop - self.start) / (self.count.max(2) - 1) as f32;
-        (0..self.count).map(move |i| (self.start + i as f32 * step).exp2())
-    }
+/// The exposures in stops at which HDR-FLIP shows the pictures, by the reference picture: at least two, evenly from where its largest
+/// luminance is shown as 0.85 to where its median luminance (the upper one of two) is, in steps of about one stop. Below 2^-23 a
+/// luminance counts as that.
+fn exposures(expected: &[[f32; 3]]) -> Vec<f32> {
+    // The weights of the authors' program.
+    let luminance = |i: usize| {
+        let [r, g, b] = expected[i];
+        [(0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0)]
+    };
+    let exposure = |rank: usize| {
+        let luminance = ranked(expected.len(), luminance, rank).clamp(f32::EPSILON, f32::MAX);
+        (aces_inverse(0.85) / luminance).log2()
+    };
+    let (start, stop) = (exposure(expected.len()), exposure(expected.len() / 2 + 1));
+    let count = (stop - start).ceil().max(2.0) as usize;
+    let step = (stop - start) / (count - 1) as f32;
+    (0..count).map(|i| start + i as f32 * step).collect()
 }
 
 /// Narkowicz's fit of the ACES filmic curve, with its built-in exposure of 0.6 taken out, as coefficients of
@@ -163,7 +150,7 @@ struct Tile {
 struct Filtered {
     /// Colors after the contrast sensitivity of the eye.
     lab: [Vec<f32>; 3],
-    /// How strong edges and points are.
+    /// The strength of edges and points.
     features: [Vec<f32>; 2],
 }
 
@@ -315,22 +302,22 @@ const FEATURE_WIDTH: f64 = 0.082;
 /// Weights below this share of the middle one are left out.
 const NEGLIGIBLE: f64 = 1e-8;
 
-/// What the eye does to contrast, and how it finds edges and points. All weights are for a pixel and its
-/// neighbors on one axis, their number is odd.
+/// The filters for the contrast sensitivity of the eye, and for edges and points. All weights are for a pixel and its
+/// neighbors on one axis; their number is odd.
 struct Filters {
     /// The pixels that the widest filter reaches beyond the middle.
     margin: usize,
-    /// Sum 1.
+    /// The contrast sensitivity of luminance, sum 1.
     luminance: Vec<f32>,
-    /// Sum 1.
+    /// The contrast sensitivity of red-green, sum 1.
     red_green: Vec<f32>,
-    /// The filter is the sum of two products of these with themselves.
+    /// The contrast sensitivity of blue-yellow: the sum of the products of each with itself.
     blue_yellow: [Vec<f32>; 2],
     /// A gaussian, sum 1.
     smooth: Vec<f32>,
-    /// Its first derivative; positive and negative weights sum to 1 and -1.
+    /// The first derivative of the gaussian. Positive and negative weights sum to 1 and -1.
     edge: Vec<f32>,
-    /// Its second derivative; likewise.
+    /// The second derivative of the gaussian. Positive and negative weights sum to 1 and -1.
     point: Vec<f32>,
 }
 
@@ -427,11 +414,11 @@ mod tests {
 
     #[test]
     fn exposures_are_those_of_the_authors_program() {
-        let check = |sample: Sample, start: f32, stop: f32, count| {
-            let exposures = Exposures::of(&sample.expected);
-            assert!((exposures.start - start).abs() < 1e-5, "{exposures:?}");
-            assert!((exposures.stop - stop).abs() < 1e-5, "{exposures:?}");
-            assert_eq!(exposures.count, count);
+        let check = |sample: Sample, start: f32, stop: f32, count: usize| {
+            let exposures = exposures(&sample.expected);
+            assert!((exposures[0] - start).abs() < 1e-5, "{exposures:?}");
+            assert!((exposures[count - 1] - stop).abs() < 1e-5, "{exposures:?}");
+            assert_eq!(exposures.len(), count);
         };
         // The parameters that flip-evaluator 1.7 (PyPI) gives back.
         check(shown(200, 150), 0.994_477_15, 2.779_74, 2);

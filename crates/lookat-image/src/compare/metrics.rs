@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::Encoded;
 
-/// What keeps relative errors of dark values finite.
+/// The term that keeps relative errors of dark values finite.
 const DARK: f64 = 0.01;
 /// The share of pixels that [`relative_mse_trimmed`] keeps.
 const KEPT: f64 = 0.999;
@@ -43,7 +43,7 @@ pub struct Means {
     pub standard_error: f64,
     /// The mean absolute error, in the unit of the pictures.
     pub absolute: f64,
-    /// As [`rmse`].
+    /// The root of the mean squared error, see [`rmse`].
     pub rmse: f64,
     /// The relative mean squared error, (a - b)^2 / (b^2 + 0.01) with b expected (after Rousselle, Knaus and
     /// Zwicker, "Adaptive Sampling and Reconstruction using Greedy Error Minimization", SIGGRAPH Asia 2011).
@@ -79,7 +79,7 @@ pub fn means(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> Means {
     Means { error, standard_error, absolute, rmse: square.sqrt(), relative_mse, smape }
 }
 
-/// The relative mean squared error of [`Means`] without the pixels that are worst by it: the mean over those
+/// The relative mean squared error of [`Means`] without its worst pixels: the mean over the pixels
 /// up to and with the nearest rank of 0.999, so that one pixel of each full thousand is left out. 0 for equal
 /// pictures.
 ///
@@ -99,7 +99,7 @@ pub fn relative_mse_trimmed(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> f64 {
         value if value == last => [0.0, 0.0, of_pixel(a, b), 1.0],
         _ => [0.0; 4],
     });
-    // Of those that are alike, as many as are kept.
+    // The pixels at the last rank count in part.
     (smaller + ties / tied * (kept as f64 - count)) / kept as f64
 }
 
@@ -116,7 +116,7 @@ pub fn percentile_difference(actual: &[[f32; 3]], expected: &[[f32; 3]], share: 
     ranked(actual.len(), |i| std::array::from_fn::<_, 3, _>(|c| (actual[i][c] - expected[i][c]).abs()), rank)
 }
 
-/// The largest difference and its place.
+/// The largest difference and its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Largest {
     /// |actual - expected|, in the unit of the pictures.
@@ -136,20 +136,16 @@ pub struct Largest {
 ///
 /// If the pictures do not have the same size.
 pub fn largest_difference(actual: &[[f32; 3]], expected: &[[f32; 3]], width: usize) -> Largest {
-    let difference = |(a, b): (&f32, &f32)| (a - b).abs();
-    let blocks = blocks(actual, expected).map(|(actual, expected)| {
-        let differences = actual.as_flattened().iter().zip(expected.as_flattened()).map(difference);
-        differences.fold(0.0, f32::max)
-    });
-    let largest: Vec<f32> = blocks.collect();
-    let difference_of_all = largest.iter().copied().fold(0.0, f32::max);
-
-    let first_block = largest.iter().position(|&difference| difference == difference_of_all).unwrap_or(0);
-    let start = first_block * GRAIN;
-    let (a, b) = (actual[start..].as_flattened(), expected[start..].as_flattened());
-    let place = a.iter().zip(b).position(|pair| difference(pair) == difference_of_all).unwrap_or(0);
-    let pixel = start + place / 3;
-    Largest { difference: difference_of_all, x: pixel % width, y: pixel / width, channel: place % 3 }
+    assert_eq!(actual.len(), expected.len());
+    let mut largest = Largest { difference: 0.0, x: 0, y: 0, channel: 0 };
+    for (i, (a, b)) in actual.as_flattened().iter().zip(expected.as_flattened()).enumerate() {
+        let difference = (a - b).abs();
+        if difference > largest.difference {
+            let pixel = i / 3;
+            largest = Largest { difference, x: pixel % width, y: pixel / width, channel: i % 3 };
+        }
+    }
+    largest
 }
 
 /// The share of pixels, 0..1, of which some channel differs by more than the threshold. 0 for equal pictures.
@@ -186,7 +182,7 @@ fn samples(pixels: &[[f32; 3]]) -> f64 {
 /// The pixels that are worked on at a time.
 const GRAIN: usize = 1 << 14;
 
-/// Corresponding parts of two pictures.
+/// Corresponding blocks of two pictures, on all threads.
 fn blocks<'a>(
     actual: &'a [[f32; 3]],
     expected: &'a [[f32; 3]],
@@ -281,7 +277,7 @@ pub(super) fn ranked<const N: usize>(
     f32::from_bits(high << LOW_BITS | low)
 }
 
-/// How often each key below 2^16 occurs.
+/// Counts each key below 2^16.
 fn counts<const N: usize>(count: usize, keys: impl Fn(usize) -> [Option<u32>; N] + Sync) -> Vec<u64> {
     let empty = || vec![0_u64; 1 << 16];
     let count_block = |mut counts: Vec<u64>, block: usize| {

@@ -1,4 +1,4 @@
-//! How noisy each pixel of a pair of pictures is.
+//! The noise of each pixel of a pair of pictures.
 
 use std::ops::Range;
 
@@ -10,52 +10,52 @@ const TILE: u32 = 16;
 /// Fewer pixels than these do not tell how far their mean is off.
 pub(super) const FEWEST_PIXELS: usize = 100;
 
-/// What rounding may do to a value, by the value: differences of this size are no sign of anything. For pictures by this
-/// renderer, which sums each channel in double precision,
+/// The relative rounding error of pictures by this renderer, which sums each channel in double precision. Smaller differences mean
+/// nothing.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
-/// for others, which may sum thousands of samples in single precision, by the brightest channel of the pixel: pbrt-v3 sums XYZ, of
-/// which each channel takes its share,
+/// The rounding error of other renderers, relative to the brightest channel of the pixel: they may sum thousands of samples in single
+/// precision, and pbrt-v3 sums XYZ, which mixes the channels.
 const SUM_ROUNDING: f64 = 1.0 / (1 << 13) as f64;
-/// and for a picture that was stored in half precision.
+/// The relative rounding error of a picture in half precision.
 const HALF_ROUNDING: f64 = 1.0 / (1 << 11) as f64;
-/// The steps of half precision grow no smaller than this, however near a value is to 0.
+/// The smallest step of half precision, near 0.
 const HALF_STEP: f64 = 1.0 / (1 << 24) as f64;
-/// A pixel of fewer samples takes itself for exact too often to be held against one of which nothing is known.
+/// The fewest samples of a pixel to compare with a picture without error layers. With fewer, the standard error is too often 0.
 const FEWEST_SAMPLES: u32 = 32;
-/// With fewer samples than these, replicates are too few samples each for tests of single pixels: those of filters with
+/// With fewer samples than these, replicates have too few samples each for tests of single pixels: filters with
 /// negative lobes gave false alarms in 5 of 100 pairs of pictures with 32.
-const SETTLED: u32 = 64;
-/// Other renderers do not say what neighboring pixels share. The error of a mean of their pixels is taken to be at least so many times that
-/// of independent ones.
+const MANY_SAMPLES: u32 = 64;
+/// Other renderers do not report the noise that neighboring pixels share. The error of a mean of their pixels is assumed to be at least
+/// this many times that of independent ones.
 const FILTERED: f32 = 2.0;
 
-/// An event that is not met in n samples has a probability of at most this over n, with a confidence of 95 % (Hanley and
+/// An event that does not occur in n samples has a probability of at most this over n, with a confidence of 95 % (Hanley and
 /// Lippman-Hand, "If Nothing Goes Wrong, Is Everything All Right?", 1983).
 const RULE_OF_THREE: f64 = 3.0;
 
-/// How far, in standard errors, a pixel of an expected picture without error layers may be above the actual one, where rare light is
-/// left out.
+/// Without rare light, a pixel of an expected picture without error layers exceeds the actual one by at most this many standard
+/// errors.
 const BOUND: f64 = 3.0;
 
-/// How much noisier a tile may be than nine of ten others, to be taken for the noise of the picture.
+/// The largest noise of a tile that counts as the noise of the picture, relative to nine of ten other tiles.
 const MOST_OF_TILE: f64 = 4.0;
 
 /// The difference of two pixels in one channel.
 pub(super) struct Difference {
     /// Actual minus expected.
     pub value: f64,
-    /// Of the pixel.
+    /// The variance of the pixel.
     pub variance: Variance,
-    /// What the pixel adds to the variance of a mean of pixels. It differs where neighbors share samples.
+    /// The part of the pixel in the variance of a mean of pixels. It differs from `variance` where neighbors share samples.
     pub in_mean: Variance,
-    /// Of how many pixels about one is independent.
+    /// The number of pixels of which about one is independent.
     pub noise_area: f64,
-    /// What rounding may do, which is alike in neighbors.
+    /// The rounding error, which is alike in neighbors.
     pub rounding: f64,
-    /// Whether both have about as many samples, so that their difference is not skewed. Not if one is not known.
+    /// True if both have about as many samples, so that their difference is not skewed. False if one number is unknown.
     pub is_even: bool,
-    /// Whether both have so many that their replicates scatter about as normal numbers do.
-    pub is_settled: bool,
+    /// True if both have enough samples for their replicates to be about normally distributed.
+    pub has_many_samples: bool,
 }
 
 /// The variance of a sum.
@@ -75,20 +75,20 @@ impl Variance {
         Variance { value: self.value + other.value, spread: self.spread + other.spread }
     }
 
-    /// Its degrees of freedom.
+    /// The degrees of freedom of the variance.
     pub fn freedom(self) -> f64 {
         self.value * self.value / self.spread
     }
 }
 
-/// The noise of a pair of pictures, of which each pixel is known.
+/// The noise of a pair of pictures. The standard error of each pixel is known or estimated.
 pub(super) struct Noise {
     expected_is_known: bool,
     actual: Vec<PixelError>,
     expected: Vec<PixelError>,
-    /// By the value of the channel.
+    /// The rounding error relative to the channel.
     rounding: f64,
-    /// By the brightest channel of the pixel.
+    /// The rounding error relative to the brightest channel of the pixel.
     mixed_rounding: f64,
     step: f64,
 }
@@ -113,7 +113,7 @@ impl Noise {
             (0, pixels) => return Err(Untestable::Expected { pixels }),
             (pixels, _) => return Err(Untestable::Actual { pixels, needed }),
         }
-        let expected = pair.expected_errors.clone().unwrap_or_else(|| guessed(pair, &actual));
+        let expected = pair.expected_errors.clone().unwrap_or_else(|| estimated_errors(pair, &actual));
         let (rounding, step) = match pair.precision {
             Precision::Single => (ROUNDING, 0.0),
             _ => (HALF_ROUNDING, HALF_STEP),
@@ -127,9 +127,9 @@ impl Noise {
         (0..pair.actual.len()).map(|pixel| self.difference(pair, pixel, channel, f64::INFINITY)).collect()
     }
 
-    /// The same without light that the actual picture may have missed because its samples rarely hit it: no pixel of the expected
-    /// picture is far above it, except in [features](levels). The error layers of an expected picture tell of such light
-    /// themselves: then `None`.
+    /// The differences without rare light, which the samples of the actual picture may have missed: no pixel of the expected picture
+    /// is far above the actual one, except in [features](levels). `None` if the expected picture has error layers, which include
+    /// such light.
     pub fn without_rare(&self, pair: &Aligned, channel: usize) -> Option<Vec<Difference>> {
         if self.expected_is_known {
             return None;
@@ -155,12 +155,12 @@ impl Noise {
         [a, b.max(if ratio > 1.0 { a * ratio } else { 0.0 })]
     }
 
-    /// How many samples the actual pixel has for each of the expected one.
+    /// The samples of the actual pixel, relative to the expected one.
     fn ratio(&self, pixel: usize) -> f64 {
         f64::from(self.actual[pixel].samples) / f64::from(self.expected[pixel].samples)
     }
 
-    /// `bound`: how far the expected value may be above the actual one.
+    /// The difference of a pixel. The expected value exceeds the actual one by at most `bound`.
     fn difference(&self, pair: &Aligned, pixel: usize, channel: usize, bound: f64) -> Difference {
         let (colors, expected_colors) = (pair.actual[pixel], pair.expected[pixel]);
         let (a, b) = (f64::from(colors[channel]), f64::from(expected_colors[channel]));
@@ -186,7 +186,7 @@ impl Noise {
             noise_area: f64::from(a_error.noise_area().max(b_error.noise_area())),
             rounding: self.step.max(rounding).max(self.mixed_rounding * f64::from(brightest)),
             is_even: self.expected_is_known && (0.5..=2.0).contains(&self.ratio(pixel)),
-            is_settled: a_error.samples.min(b_error.samples) >= SETTLED,
+            has_many_samples: a_error.samples.min(b_error.samples) >= MANY_SAMPLES,
         }
     }
 }
@@ -202,18 +202,18 @@ fn each_error(error: &mut PixelError) -> impl Iterator<Item = &mut f32> {
     error.standard_error.iter_mut().chain(error.shared.iter_mut().flat_map(|shared| &mut shared.unfiltered))
 }
 
-/// How many times larger the variance of a pixel counts in a mean over many pixels.
+/// The variance of a pixel in a mean over many pixels, relative to that of the pixel alone.
 fn in_means(error: &PixelError, channel: usize) -> f64 {
     let [own, filtered] = [error.of_means(), error.standard_error].map(|error| f64::from(error[channel]));
-    // Where nothing is known of it, at most by so much.
+    // An upper bound if the pixel has no noise.
     if filtered > 0.0 { (own / filtered).powi(2) } else { error.noise_area().into() }
 }
 
 /// Estimates the standard errors of an expected picture without error layers. They are the actual picture's errors, scaled so that
 /// they explain all differences together. A tile whose differences scatter more gets larger errors, because other renderers have noise
-/// where this one has none. [`Noise::difference`] adds the error of a rare event that only one of the pictures has met in a pixel.
-fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
-    let factor = noisier(pair, actual) as f32;
+/// where this one has none. [`Noise::difference`] adds the error of a rare event that only one of the pictures has in a pixel.
+fn estimated_errors(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
+    let factor = relative_noise(pair, actual) as f32;
     let mut errors = actual.to_vec();
     errors.iter_mut().flat_map(each_error).for_each(|error| *error *= factor);
     for tile in tiles(pair) {
@@ -239,9 +239,9 @@ fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     errors
 }
 
-/// How many times larger the errors of the expected picture are than those of the actual one, if all of their differences
-/// are noise; at least 1. A tile has little more to say than nine of ten others: an error in one is no noise of all.
-fn noisier(pair: &Aligned, actual: &[PixelError]) -> f64 {
+/// The errors of the expected picture relative to those of the actual one, if all differences are noise; at least 1. A tile counts
+/// little more than nine of ten others, so that an error in one tile is not taken for noise of all.
+fn relative_noise(pair: &Aligned, actual: &[PixelError]) -> f64 {
     let sums = |tile: Window| {
         let (mut squares, mut own) = (0.0, 0.0);
         for pixel in in_tile(tile, pair) {

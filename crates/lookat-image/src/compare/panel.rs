@@ -20,15 +20,14 @@ const FRAME: [u8; 3] = [140, 140, 140];
 const TITLE: [u8; 3] = [0, 0, 0];
 const TEXT: [u8; 3] = [90, 90, 90];
 
-/// What a figure says and how it shows the pictures.
+/// The captions and the exposure of a figure.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PanelOptions {
-    /// Whence the actual picture is, such as the name of its file. Cut if it is long; may be empty.
+    /// The source of the actual picture, such as its file name. Shortened if it is long; may be empty.
     pub actual: String,
-    /// The same for the expected one.
+    /// The source of the expected picture.
     pub expected: String,
-    /// Linear values are shown times 2 to this power, which must be finite. `None` chooses a whole number by
-    /// the expected picture.
+    /// The exposure of both pictures in stops, finite. `None` chooses the exposure that suits the expected picture.
     pub exposure: Option<f64>,
 }
 
@@ -96,7 +95,7 @@ fn draw(pair: &Aligned, options: &PanelOptions) -> Canvas {
     canvas
 }
 
-/// The picture, in a frame, and what is above it.
+/// Draws a picture in a frame, and the lines above it.
 fn draw_part(canvas: &mut Canvas, layout: &Layout, part: usize, [title, name]: [&str; 2], picture: &Canvas) {
     let (x, y) = (layout.left(part), layout.margin());
     layout.title.draw(canvas, [x, y], title, TITLE);
@@ -107,7 +106,7 @@ fn draw_part(canvas: &mut Canvas, layout: &Layout, part: usize, [title, name]: [
     canvas.paste([x, layout.top()], picture, layout.zoom.up);
 }
 
-/// What is below a picture.
+/// Draws the lines below a picture.
 fn draw_captions(canvas: &mut Canvas, layout: &Layout, part: usize, stops: f64, pixels: &[[f32; 3]]) {
     let mut place = [layout.left(part), layout.line(0)];
     for caption in [Some(exposure_caption(stops)), layout.zoom.caption()].into_iter().flatten() {
@@ -125,7 +124,7 @@ fn draw_captions(canvas: &mut Canvas, layout: &Layout, part: usize, stops: f64, 
     layout.text.draw(canvas, place, &caption, TEXT);
 }
 
-/// The colors from end to end, and what they stand for.
+/// Draws the color scale with its ticks.
 fn draw_scale(canvas: &mut Canvas, layout: &Layout, scale: ColorScale) {
     let (left, top, font) = (layout.left(1), layout.line(0), layout.text);
     let last = layout.column - 1;
@@ -139,7 +138,7 @@ fn draw_scale(canvas: &mut Canvas, layout: &Layout, scale: ColorScale) {
         spans.windows(2).all(|pair| pair[0].end + font.width("  ") <= pair[1].start)
     };
     for tick in Some(scale.ticks(5)).filter(fits).unwrap_or_else(|| scale.ticks(3)) {
-        let x = left + (tick.place * last as f64).round() as usize;
+        let x = left + (tick.position * last as f64).round() as usize;
         canvas.fill([x, top + height + 1], [1, font.height() / 4], TEXT);
         let text = left + span(&tick, font, layout.column).start;
         font.draw(canvas, [text, layout.line(1)], &tick.text, TEXT);
@@ -155,7 +154,7 @@ fn draw_scale(canvas: &mut Canvas, layout: &Layout, scale: ColorScale) {
 /// The columns of the text of a tick: about its place, but within the bar.
 fn span(tick: &Tick, font: Font, bar: usize) -> Range<usize> {
     let width = font.width(&tick.text);
-    let start = (tick.place * bar as f64 - width as f64 / 2.0).max(0.0) as usize;
+    let start = (tick.position * bar as f64 - width as f64 / 2.0).max(0.0) as usize;
     let start = start.min(bar.saturating_sub(width));
     start..start + width
 }
@@ -181,13 +180,13 @@ fn shown(pixels: &[[f32; 3]], width: usize, down: usize, gain: f64) -> Canvas {
     Canvas { width: width.div_ceil(down), pixels: means.par_iter().zip(&encoded).map(color).collect() }
 }
 
-/// In pixels. A part is a picture and what is written above and below it; parts count from 0, from the left.
+/// The layout of a figure, in pixels. A part is a picture and the lines above and below it. Parts count from 0, from the left.
 #[derive(Debug)]
 struct Layout {
     zoom: Zoom,
-    /// The size of a picture as it is shown.
+    /// The displayed size of a picture.
     picture: [usize; 2],
-    /// The width of a part, which is more than that of a narrow picture.
+    /// The width of a part, at least that of its picture.
     column: usize,
     title: Font,
     text: Font,
@@ -207,22 +206,22 @@ impl Layout {
         Layout { zoom, picture, column, title: Font(title), text: Font(text) }
     }
 
-    /// The empty space around all, and between parts.
+    /// The space around the figure and between parts.
     fn margin(&self) -> usize {
         self.text.height() * 5 / 4
     }
 
-    /// Where a part begins.
+    /// The left edge of a part.
     fn left(&self, part: usize) -> usize {
         self.margin() + part * (self.column + self.margin())
     }
 
-    /// Where pictures begin, below two lines.
+    /// The top of the pictures, below two lines.
     fn top(&self) -> usize {
         self.margin() + self.title.height() + self.text.height() * 3 / 2
     }
 
-    /// Where a line below the pictures begins.
+    /// The top of a line below the pictures.
     fn line(&self, line: usize) -> usize {
         self.top() + self.picture[1] + self.text.height() / 2 + line * self.text.height()
     }
@@ -233,13 +232,12 @@ impl Layout {
     }
 }
 
-/// The least width of a part, in pixels, to which pictures are magnified, and the most of its width and
-/// height.
+/// The smallest width of a part, to which pictures are magnified, and the largest width and height, in pixels.
 const LEAST: usize = 256;
 const MOST: usize = 1280;
 
-/// How large a picture is shown: each pixel as `up` x `up` ones, or `down` x `down` pixels as one. Both are
-/// at least 1, and one of them is 1.
+/// The scale of a picture: each pixel becomes `up` x `up` ones, or `down` x `down` pixels become one. Both are at least 1, and
+/// one of them is 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Zoom {
     up: usize,
@@ -253,7 +251,7 @@ impl Zoom {
         Zoom { up, down: longer.div_ceil(MOST) }
     }
 
-    /// In words; `None` if nothing changes.
+    /// The scale in words; `None` at the original size.
     fn caption(self) -> Option<String> {
         match self {
             Zoom { up: 1, down: 1 } => None,

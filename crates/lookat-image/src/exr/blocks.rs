@@ -15,9 +15,9 @@ use crate::ImageFault;
 /// No compression shrinks more: 1032 is the bound of ZIP, 1376 that of PXR24.
 pub(crate) const DENSEST: usize = 2048;
 
-/// Gives each block of a part to `take`: its place relative to the data window, and its numbers, row by row,
-/// in each row channel by channel, in the byte order of the machine. Of a picture in several resolutions only
-/// the full one is read. The file, of `length` bytes, stands behind the headers.
+/// Calls `take` for each block of a part, with its bounds relative to the data window, and its numbers: row by row, in each row
+/// channel by channel, in the byte order of the machine. Of several resolutions, only the full one is read. The file, of
+/// `length` bytes, is positioned after the headers.
 pub(crate) fn read(
     file: &mut (impl Read + Seek),
     length: u64,
@@ -31,7 +31,7 @@ pub(crate) fn read(
         meta.headers[..part].iter().fold(0, |sum: u64, part| sum.saturating_add(part.chunk_count as u64));
     let offsets = offsets(file, length, before, grid.columns as u64 * grid.rows as u64)?;
 
-    let mut seen = vec![false; offsets.len()];
+    let mut is_read = vec![false; offsets.len()];
     for offset in offsets {
         // A renderer that was stopped leaves zeros.
         if offset == 0 {
@@ -44,8 +44,8 @@ pub(crate) fn read(
         if meta.requirements.is_multilayer() && int(file)? as usize != part {
             return Err(missing());
         }
-        let [column, row] = place(file, header, &grid)?;
-        if std::mem::replace(&mut seen[row * grid.columns + column], true) {
+        let [column, row] = position(file, header, &grid)?;
+        if std::mem::replace(&mut is_read[row * grid.columns + column], true) {
             return Err(missing());
         }
         let bounds = grid.bounds(column, row);
@@ -56,15 +56,15 @@ pub(crate) fn read(
     Ok(())
 }
 
-/// The bytes that reading takes besides the pixels: the largest block as it is stored, decompressed, and on the way
-/// there; and for each block its place, twice, and whether it was seen.
+/// The bytes that reading takes besides the pixels: the largest block as it is stored, decompressed, and in between; and for each
+/// block its offset, twice, and whether it was read.
 pub(crate) fn bytes(header: &Header) -> u64 {
     let grid = Grid::of(header);
     let block = grid.bounds(0, 0).size.area() as u64 * header.channels.bytes_per_pixel as u64;
     3 * block + 17 * grid.columns as u64 * grid.rows as u64
 }
 
-/// How the picture is divided.
+/// The division of a picture into blocks.
 struct Grid {
     picture: Vec2<usize>,
     block: Vec2<usize>,
@@ -86,7 +86,7 @@ impl Grid {
     }
 }
 
-/// Where in the file the blocks are: `count` numbers after `before` of other parts.
+/// The offsets of the blocks in the file: `count` numbers after `before` ones of other parts.
 fn offsets(
     file: &mut (impl Read + Seek),
     length: u64,
@@ -104,8 +104,8 @@ fn offsets(
     Ok(bytes.as_chunks().0.iter().map(|eight| u64::from_le_bytes(*eight)).collect())
 }
 
-/// The column and row of the block at which the file stands.
-fn place(file: &mut impl Read, header: &Header, grid: &Grid) -> Result<[usize; 2], ImageFault> {
+/// Reads the column and row of the next block.
+fn position(file: &mut impl Read, header: &Header, grid: &Grid) -> Result<[usize; 2], ImageFault> {
     let [column, row] = match header.blocks {
         BlockDescription::ScanLines => {
             let below = i64::from(int(file)?) - i64::from(header.own_attributes.layer_position.1);
@@ -117,11 +117,11 @@ fn place(file: &mut impl Read, header: &Header, grid: &Grid) -> Result<[usize; 2
             [column, if (x_level, y_level) == (0, 0) { row } else { -1 }].map(i64::from)
         }
     };
-    let within = |place: i64, count| usize::try_from(place).ok().filter(|place| *place < count);
+    let within = |index: i64, count| usize::try_from(index).ok().filter(|index| *index < count);
     Option::zip(within(column, grid.columns), within(row, grid.rows)).map(<[_; 2]>::from).ok_or_else(missing)
 }
 
-/// The bytes of a block that has `size` bytes when they are decompressed.
+/// Reads the bytes of a block of `size` decompressed bytes.
 fn data(file: &mut (impl Read + Seek), length: u64, size: usize) -> Result<Vec<u8>, ImageFault> {
     let stored = u64::try_from(int(file)?).unwrap_or(u64::MAX);
     if stored > length - file.stream_position()?.min(length) {

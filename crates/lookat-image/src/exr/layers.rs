@@ -9,17 +9,21 @@ use ::exr::meta::header::Header;
 
 use super::words;
 
-/// The channels to read.
+/// The channels to read, of one part.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Choice {
-    /// The part of the file that has them, counted from 0.
+    /// The index of the part.
     pub part: usize,
-    /// The places of the channels in the part, and what the picture calls them; no name comes twice.
+    /// The indices of the channels in the part, and their names in the picture. The names are distinct.
     pub channels: Vec<(usize, String)>,
 }
 
-/// The picture of a file in which nobody has chosen: the first part with plain R, G and B, or Y, and all that
-/// is in it; or else the only layer that has such channels; or else the first part. There must be one.
+/// The picture to read if no layer is named: the first part with plain R, G and B, or Y, with all its channels; or else the
+/// only layer with such channels; or else the first part.
+///
+/// # Panics
+///
+/// If there is no part.
 pub(crate) fn default(parts: &[Header]) -> Choice {
     let layers = layers(parts);
     if let Some(layer) = layers.iter().find(|layer| layer.is_plain()) {
@@ -35,18 +39,19 @@ pub(crate) fn default(parts: &[Header]) -> Choice {
 /// The layer, part or channel with this name, if there is one.
 pub(crate) fn find(parts: &[Header], name: &str) -> Option<Choice> {
     let layers = layers(parts);
-    let layer = |form: usize| layers.iter().find(|layer| layer.names[form] == name).map(Layer::choice);
-    let channel = |form: usize| {
+    let layer =
+        |name_index: usize| layers.iter().find(|layer| layer.names[name_index] == name).map(Layer::choice);
+    let channel = |name_index: usize| {
         layers.iter().find_map(|layer| {
             let mut channels = layer.channels.iter();
-            let (at, _) = channels.find(|(_, word)| join(&layer.names[form], word) == name)?;
+            let (at, _) = channels.find(|(_, word)| join(&layer.names[name_index], word) == name)?;
             Some(Choice { part: layer.part, channels: vec![(*at, "Y".into())] })
         })
     };
     layer(0).or_else(|| layer(1)).or_else(|| channel(0)).or_else(|| channel(1))
 }
 
-/// The names to choose from: layers, and channels of which no layer makes a picture.
+/// The names that [`find`] takes: layers, and channels that belong to no layer with a picture.
 pub(crate) fn names(parts: &[Header]) -> Vec<String> {
     let mut names = Vec::new();
     let mut taken = HashSet::new();
@@ -61,10 +66,10 @@ pub(crate) fn names(parts: &[Header]) -> Vec<String> {
         if layer.picture().is_some() && take(layer.names.clone()) {
             continue;
         }
-        // Plain color is what one gets without a choice.
-        let seen = if layer.is_plain() { layer.color().unwrap_or_default() } else { Vec::new() };
-        for (place, (_, word)) in layer.channels.iter().enumerate() {
-            if !seen.iter().any(|(at, _)| *at == place) {
+        // Plain color is the default.
+        let plain = if layer.is_plain() { layer.color().unwrap_or_default() } else { Vec::new() };
+        for (index, (_, word)) in layer.channels.iter().enumerate() {
+            if !plain.iter().any(|(at, _)| *at == index) {
                 take(layer.names.each_ref().map(|name| join(name, word)));
             }
         }
@@ -75,10 +80,10 @@ pub(crate) fn names(parts: &[Header]) -> Vec<String> {
 /// Channels of one part whose names differ in the last word.
 struct Layer {
     part: usize,
-    /// The names of the channels without their last words, which may leave nothing; and the same after the
-    /// name of the part.
+    /// The names of the channels without their last words, which may be empty; then the same with the name of the part before
+    /// it.
     names: [String; 2],
-    /// The places of the channels in the part, and the last words.
+    /// The indices of the channels in the part, and the last words of their names.
     channels: Vec<(usize, String)>,
 }
 
@@ -87,56 +92,56 @@ fn layers(parts: &[Header]) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
     for (part, header) in parts.iter().enumerate() {
         let part_name = header.own_attributes.layer_name.as_ref().map(words).unwrap_or_default();
-        let mut places = HashMap::new();
+        let mut indices = HashMap::new();
         for (at, channel) in header.channels.list.iter().enumerate() {
             let whole = words(&channel.name);
             let (name, word) = whole.rsplit_once('.').unwrap_or(("", &whole));
-            let place = *places.entry(name.to_string()).or_insert_with(|| {
+            let index = *indices.entry(name.to_string()).or_insert_with(|| {
                 let names = [name.into(), join(&part_name, name)];
                 layers.push(Layer { part, names, channels: Vec::new() });
                 layers.len() - 1
             });
-            layers[place].channels.push((at, word.into()));
+            layers[index].channels.push((at, word.into()));
         }
     }
     layers
 }
 
 impl Layer {
-    /// Whether the channels are called R, G and B, or Y, and nothing more.
+    /// True if the channels are called R, G and B, or Y, without a layer name.
     fn is_plain(&self) -> bool {
         let has = |name: &str| self.channels.iter().any(|(_, word)| word == name);
         self.names[0].is_empty() && (has("R") && has("G") && has("B") || has("Y") && !has("X"))
     }
 
-    /// The places in `channels` of red, green and blue, or of gray, with the names for them.
+    /// The indices in `channels` of red, green and blue, or of gray, with their names in the picture.
     fn color(&self) -> Option<Vec<(usize, &'static str)>> {
-        let gray = || match (self.place("y"), self.place("x")) {
+        let gray = || match (self.index("y"), self.index("x")) {
             (Some(y), None) => Some(vec![(y, "Y")]),
-            // Then it is the middle of a vector.
+            // With X, it is the middle of a vector.
             _ => None,
         };
         self.three(["r", "g", "b"]).or_else(|| self.three(["red", "green", "blue"])).or_else(gray)
     }
 
-    /// The same also for a vector, and for a channel that is alone.
+    /// The indices and names of [`Layer::color`], or else of a vector, or of the only channel.
     fn picture(&self) -> Option<Vec<(usize, &'static str)>> {
         let alone = || (self.channels.len() == 1).then(|| vec![(0, "Y")]);
         self.color().or_else(|| self.three(["x", "y", "z"])).or_else(alone)
     }
 
     fn three(&self, words: [&str; 3]) -> Option<Vec<(usize, &'static str)>> {
-        words.into_iter().zip(["R", "G", "B"]).map(|(word, name)| Some((self.place(word)?, name))).collect()
+        words.into_iter().zip(["R", "G", "B"]).map(|(word, name)| Some((self.index(word)?, name))).collect()
     }
 
-    fn place(&self, name: &str) -> Option<usize> {
+    fn index(&self, name: &str) -> Option<usize> {
         self.channels.iter().position(|(_, word)| word.eq_ignore_ascii_case(name))
     }
 
     /// All channels, under plain names.
     fn choice(&self) -> Choice {
         let picture = self.picture().unwrap_or_default();
-        let colors = picture.iter().map(|(place, name)| (self.channels[*place].0, name.to_string()));
+        let colors = picture.iter().map(|(index, name)| (self.channels[*index].0, name.to_string()));
         let rest = self.channels.iter().filter(|(at, _)| colors.clone().all(|(color, _)| color != *at));
         Choice { part: self.part, channels: distinct(colors.clone().chain(rest.cloned())) }
     }
@@ -148,7 +153,7 @@ fn whole(parts: &[Header], part: usize) -> Choice {
     Choice { part, channels: distinct(names.enumerate()) }
 }
 
-/// Without the channels whose names came before.
+/// Drops channels whose names came before.
 fn distinct(channels: impl Iterator<Item = (usize, String)>) -> Vec<(usize, String)> {
     let mut names = HashSet::new();
     channels.filter(|(_, name)| names.insert(name.clone())).collect()

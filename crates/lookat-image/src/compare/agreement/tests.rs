@@ -151,7 +151,7 @@ fn few_samples_are_not_believed() {
     assert!(found.pixels.is_empty() && found.paired.is_empty());
 }
 
-/// What a reference has met in one pixel, renders may miss; not in a dozen of one tile.
+/// A render may miss light that a reference has in one pixel, but not in a dozen of one tile.
 #[test]
 fn rare_events_of_a_reference_without_errors_are_no_difference() {
     let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16, ..PixelError::default() };
@@ -168,7 +168,7 @@ fn rare_events_of_a_reference_without_errors_are_no_difference() {
         .for_each(|it| *it = [1e-3; 3]);
     let found = agreement(&pair).unwrap();
     assert!(found.p < 1e-5 && found.holds(0.01).is_none() && found.tail_index(0.01) < 1.0, "{found:?}");
-    // Not if the expected picture misses them: the other one knows how often it has met them.
+    // Not if the expected picture misses them: the other one knows how rare they are.
     std::mem::swap(&mut pair.actual, &mut pair.expected);
     assert_eq!(agreement(&pair).unwrap().holds(0.01), Some(false));
     // A feature of some size is no rare light.
@@ -294,7 +294,7 @@ fn rounding_is_no_difference() {
     assert!(pair(1.001, &None).unwrap().holds(0.01) == Some(false));
 }
 
-/// One pixel that has not met what the other picture has is no difference.
+/// One pixel without the rare light of the other picture is no difference.
 #[test]
 fn rare_events_that_few_samples_miss_are_no_difference() {
     let mut pair = sample();

@@ -60,10 +60,10 @@ pub fn difference_color(share: f64) -> [u8; 3] {
         return NOT_FINITE_COLOR;
     }
     let last = DIFFERENCE_COLORS.len() - 1;
-    let place = (share.clamp(-1.0, 1.0) + 1.0) / 2.0 * last as f64;
-    let before = (place as usize).min(last - 1);
+    let position = (share.clamp(-1.0, 1.0) + 1.0) / 2.0 * last as f64;
+    let before = (position as usize).min(last - 1);
     let (a, b) = (DIFFERENCE_COLORS[before], DIFFERENCE_COLORS[before + 1]);
-    std::array::from_fn(|i| mix(a[i], b[i], place - before as f64))
+    std::array::from_fn(|i| mix(a[i], b[i], position - before as f64))
 }
 
 /// `a` for the share 0, `b` for 1.
@@ -71,7 +71,7 @@ pub(super) fn mix(a: u8, b: u8, share: f64) -> u8 {
     (f64::from(a) + (f64::from(b) - f64::from(a)) * share).round() as u8
 }
 
-/// The share of the differences, of those that are not 0, that the scale is to hold.
+/// The share of the differences other than 0 that the scale covers.
 const HELD: f64 = 0.995;
 /// A difference in 32-bit floats that should be 0.002 may be a little more.
 const SLACK: f64 = 1.0 + 1e-6;
@@ -81,12 +81,12 @@ const SLACK: f64 = 1.0 + 1e-6;
 pub(super) struct ColorScale {
     /// 1, 2 or 5 times a power of ten.
     pub limit: f64,
-    /// Whether some difference is below the range, and whether one is above it.
+    /// True if some difference is below the range; true if some difference is above it.
     pub beyond: [bool; 2],
 }
 
 impl ColorScale {
-    /// The scale for these differences, of which those that are NaN do not count. `None` if all are 0.
+    /// The scale for these differences. NaN does not count. `None` if all are 0.
     pub fn of(differences: &[f32]) -> Option<ColorScale> {
         let limit = difference_limit(differences)?;
         let beyond = |sign: f64| differences.par_iter().any(|&x| sign * f64::from(x) > limit * SLACK);
@@ -104,22 +104,22 @@ impl ColorScale {
                 _ => "",
             };
             let text = format!("{relation}{}", short(share * self.limit));
-            Tick { place: (share + 1.0) / 2.0, text }
+            Tick { position: (share + 1.0) / 2.0, text }
         };
         (0..count).map(tick).collect()
     }
 }
 
-/// A place on the scale and what is written there.
+/// A tick of the scale.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {
     /// 0 at the negative end, 1 at the positive one.
-    pub place: f64,
+    pub position: f64,
     pub text: String,
 }
 
-/// The difference that has the last color, 1, 2 or 5 times a power of ten: no less than 99.5 % of these, of
-/// which those that are 0 or NaN do not count. `None` if all are.
+/// The difference that has the last color, 1, 2 or 5 times a power of ten: no less than 99.5 % of the differences
+/// that are neither 0 nor NaN. `None` if all are.
 pub fn difference_limit(differences: &[f32]) -> Option<f64> {
     let count = |test: fn(&f32) -> bool| differences.par_iter().filter(|x| test(x)).count();
     let (zero, other) = (count(|x| *x == 0.0), count(|x| *x != 0.0 && !x.is_nan()));
@@ -148,8 +148,7 @@ fn short(value: f64) -> String {
     }
 }
 
-/// A smaller picture: the means of boxes of `side` x `side` pixels, those at the right and at the bottom of what
-/// is left. A pixel that is not finite makes its mean so.
+/// A smaller picture: the means of boxes of `side` x `side` pixels, or fewer at the right and at the bottom. A pixel that is not finite makes its mean so.
 pub fn box_means(pixels: &[[f32; 3]], width: usize, side: usize) -> Vec<[f32; 3]> {
     let add = |sum: [f64; 4], pixel: [f32; 3]| {
         let [r, g, b] = pixel.map(f64::from);
@@ -282,7 +281,7 @@ mod tests {
         assert_eq!(texts(1e-5, [true, false], 3), ["<= -1e-5", "0", "1e-5"]);
         assert_eq!(texts(20_000.0, [false, true], 3), ["-2e4", "0", ">= 2e4"]);
         let places: Vec<_> =
-            ColorScale { limit: 1.0, beyond: [false; 2] }.ticks(5).iter().map(|t| t.place).collect();
+            ColorScale { limit: 1.0, beyond: [false; 2] }.ticks(5).iter().map(|t| t.position).collect();
         assert_eq!(places, [0.0, 0.25, 0.5, 0.75, 1.0]);
     }
 
