@@ -67,7 +67,7 @@ pub(crate) struct Bsdf<'s, S: Simd> {
 /// Directions that light may come from.
 pub(crate) struct BsdfSample<S: Simd> {
     /// Where there is one.
-    pub is_there: mask64x8<S>,
+    pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
     /// Densities of `wi` by solid angle, more than 0. Of specular samples the probabilities of their directions.
     pub pdf: f64x8<S>,
@@ -76,7 +76,7 @@ pub(crate) struct BsdfSample<S: Simd> {
     /// No other direction could have been sampled nearby.
     pub is_specular: mask64x8<S>,
     /// What refraction alone does to radiance, and the way out undoes: the ratio of the squared indices of refraction, or 1.
-    pub compression: f32x8<S>,
+    pub radiance_scale: f32x8<S>,
 }
 
 /// The largest number below 1.
@@ -174,7 +174,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             let fine = to_f32(fine - fine.floor()).min(BELOW_ONE);
             let square = [to_f32(choice.rest).min(BELOW_ONE), to_f32(v).min(BELOW_ONE)];
             let none = mask32x8::splat(simd, false);
-            let (mut local, mut compression, mut is_smooth) = (self.local_o, one, none);
+            let (mut local, mut radiance_scale, mut is_smooth) = (self.local_o, one, none);
             let mut single: Option<(mask64x8<S>, Single<S>)> = None;
             for (number, slot) in self.slots.iter().enumerate() {
                 let own = choice.slot.simd_eq(number as f32);
@@ -189,18 +189,19 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                         None => (own, sample),
                     });
                 } else {
-                    let (wi, is_there) = slot.lobe.sample(self.local_o, square, fine);
+                    let (wi, is_valid) = slot.lobe.sample(self.local_o, square, fine);
                     local = wi.or(own, local);
-                    is_smooth |= own & is_there;
-                    compression = own.select(slot.lobe.compression(self.local_o.z, wi.z), compression);
+                    is_smooth |= own & is_valid;
+                    radiance_scale =
+                        own.select(slot.lobe.radiance_scale(self.local_o.z, wi.z), radiance_scale);
                 }
             }
             let mut sample = self.smooth(local, is_smooth, part);
-            sample.compression = compression;
+            sample.radiance_scale = radiance_scale;
             if let Some((own, single)) = single {
                 sample.put(own, single, choice.probability);
             }
-            sample.is_there &= widen(self.local_o.z.simd_ne(0.0));
+            sample.is_valid &= widen(self.local_o.z.simd_ne(0.0));
             sample
         })
     }
@@ -221,13 +222,13 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                     let mut single = slot.lobe.single(self.ns, self.wo, u.simd_into(simd));
                     let rest = own & widen(single.probability.simd_lt(1.0));
                     single.probability *= slot.probability / all;
-                    single.is_there &= own & single.factor.is_light();
+                    single.is_valid &= own & single.factor.is_light();
                     for place in &mut singles {
-                        let free = single.is_there & !place.is_there;
+                        let free = single.is_valid & !place.is_valid;
                         *place = single.or(free, *place);
-                        single.is_there &= !free;
+                        single.is_valid &= !free;
                     }
-                    if single.is_there.any_true() {
+                    if single.is_valid.any_true() {
                         singles.push(single);
                     }
                     own = rest;
@@ -239,19 +240,19 @@ impl<'s, S: Simd> Bsdf<'s, S> {
 
     /// Samples of directions of the frames.
     #[inline(always)]
-    fn smooth(&self, local: V3<f32x8<S>>, is_there: mask32x8<S>, part: Part) -> BsdfSample<S> {
+    fn smooth(&self, local: V3<f32x8<S>>, is_valid: mask32x8<S>, part: Part) -> BsdfSample<S> {
         let simd = local.x.token();
         let wi = self.frames.to_world(local).widen().normalize();
-        let (weight, pdf) = match is_there.any_true() {
+        let (weight, pdf) = match is_valid.any_true() {
             true => {
                 let (f_cos, pdf) = self.at(wi, local, part);
                 (f_cos / pdf, pdf)
             }
             false => (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0)),
         };
-        let is_there = widen(is_there & pdf.simd_gt(0.0)) & weight.is_light();
-        let (is_specular, compression) = (bits(simd, 0), splat_f32(simd, 1.0));
-        BsdfSample { is_there, wi, pdf: to_f64(pdf), weight, is_specular, compression }
+        let is_valid = widen(is_valid & pdf.simd_gt(0.0)) & weight.is_light();
+        let (is_specular, radiance_scale) = (bits(simd, 0), splat_f32(simd, 1.0));
+        BsdfSample { is_valid, wi, pdf: to_f64(pdf), weight, is_specular, radiance_scale }
     }
 }
 
@@ -260,13 +261,13 @@ impl<S: Simd> BsdfSample<S> {
     #[inline(always)]
     fn put(&mut self, own: mask64x8<S>, single: Single<S>, probability: f32x8<S>) {
         let pdf = single.probability * probability;
-        let is_there = single.is_there & single.factor.is_light() & widen(pdf.simd_gt(0.0));
-        self.is_there = self.is_there & !own | own & is_there;
+        let is_valid = single.is_valid & single.factor.is_light() & widen(pdf.simd_gt(0.0));
+        self.is_valid = self.is_valid & !own | own & is_valid;
         self.wi = single.wi.or(own, self.wi);
         self.pdf = own.select(to_f64(pdf), self.pdf);
         self.weight = (single.factor / pdf).or_wide(own, self.weight);
         self.is_specular |= own;
-        self.compression = narrow(own).select(single.compression, self.compression);
+        self.radiance_scale = narrow(own).select(single.radiance_scale, self.radiance_scale);
     }
 }
 

@@ -36,7 +36,7 @@ pub(crate) enum Leaf {
     /// The number of a block of triangles.
     Block(usize),
     /// The number of something else.
-    Other(usize),
+    NonTriangle(usize),
 }
 
 impl Child {
@@ -53,7 +53,7 @@ impl Child {
     fn leaf(leaf: Leaf) -> Self {
         match leaf {
             Leaf::Block(number) => Child(number as u32 | Child::LEAF),
-            Leaf::Other(number) => Child(number as u32 | Child::LEAF | Child::OTHER),
+            Leaf::NonTriangle(number) => Child(number as u32 | Child::LEAF | Child::OTHER),
         }
     }
 
@@ -65,7 +65,7 @@ impl Child {
     #[inline(always)]
     fn as_leaf(self) -> Leaf {
         let number = (self.0 & (Child::OTHER - 1)) as usize;
-        if self.0 & Child::OTHER == 0 { Leaf::Block(number) } else { Leaf::Other(number) }
+        if self.0 & Child::OTHER == 0 { Leaf::Block(number) } else { Leaf::NonTriangle(number) }
     }
 }
 

@@ -46,9 +46,9 @@ impl<S: Simd> Frames<f64x8<S>> {
     /// The frames around `z`, of length one, whose x axes are as near to `x` as can be.
     #[inline(always)]
     pub fn from_zx(z: Vec3x8<S>, x: Vec3x8<S>) -> Self {
-        let (x, is_there) = (x - z * z.dot(x)).try_normalize();
+        let (x, is_valid) = (x - z * z.dot(x)).try_normalize();
         let others = Frames::from_z(z);
-        Frames { x: x.or(is_there, others.x), y: z.cross(x).or(is_there, others.y), z }
+        Frames { x: x.or(is_valid, others.x), y: z.cross(x).or(is_valid, others.y), z }
     }
 
     /// Rounded to `f32`.

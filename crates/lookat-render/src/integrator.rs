@@ -4,8 +4,8 @@ mod ambient;
 pub(crate) mod direct;
 mod lighting;
 pub(crate) mod path;
+pub(crate) mod path_batch;
 mod profiler;
-pub(crate) mod wave;
 pub(crate) mod world;
 
 use std::ops::Range;
@@ -22,9 +22,9 @@ use crate::number::LANES;
 use crate::sampler::{CAMERA_NUMBERS, Streams};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
+use path_batch::PathBatch;
 pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
-use wave::Wave;
 use world::{Sees, World};
 
 /// What takes the samples of a scene.
@@ -60,7 +60,7 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
-    /// Adds what camera rays see to the radiance in the wave, surface by surface.
+    /// Adds what camera rays see to the radiance in the batch, surface by surface.
     /// Light is missing once the tracer [is stopped](Tracer::is_stopped).
     #[inline(always)]
     pub fn li<S: Simd>(
@@ -68,7 +68,7 @@ impl<'s> SceneIntegrator<'s> {
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        wave: &mut Wave,
+        batch: &mut PathBatch,
         rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
         camera: Viewer,
     ) {
@@ -77,8 +77,8 @@ impl<'s> SceneIntegrator<'s> {
             SceneIntegrator::Direct(direct) => (direct.surfaces(), direct.numbers(), Sees::Materials),
             SceneIntegrator::Ambient(_) => (1, 0, Sees::Nothing),
         };
-        self.world().begin(simd, tracer, rays, (surfaces > 0, sees), wave);
-        while let Some((depth, count)) = wave.begin_surface() {
+        self.world().begin(simd, tracer, rays, (surfaces > 0, sees), batch);
+        while let Some((depth, count)) = batch.begin_surface() {
             for first in (0..count).step_by(LANES) {
                 if !tracer.goes_on() {
                     return;
@@ -87,20 +87,20 @@ impl<'s> SceneIntegrator<'s> {
                     profiler.enter(Stage::Shading);
                     profiler.count(LANES.min(count - first) as u64);
                 });
-                let paths = wave.take(simd, first, count.min(first + LANES));
+                let paths = batch.take(simd, first, count.min(first + LANES));
                 // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
                 let before = CAMERA_NUMBERS.wrapping_add(depth.wrapping_mul(numbers));
                 streams.choose(simd, &paths.samples, before);
                 let at = ((depth == 0).then_some(camera), depth);
                 match self {
                     SceneIntegrator::Path(path) => {
-                        path.surface(simd, tracer, streams, &paths, at, wave);
+                        path.surface(simd, tracer, streams, &paths, at, batch);
                     }
                     SceneIntegrator::Direct(direct) => {
-                        direct.surface(simd, tracer, streams, &paths, at, wave);
+                        direct.surface(simd, tracer, streams, &paths, at, batch);
                     }
                     SceneIntegrator::Ambient(ambient) => {
-                        ambient.surface(simd, tracer, streams, &paths, wave);
+                        ambient.surface(simd, tracer, streams, &paths, batch);
                     }
                 }
             }

@@ -197,11 +197,11 @@ impl LightTable {
                 LightSample::of_delta(all, Colors::splat(simd, *radiance), shadow)
             }
             SceneLight::Infinite { radiance, .. } => {
-                let (is_there, wi, pdf) = match &at.lunes {
-                    Some(lunes) => (lunes.is_there, lunes.sample(u), lunes.inside_pdf()),
+                let (is_valid, wi, pdf) = match &at.lunes {
+                    Some(lunes) => (lunes.is_valid, lunes.sample(u), lunes.inside_pdf()),
                     None => (!all, at.surfaces.n, 1.0.simd_into(simd)),
                 };
-                LightSample::with_pdf(is_there, Colors::splat(simd, *radiance), pdf, at.surfaces.leave(wi))
+                LightSample::with_pdf(is_valid, Colors::splat(simd, *radiance), pdf, at.surfaces.leave(wi))
             }
             SceneLight::Environment(environment) => {
                 let EnvironmentSample { wi, radiance, pdf } = environment.sample(simd, at.lunes.as_ref(), u);
@@ -383,7 +383,7 @@ fn placed(world_from_light: &Transform, origin: DVec3) -> (DVec3, DMat3) {
 /// Samples of lights.
 pub(crate) struct LightSample<S: Simd> {
     /// Where there is one.
-    pub is_there: mask64x8<S>,
+    pub is_valid: mask64x8<S>,
     /// Radiance, or for lights that are only a point or direction the irradiance on a surface that faces them. Nothing has been looked
     /// up about what is in the way.
     pub li: Colors<S>,
@@ -398,23 +398,23 @@ pub(crate) struct LightSample<S: Simd> {
 impl<S: Simd> LightSample<S> {
     /// Of a light that no other direction can hit.
     #[inline(always)]
-    pub fn of_delta(is_there: mask64x8<S>, li: Colors<S>, shadow: Rays<S>) -> Self {
+    pub fn of_delta(is_valid: mask64x8<S>, li: Colors<S>, shadow: Rays<S>) -> Self {
         let simd = shadow.t_max.token();
-        LightSample { is_there, li, pdf: 1.0.simd_into(simd), has_pdf: bits(simd, 0), shadow }
+        LightSample { is_valid, li, pdf: 1.0.simd_into(simd), has_pdf: bits(simd, 0), shadow }
     }
 
     /// Of a light that others can.
     #[inline(always)]
-    pub fn with_pdf(is_there: mask64x8<S>, li: Colors<S>, pdf: f64x8<S>, shadow: Rays<S>) -> Self {
-        let is_there = is_there & pdf.simd_gt(0.0) & pdf.is_finite();
-        LightSample { is_there, li, pdf, has_pdf: bits(pdf.token(), 0xff), shadow }
+    pub fn with_pdf(is_valid: mask64x8<S>, li: Colors<S>, pdf: f64x8<S>, shadow: Rays<S>) -> Self {
+        let is_valid = is_valid & pdf.simd_gt(0.0) & pdf.is_finite();
+        LightSample { is_valid, li, pdf, has_pdf: bits(pdf.token(), 0xff), shadow }
     }
 
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
     pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
         LightSample {
-            is_there: mask & self.is_there | !mask & others.is_there,
+            is_valid: mask & self.is_valid | !mask & others.is_valid,
             li: self.li.or_wide(mask, others.li),
             pdf: mask.select(self.pdf, others.pdf),
             has_pdf: mask & self.has_pdf | !mask & others.has_pdf,
@@ -440,7 +440,7 @@ impl<S: Simd> Receivers<'_, S> {
     pub fn by_lune(&self, simd: S, numbers: [f64; 2]) -> f64x8<S> {
         let [without, with] = numbers.map(|number| number.simd_into(simd));
         match &self.lunes {
-            Some(lunes) => lunes.is_there.select(with, without),
+            Some(lunes) => lunes.is_valid.select(with, without),
             None => without,
         }
     }

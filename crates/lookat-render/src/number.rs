@@ -159,8 +159,8 @@ impl<T: Number> V3<T> {
     /// Of length one, or else `v`.
     #[inline(always)]
     pub fn normalize_or(self, v: impl Into<[T::Element; 3]>) -> Self {
-        let (normalized, is_there) = self.try_normalize();
-        normalized.or(is_there, V3::splat(self.x.token(), v))
+        let (normalized, is_valid) = self.try_normalize();
+        normalized.or(is_valid, V3::splat(self.x.token(), v))
     }
 
     /// These where `mask` says so, and the others elsewhere.
@@ -320,7 +320,7 @@ pub(crate) fn first_lanes<S: Simd>(simd: S, count: usize) -> mask64x8<S> {
 
 /// The lanes where a mask says so.
 #[inline(always)]
-pub(crate) fn those<S: Simd>(mask: mask64x8<S>) -> impl Iterator<Item = usize> {
+pub(crate) fn set_lanes<S: Simd>(mask: mask64x8<S>) -> impl Iterator<Item = usize> {
     let bits = mask.to_bitmask();
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }

@@ -11,7 +11,7 @@ use crate::bsdf::{PointLobes, Slots};
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::number::prefetch;
-use crate::number::{LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, those, vectorized};
+use crate::number::{LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::Parametrics;
 use crate::surface::{Point, Sheet, Surface, Surfaces, Triangles};
@@ -68,9 +68,9 @@ fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Vie
             #[inline(always)]
             |(o, d)| o + d * (n.dot(p - o) / n.dot(d)) - p,
         );
-        let is_there = bits(simd, views.direct) & is_finite(right) & is_finite(below);
+        let is_valid = bits(simd, views.direct) & is_finite(right) & is_finite(below);
         let none = Vec3x8::splat(simd, DVec3::ZERO);
-        let (right, below) = (right.or(is_there, none), below.or(is_there, none));
+        let (right, below) = (right.or(is_valid, none), below.or(is_valid, none));
         let sides = sides(n);
         let (a, b) = (pick(flat.dpdu, sides), pick(flat.dpdv, sides));
         let determinant = a[0] * b[1] - a[1] * b[0];
@@ -80,8 +80,8 @@ fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Vie
                 let dp = pick(dp, sides);
                 let u = (b[1] * dp[0] - b[0] * dp[1]) / determinant;
                 let v = (a[0] * dp[1] - a[1] * dp[0]) / determinant;
-                let (is_there, zero) = (u.is_finite() & v.is_finite(), f64x8::splat(simd, 0.0));
-                [is_there.select(u, zero), is_there.select(v, zero)]
+                let (is_valid, zero) = (u.is_finite() & v.is_finite(), f64x8::splat(simd, 0.0));
+                [is_valid.select(u, zero), is_valid.select(v, zero)]
             },
         );
         Footprint { dp: [right, below], duv }
@@ -137,12 +137,12 @@ fn bumped<S: Simd>(
         let dpdu = shading.dpdu + ns * slopes[0] + shading.dndu * height;
         let dpdv = shading.dpdv + ns * slopes[1] + shading.dndv * height;
         let across = dpdu.cross(dpdv);
-        let (bent, is_there) = across.try_normalize();
+        let (bent, is_valid) = across.try_normalize();
         // A height of minus the radius leaves nothing but rounding.
         let whole = (shading.dpdu.length_squared() * shading.dpdv.length_squared()).sqrt();
-        let is_there = is_there & across.length_squared().sqrt().simd_gt(1e-9 * whole);
+        let is_valid = is_valid & across.length_squared().sqrt().simd_gt(1e-9 * whole);
         let bent = (-bent).or(bent.dot(surfaces.n).simd_lt(0.0), bent);
-        (bent.or(is_there, ns), dpdu.or(is_there, shading.dpdu))
+        (bent.or(is_valid, ns), dpdu.or(is_valid, shading.dpdu))
     })
 }
 
@@ -163,7 +163,7 @@ impl<S: Simd> Coordinates<S> {
     ) -> Self {
         let simd = active.token();
         vectorized!(simd, {
-            let all = || those(active).filter_map(|lane| Some((lane, found[lane].as_ref()?)));
+            let all = || set_lanes(active).filter_map(|lane| Some((lane, found[lane].as_ref()?)));
             let mut triangles = ParametricTriangles::default();
             for (lane, (_, hit)) in all() {
                 let (primitive, index) = (scene.primitive(hit.element.primitive), hit.element.index);
@@ -362,7 +362,7 @@ impl<'s> Sheets<'s> {
         let is_same = hits.element.simd_eq(element);
         *rest &= !is_same;
         let (sheet, primitive) = &self.0[element as usize];
-        for lane in those(is_same) {
+        for lane in set_lanes(is_same) {
             primitives[lane] = *primitive;
         }
         sheet.points(simd, rays, hits)
@@ -380,7 +380,7 @@ impl Tree<'_> {
     ) -> (Surfaces<S>, [u32; LANES]) {
         // What is far in memory is asked for before any of it is needed.
         let mut elements = [(ElementId::NONE, Hit::NO_PLACE); LANES];
-        for lane in those(is_hit) {
+        for lane in set_lanes(is_hit) {
             elements[lane] = self.element(hits, lane);
             let (element, _) = elements[lane];
             if let Shape::TriangleMesh(mesh) = &self.scene.primitive(element.primitive).shape
@@ -393,7 +393,7 @@ impl Tree<'_> {
         }
         let (mut primitives, mut there) = ([0; LANES], 0);
         let mut triangles = Triangles::default();
-        for lane in those(is_hit) {
+        for lane in set_lanes(is_hit) {
             let (element, place) = elements[lane];
             primitives[lane] = element.primitive;
             let primitive = self.scene.primitive(element.primitive);
@@ -425,7 +425,7 @@ impl Tree<'_> {
         others: mask64x8<S>,
         surfaces: &mut Surfaces<S>,
     ) {
-        for lane in those(others) {
+        for lane in set_lanes(others) {
             surfaces.put(lane, &Surface::new(self.scene, &self.ray(rays, lane), &self.hit(hits, lane)));
         }
     }

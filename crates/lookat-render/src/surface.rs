@@ -7,7 +7,7 @@ use lookat_scene::{Cutout, Mesh, Primitive, Shape};
 
 use crate::curved::Curved;
 use crate::frame::flipped;
-use crate::number::{LANES, Vec2x8, Vec3x8, bits, side_by_side, those, three};
+use crate::number::{LANES, Vec2x8, Vec3x8, bits, set_lanes, side_by_side, three};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::texture::TexturePoint;
 use crate::trace::{
@@ -175,7 +175,7 @@ impl<S: Simd> Surfaces<S> {
     /// Takes some from the space of their objects to the world.
     #[inline(never)]
     pub fn place_in_world(&mut self, scene: &Traceable, placed: mask64x8<S>) {
-        for lane in those(placed) {
+        for lane in set_lanes(placed) {
             let Some(instance) = scene.instance(self.instance[lane] as u32) else { continue };
             self.p.put(lane, instance.to_world(self.p.lane(lane)));
             self.magnitude[lane] = instance.magnitude(self.magnitude[lane]);
@@ -334,14 +334,14 @@ impl Triangles {
         let (mut ns, mut emitting) = (n, (-winding).or(bits(simd, self.is_emitting), winding));
         if self.has_normals != 0 {
             let [n0, n1, n2] = Vec3x8::three(simd, &self.normals);
-            let (smooth, is_there) = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize();
-            let is_there = is_there & bits(simd, self.has_normals);
+            let (smooth, is_valid) = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize();
+            let is_valid = is_valid & bits(simd, self.has_normals);
             let turned = (-smooth).or(bits(simd, self.is_smooth), smooth);
             let own_n = (-winding).or(winding.dot(turned).simd_lt(0.0), winding);
             let own_emitting = (-winding).or(winding.dot(smooth).simd_lt(0.0), winding);
-            n = own_n.or(is_there, n);
-            ns = turned.or(is_there, ns);
-            emitting = own_emitting.or(is_there, emitting);
+            n = own_n.or(is_valid, n);
+            ns = turned.or(is_valid, ns);
+            emitting = own_emitting.or(is_valid, emitting);
         }
         Point { p, magnitude, n, ns, emitting }
     }
@@ -354,7 +354,7 @@ fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S
     let squared = product.length_squared();
     let mut direction = product * (1.0 / squared.sqrt());
     let is_usual = squared.simd_gt(1e-200) & squared.simd_lt(1e200);
-    for lane in those(there & !is_usual) {
+    for lane in set_lanes(there & !is_usual) {
         direction.put(lane, direction_across(e1.lane(lane), e2.lane(lane)));
     }
     direction

@@ -11,7 +11,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_scene::{Bilerp, LUMINANCE, Mapping, Texture, Transform, Value, Varying};
 
-use crate::number::{Colors, LANES, Vec2x8, Vec3x8, splat_f32, those, to_f32, to_f64, vectorized};
+use crate::number::{Colors, LANES, Vec2x8, Vec3x8, set_lanes, splat_f32, to_f32, to_f64, vectorized};
 use crate::warp::{angle, longitude_latitude};
 use noise::{PointInSpace, Sum};
 
@@ -302,7 +302,7 @@ fn finite<S: Simd>([s, t]: Vec2x8<S>) -> Vec2x8<S> {
 #[inline(always)]
 fn each<S: Simd>(active: mask64x8<S>, of: impl Fn(usize) -> DVec2) -> Vec2x8<S> {
     let mut all = [f64x8::splat(active.token(), 0.0); 2];
-    for lane in those(active) {
+    for lane in set_lanes(active) {
         [all[0][lane], all[1][lane]] = of(lane).into();
     }
     all

@@ -68,7 +68,7 @@ impl Traceable {
                 continue;
             }
             let bounds = placed.bounds(of_object);
-            world.push(bounds, Other::Instance { instance: instances.len() as u32 });
+            world.push(bounds, NonTriangle::Instance { instance: instances.len() as u32 });
             if glows {
                 world.emitters.push(bounds);
             }
@@ -179,7 +179,7 @@ pub(crate) struct Group {
     pub blocks: Vec<Block>,
     /// Each at its place, see [`crate::ray::Hit::place`].
     pub triangles: Vec<Triangle>,
-    pub others: Vec<Other>,
+    pub non_triangles: Vec<NonTriangle>,
 }
 
 impl Group {
@@ -192,7 +192,7 @@ impl Group {
 
 /// An element that is no triangle.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Other {
+pub(crate) enum NonTriangle {
     Curved { primitive: u32, shape: u32 },
     Curve { primitive: u32, piece: u32 },
     Instance { instance: u32 },
@@ -214,7 +214,7 @@ struct Elements<'s> {
     origin: DVec3,
     /// Meshes, the number of their primitive, and which of all triangles are theirs.
     meshes: Vec<(&'s Mesh, u32, Range<usize>)>,
-    others: Vec<Other>,
+    non_triangles: Vec<NonTriangle>,
     references: Vec<Reference>,
     /// Boxes around the elements that emit light.
     pub emitters: Vec<Bounds>,
@@ -232,13 +232,16 @@ impl Builder {
                     let shape = Curved::new(quadric, origin);
                     let (half, number) = (shape.half_extent(), self.curved.len() as u32);
                     let bounds = Bounds::padded(shape.center - half, shape.center + half, shape.magnitude());
-                    all.push(bounds, Other::Curved { primitive, shape: number });
+                    all.push(bounds, NonTriangle::Curved { primitive, shape: number });
                     self.curved.push(shape);
                     self.curved_of[primitive as usize] = number;
                 }
                 Shape::Curve(curve) => {
                     for (piece, [low, high], magnitude) in self.curves.add(curve, origin) {
-                        all.push(Bounds::padded(low, high, magnitude), Other::Curve { primitive, piece });
+                        all.push(
+                            Bounds::padded(low, high, magnitude),
+                            NonTriangle::Curve { primitive, piece },
+                        );
                     }
                 }
                 Shape::TriangleMesh(mesh) => all.push_mesh(mesh, primitive),
@@ -252,9 +255,9 @@ impl Builder {
 }
 
 impl<'s> Elements<'s> {
-    pub fn push(&mut self, bounds: Bounds, other: Other) {
-        self.references.push(Reference::other(bounds, self.others.len() as u32));
-        self.others.push(other);
+    pub fn push(&mut self, bounds: Bounds, other: NonTriangle) {
+        self.references.push(Reference::non_triangle(bounds, self.non_triangles.len() as u32));
+        self.non_triangles.push(other);
     }
 
     fn push_mesh(&mut self, mesh: &'s Mesh, primitive: u32) {
@@ -287,7 +290,7 @@ impl<'s> Elements<'s> {
         let ranges: Vec<Range<usize>> = tree.blocks.iter().map(next).collect();
         let block = |range: &Range<usize>| Block::new(&triangles[range.clone()], range.start);
         let blocks = ranges.par_iter().map(block).collect();
-        Group { bvh: tree.bvh, blocks, triangles, others: self.others }
+        Group { bvh: tree.bvh, blocks, triangles, non_triangles: self.non_triangles }
     }
 
     fn triangle(&self, number: u32) -> Triangle {

@@ -165,37 +165,37 @@ impl<S: Simd> Lobes<S> {
                 (self.color * (FRAC_1_PI * (a + b * oren_nayar(wo, wi))), cosine(wi))
             }
             Kind::Microfacet(fresnel) => {
-                let (wh, is_there) = half(wo, wi);
+                let (wh, is_valid) = half(wo, wi);
                 let (value, pdf) = self.facets().reflection(wo, wi, wh);
-                let value = is_there.select(value, none);
-                (self.fresnel(fresnel, wi.dot(upward(wh))) * value, is_there.select(pdf, none))
+                let value = is_valid.select(value, none);
+                (self.fresnel(fresnel, wi.dot(upward(wh))) * value, is_valid.select(pdf, none))
             }
             Kind::RoughGlass => {
                 let [reflectance, transmittance] = self.colors;
-                let (wh, is_there) = half(wo, wi);
+                let (wh, is_valid) = half(wo, wi);
                 let wh = upward(wh);
                 let (value, pdf) = self.facets().reflection(wo, wi, wh);
                 let share = self.reflected_share(dielectric(wo.dot(wh).copysign(wo.z), self.eta));
                 let reflected =
-                    reflectance * (dielectric(wi.dot(wh), self.eta) * is_there.select(value, none));
-                let reflected_pdf = is_there.select(pdf * share, none);
-                let (value, pdf, cos, is_there) = self.facets().transmission(self.eta, wo, wi);
+                    reflectance * (dielectric(wi.dot(wh), self.eta) * is_valid.select(value, none));
+                let reflected_pdf = is_valid.select(pdf * share, none);
+                let (value, pdf, cos, is_valid) = self.facets().transmission(self.eta, wo, wi);
                 let share = self.reflected_share(dielectric(cos, self.eta));
-                let transmitted = transmittance * is_there.select(value, none);
-                let transmitted_pdf = is_there.select(pdf * (1.0 - share), none);
+                let transmitted = transmittance * is_valid.select(value, none);
+                let transmitted_pdf = is_valid.select(pdf * (1.0 - share), none);
                 let same_side = (wo.z * wi.z).simd_gt(0.0);
                 (reflected.or(above, transmitted), same_side.select(reflected_pdf, transmitted_pdf))
             }
             Kind::Substrate => {
                 let [base, coat] = self.colors;
-                let (wh, is_there) = half(wo, wi);
+                let (wh, is_valid) = half(wo, wi);
                 let (_, pdf) = self.facets().reflection(wo, wi, wh);
                 let base = (base - base * coat) * (28.0 / (23.0 * PI) * flat(wi.z) * flat(wo.z));
                 let cos = wi.dot(wh);
                 let value = self.facets().density(wh) / (4.0 * cos.abs() * wi.z.abs().max(wo.z.abs()));
                 let sum = base + schlick(coat, cos) * value;
-                let sum = sum.or(is_there, Colors::splat(simd, Vec3::ZERO));
-                (self.color * sum, 0.5 * (cosine(wi) + is_there.select(pdf, none)))
+                let sum = sum.or(is_valid, Colors::splat(simd, Vec3::ZERO));
+                (self.color * sum, 0.5 * (cosine(wi) + is_valid.select(pdf, none)))
             }
             Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (Colors::splat(simd, Vec3::ZERO), none),
         }
@@ -220,14 +220,14 @@ impl<S: Simd> Lobes<S> {
                 let is_reflected = fine.simd_lt(share);
                 let ((above, has_above), (through, has_through)) =
                     (reflected(wo, wh), refracted(self.eta, wo, wh));
-                let is_there = is_reflected & has_above | !is_reflected & has_through;
-                (above.or(is_reflected, through), is_there)
+                let is_valid = is_reflected & has_above | !is_reflected & has_through;
+                (above.or(is_reflected, through), is_valid)
             }
             Kind::Substrate => {
                 let is_coat = u.simd_ge(0.5);
                 let u = [is_coat.select(2.0 * u - 1.0, 2.0 * u), v];
-                let (reflected, is_there) = self.facets().reflected(wo, u);
-                (reflected.or(is_coat, cosine_direction(wo.z, u)), is_there | !is_coat)
+                let (reflected, is_valid) = self.facets().reflected(wo, u);
+                (reflected.or(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
             }
             Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (wo, !all),
         }
@@ -245,7 +245,7 @@ impl<S: Simd> Lobes<S> {
 
     /// What refraction alone does to radiance from `wi` on the way to `wo`; of glass that is not rough, if it refracts.
     #[inline(always)]
-    pub fn compression(&self, cos_o: f32x8<S>, cos_i: f32x8<S>) -> f32x8<S> {
+    pub fn radiance_scale(&self, cos_o: f32x8<S>, cos_i: f32x8<S>) -> f32x8<S> {
         let one = splat_f32(cos_o.token(), 1.0);
         let ratio = match self.kind {
             Kind::RoughGlass => (cos_o * cos_i).simd_lt(0.0).select(ratio(cos_o, self.eta), one),
@@ -350,14 +350,14 @@ pub(super) fn schlick<S: Simd>(at_normal: Colors<S>, cos: f32x8<S>) -> Colors<S>
 /// Directions of lobes that have only single ones.
 #[derive(Clone, Copy)]
 pub(crate) struct Single<S: Simd> {
-    pub is_there: mask64x8<S>,
+    pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
     /// Radiance from `wi` times this comes along `wo`.
     pub factor: Colors<S>,
     /// The probability of this direction among the directions of the lobe.
     pub probability: f32x8<S>,
     /// What refraction alone does to radiance: the ratio of the squared indices, or 1.
-    pub compression: f32x8<S>,
+    pub radiance_scale: f32x8<S>,
 }
 
 impl<S: Simd> Lobes<S> {
@@ -389,13 +389,13 @@ impl<S: Simd> Lobes<S> {
         let ratio = cos.0.simd_gt(0.0).select(eta, 1.0 / eta);
         let along = (n * cos.1 - wo) * (1.0 / ratio);
         let squared = 1.0 - along.length_squared();
-        let compression = self.compression(to_f32(cos.0), to_f32(cos.0));
+        let radiance_scale = self.radiance_scale(to_f32(cos.0), to_f32(cos.0));
         Single {
-            is_there: squared.simd_gt(0.0),
+            is_valid: squared.simd_gt(0.0),
             wi: (along - n * squared.max(0.0).sqrt()).normalize(),
-            factor: factor * compression,
-            probability: splat_f32(compression.token(), 1.0),
-            compression,
+            factor: factor * radiance_scale,
+            probability: splat_f32(radiance_scale.token(), 1.0),
+            radiance_scale,
         }
     }
 }
@@ -404,11 +404,11 @@ impl<S: Simd> Lobes<S> {
 fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S> {
     let one = splat_f32(factor.x.token(), 1.0);
     Single {
-        is_there: widen(one.simd_gt(0.0)),
+        is_valid: widen(one.simd_gt(0.0)),
         wi: (n * (2.0 * n.dot(wo)) - wo).normalize(),
         factor,
         probability: one,
-        compression: one,
+        radiance_scale: one,
     }
 }
 
@@ -418,11 +418,11 @@ impl<S: Simd> Single<S> {
     pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
         let own = narrow(mask);
         Single {
-            is_there: mask & self.is_there | !mask & others.is_there,
+            is_valid: mask & self.is_valid | !mask & others.is_valid,
             wi: self.wi.or(mask, others.wi),
             factor: self.factor.or(own, others.factor),
             probability: own.select(self.probability, others.probability),
-            compression: own.select(self.compression, others.compression),
+            radiance_scale: own.select(self.radiance_scale, others.radiance_scale),
         }
     }
 }

@@ -27,7 +27,7 @@ impl Reference {
     }
 
     /// Of what is no triangle.
-    pub fn other(bounds: Bounds, number: u32) -> Self {
+    pub fn non_triangle(bounds: Bounds, number: u32) -> Self {
         Reference { is_triangle: false, ..Reference::triangle(bounds, number) }
     }
 
@@ -171,7 +171,7 @@ fn build_child(elements: Elements, part: Part, nodes: &mut Vec<Node>) -> Child {
 
 fn leaf(Elements { references, lengths, first }: Elements) -> Child {
     match references {
-        [other] if !other.is_triangle => Child::leaf(Leaf::Other(other.number as usize)),
+        [other] if !other.is_triangle => Child::leaf(Leaf::NonTriangle(other.number as usize)),
         _ => {
             lengths[0] = references.len() as u8;
             Child::leaf(Leaf::Block(first))

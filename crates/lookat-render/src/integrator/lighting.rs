@@ -9,7 +9,7 @@ use super::world::World;
 use crate::bsdf::{Bsdf, Part};
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Found, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
-use crate::number::{Colors, Vec2x8, bits, groups, those, to_f32, vectorized};
+use crate::number::{Colors, Vec2x8, bits, groups, set_lanes, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::surface::Surfaces;
 use crate::trace::rays::{Hits, Rays, WORLD};
@@ -123,7 +123,7 @@ impl<S: Simd> Vertices<'_, S> {
         let scattered = if table.len() > 0 { scattered } else { bits(simd, 0) };
         let u = streams.next_2d(simd);
         let mut found = Colors::splat(simd, Vec3::ZERO);
-        if chosen.is_there.any_true() {
+        if chosen.is_valid.any_true() {
             found = self.sampled_light(tracer, u, &chosen);
         }
         if scattered.any_true() {
@@ -162,7 +162,7 @@ impl<S: Simd> Vertices<'_, S> {
                         let probability = f64::from(count).simd_into(simd);
                         let light = (light as f64).simd_into(simd);
                         let triangle = Some((part as f64).simd_into(simd));
-                        let chosen = Chosen { is_there: sampled, light, triangle, probability };
+                        let chosen = Chosen { is_valid: sampled, light, triangle, probability };
                         let own = self.sampled_light(tracer, u, &chosen);
                         sum = (sum + own).or_wide(sampled, sum);
                     }
@@ -208,7 +208,7 @@ impl<S: Simd> Vertices<'_, S> {
                 let mut chosen = sampler.choose((number + f64::from(k)) / f64::from(count), active);
                 chosen.probability *= f64::from(count);
                 let u = streams.nested_2d(simd, (count, k));
-                if chosen.is_there.any_true() {
+                if chosen.is_valid.any_true() {
                     sum = sum + self.sampled_light(tracer, u, &chosen);
                 }
             }
@@ -223,7 +223,7 @@ impl<S: Simd> Vertices<'_, S> {
         vectorized!(simd, {
             let sample = bsdf.sample(u, lighting.part);
             // What lies in single directions counts in full where the path goes on there.
-            let asked = active & sample.is_there & !sample.is_specular;
+            let asked = active & sample.is_valid & !sample.is_specular;
             let (rays, is_specular) = (receivers.surfaces.leave(sample.wi), sample.is_specular);
             let directions = Directions { rays, pdf: sample.pdf, is_specular };
             let light = self.found_light(tracer, &directions, asked);
@@ -240,8 +240,8 @@ impl<S: Simd> Vertices<'_, S> {
             let sample = self.sample(u, chosen);
             let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, lighting.part);
             let reflected = f_cos * sample.li;
-            let mut active = chosen.is_there & sample.is_there & reflected.is_light();
-            active &= !world.met(simd, tracer, &sample.shadow, (active, true));
+            let mut active = chosen.is_valid & sample.is_valid & reflected.is_light();
+            active &= !world.occluded(simd, tracer, &sample.shadow, (active, true));
             let is_sky = chosen.light.simd_ge(lighting.table.first_sky as f64);
             let other = pdf * self.directions();
             // Small probabilities and densities are no `f32`.
@@ -262,13 +262,13 @@ impl<S: Simd> Vertices<'_, S> {
     #[inline(always)]
     fn sample(&self, u: Vec2x8<S>, chosen: &Chosen<S>) -> LightSample<S> {
         let Vertices { simd, lighting, receivers: at, .. } = *self;
-        let (mut rest, mut before) = (chosen.is_there, None::<LightSample<S>>);
+        let (mut rest, mut before) = (chosen.is_valid, None::<LightSample<S>>);
         loop {
             let light = chosen.light[rest.to_bitmask().trailing_zeros() as usize];
             let mut is_same = chosen.light.simd_eq(light);
             let number = light as usize;
             let is_alike = |lane: &usize| lighting.table.are_alike(number, chosen.light[*lane] as usize);
-            let alike = those(rest & !is_same).filter(is_alike).fold(0, |alike, lane| alike | 1 << lane);
+            let alike = set_lanes(rest & !is_same).filter(is_alike).fold(0, |alike, lane| alike | 1 << lane);
             let in_world = at.surfaces.instance.simd_eq(WORLD);
             let own = match alike {
                 0 => {
@@ -278,7 +278,7 @@ impl<S: Simd> Vertices<'_, S> {
                 _ => {
                     is_same = is_same & rest | bits(simd, alike);
                     let mut numbers = at.surfaces.element;
-                    for lane in those(is_same) {
+                    for lane in set_lanes(is_same) {
                         numbers[lane] = lighting.numbers[chosen.light[lane] as usize];
                     }
                     let leaving = in_world & at.surfaces.element.simd_eq(numbers);
@@ -315,7 +315,7 @@ impl<S: Simd> Vertices<'_, S> {
             }
             let rest = active & !may_meet;
             if lighting.table.has_skies() && rest.any_true() {
-                let is_free = rest & !world.met(simd, tracer, &directions.rays, (rest, false));
+                let is_free = rest & !world.occluded(simd, tracer, &directions.rays, (rest, false));
                 let nothing = Hits::none(simd);
                 let sky = self.light_of(tracer, directions, &nothing, is_free);
                 found = sky.or_wide(is_free, found);
@@ -346,8 +346,8 @@ impl<S: Simd> Vertices<'_, S> {
                 let none: f64x8<S> = 0.0.simd_into(simd);
                 let (mut light, mut density, mut of_light) = (none, none, 0);
                 let (d, by_triangle) = (directions.rays.d, self.by_triangle());
-                let mut on_light = Found { is_there: is_lit, d, p: d, n: d, triangle: none, by_triangle };
-                for lane in those(is_lit) {
+                let mut on_light = Found { is_valid: is_lit, d, p: d, n: d, triangle: none, by_triangle };
+                for lane in set_lanes(is_lit) {
                     let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
                     let surface = tracer.surface(&ray, &hit);
                     found.put(lane, surface.le(-ray.d));
@@ -360,9 +360,9 @@ impl<S: Simd> Vertices<'_, S> {
                     }
                 }
                 for (lane, alike) in groups(of_light, |a, b| light[a] == light[b]) {
-                    on_light.is_there = bits(simd, alike);
+                    on_light.is_valid = bits(simd, alike);
                     let own = table.surface_pdf(simd, light[lane] as usize, receivers.surfaces, &on_light);
-                    density = on_light.is_there.select(own, density);
+                    density = on_light.is_valid.select(own, density);
                 }
                 let triangle = on_light.triangle;
                 let other = density * self.samples_of((light, triangle), is_lit);
@@ -409,7 +409,7 @@ impl<S: Simd> Vertices<'_, S> {
                 if chosen > 0.0 {
                     counts *= self.sampler.probability((light, triangle), active);
                 }
-                for lane in those(active) {
+                for lane in set_lanes(active) {
                     let number = light[lane] as usize;
                     if table.parts(number) > 0 {
                         counts[lane] = f64::from(table.samples(number, strategy));

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 
 use super::world::{Tracer, World};
 use crate::light::LightTable;
-use crate::number::{count, side_by_side, those};
+use crate::number::{count, set_lanes, side_by_side};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 
@@ -132,7 +132,12 @@ fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer,
         match stage {
             Stage::CameraRays => drop(black_box(world.nearest_of(simd, tracer, rays, active))),
             Stage::BounceRays => drop(black_box(world.nearest(simd, tracer, &rays[0], active[0]))),
-            _ => drop(black_box(world.met(simd, tracer, &rays[0], (active[0], stage == Stage::ShadowRays)))),
+            _ => drop(black_box(world.occluded(
+                simd,
+                tracer,
+                &rays[0],
+                (active[0], stage == Stage::ShadowRays),
+            ))),
         }
     }
     started.elapsed()
@@ -182,7 +187,7 @@ pub(crate) fn segments(profiler: &Profiler, scene: &Traceable, lights: &LightTab
             let packets = calls.downcast_ref::<Calls<_>>().into_iter().flatten();
             for (rays, active) in packets.flat_map(|(rays, active)| rays.iter().zip(active)) {
                 let hits = world.nearest(simd, &mut tracer, rays, *active);
-                for lane in those(*active) {
+                for lane in set_lanes(*active) {
                     let (ray, hit) = world.one(rays, &hits, lane);
                     let primitive = hit.map(|hit| hit.element.primitive);
                     let finds_light = hit.is_some_and(|hit| tracer.emitted(&ray, &hit, true) != Vec3::ZERO);

@@ -11,12 +11,12 @@ use crate::bsdf::Slots;
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::light::LightTable;
-use crate::number::{bits, count, those, vectorized};
+use crate::number::{bits, count, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::{Materials, Shaded, Sheets};
 use crate::surface::Surface;
 use crate::trace::{
-    List, MOST_PACKETS, StreamSize, Together, Tree,
+    List, MOST_PACKETS, PacketCount, Together, Tree,
     rays::{Hits, Rays},
 };
 use crate::traceable::Traceable;
@@ -73,12 +73,12 @@ impl<'s> World<'s> {
             while hits.len() < rays.len() {
                 let from = hits.len();
                 if let Form::Tree(tree) = &self.form {
-                    let packets = tracer.stream_size.next(rays.len() - from);
+                    let packets = tracer.packet_count.next(rays.len() - from);
                     if packets > 0 {
                         let all = from..from + packets;
                         let (rays, active) = (&rays[all.clone()], &active[all]);
                         let together = tree.nearest_of(simd, rays, active, &mut hits);
-                        tracer.stream_size.learn(packets, together);
+                        tracer.packet_count.learn(packets, together);
                         if together != Together::No || packets > 1 {
                             continue;
                         }
@@ -119,7 +119,7 @@ impl<'s> World<'s> {
 
     /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
     #[inline(never)]
-    pub fn met<S: Simd>(
+    pub fn occluded<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
@@ -130,8 +130,8 @@ impl<'s> World<'s> {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
             tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
             let met = match &self.form {
-                Form::List(list, _) => list.met(simd, rays, (active, is_shadow)),
-                Form::Tree(tree) => tree.met(simd, rays, (active, is_shadow)),
+                Form::List(list, _) => list.occluded(simd, rays, (active, is_shadow)),
+                Form::Tree(tree) => tree.occluded(simd, rays, (active, is_shadow)),
             };
             tracer.profile(Profiler::end_rays);
             met
@@ -214,7 +214,7 @@ impl<'s> World<'s> {
         mut add: impl FnMut(usize, Vec3),
     ) -> u64 {
         let (mut all, mut escaped) = (0, 0);
-        for lane in those(active & hits.is_hit()) {
+        for lane in set_lanes(active & hits.is_hit()) {
             let (mut ray, mut found) = self.one(rays, hits, lane);
             let is_full = is_full.to_bitmask() >> lane & 1 == 1;
             let mut passed = 0;
@@ -238,7 +238,7 @@ impl<'s> World<'s> {
         }
         if escaped != 0 {
             let light = tracer.lights.background(simd, rays.d);
-            those(bits(simd, escaped)).for_each(|lane| add(lane, light.lane(lane)));
+            set_lanes(bits(simd, escaped)).for_each(|lane| add(lane, light.lane(lane)));
         }
         all
     }
@@ -262,11 +262,11 @@ pub(crate) struct Tracer<'s> {
     pub(super) lights: &'s LightTable,
     pub rays: u64,
     /// How many packets of camera rays go together.
-    pub stream_size: StreamSize,
+    pub packet_count: PacketCount,
     /// Asked every [`STEPS`] steps.
     supervisor: Option<&'s dyn Supervisor>,
     steps: u32,
-    /// True once sampling has been stopped: the samples of the current wave are not complete.
+    /// True once sampling has been stopped: the samples of the current batch are not complete.
     pub is_stopped: bool,
     /// Set while the stages of a rendering are measured.
     pub profiler: Option<Box<Profiler>>,
@@ -278,7 +278,7 @@ impl<'s> Tracer<'s> {
             scene,
             lights,
             rays: 0,
-            stream_size: StreamSize::LARGEST,
+            packet_count: PacketCount::LARGEST,
             supervisor: None,
             steps: 0,
             is_stopped: false,

@@ -13,7 +13,7 @@ use smallvec::SmallVec;
 use super::tree::{Place, Step};
 use super::{LightTable, Receivers, SceneLight};
 use crate::light::tree::Leaves;
-use crate::number::{Colors, LANES, Vec3x8, bits, strength, those, vectorized};
+use crate::number::{Colors, LANES, Vec3x8, bits, set_lanes, strength, vectorized};
 use crate::traceable::Traceable;
 
 /// With more lights and triangles of lights than this, "spatial" asks a tree of them: else it estimates each light at each point. With
@@ -24,7 +24,7 @@ const MANY: usize = 32;
 #[derive(Clone, Copy)]
 pub(crate) struct Chosen<S: Simd> {
     /// Where one is to be sampled.
-    pub is_there: mask64x8<S>,
+    pub is_valid: mask64x8<S>,
     /// Their numbers.
     pub light: f64x8<S>,
     /// Their triangles, where these are chosen one by one.
@@ -188,8 +188,8 @@ impl<'v, S: Simd> LightSampler<'v, S> {
                 };
             }
             let probability = self.has_choice().select(share(estimate, total), one);
-            let is_there = active & self.count.simd_gt(0.0) & probability.simd_gt(0.0);
-            Chosen { is_there, light, triangle: None, probability }
+            let is_valid = active & self.count.simd_gt(0.0) & probability.simd_gt(0.0);
+            Chosen { is_valid, light, triangle: None, probability }
         })
     }
 
@@ -244,7 +244,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
         }
         let first = table.lights.len() - self.estimates.len();
         let mut estimate = none;
-        for lane in those(active) {
+        for lane in set_lanes(active) {
             let number = light[lane] as usize;
             estimate[lane] = match self.rule {
                 LightChoice::Power if number < first => table.power_shares[number],
@@ -412,11 +412,11 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
             rest -= *own;
             open &= !rest.simd_lt(0.0);
         }
-        let is_there = active & estimate.simd_gt(0.0);
+        let is_valid = active & estimate.simd_gt(0.0);
         let u = (start / estimate).max(0.0).min(1.0);
         let (mut light, mut triangle, mut below) = (none, none, none);
         let mut steps = [Step::NONE; LANES];
-        for lane in those(is_there) {
+        for lane in set_lanes(is_valid) {
             match (entry[lane] as usize).checked_sub(self.beside.len()) {
                 Some(entry) => steps[lane] = self.leaves.tree.begin(entry, u[lane]),
                 None => (light[lane], below[lane]) = (self.beside[entry[lane] as usize] as f64, 1.0),
@@ -435,7 +435,7 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
             below[lane] = step.probability;
         }
         let probability = share(estimate, self.total) * below;
-        Chosen { is_there, light, triangle: Some(triangle), probability }
+        Chosen { is_valid, light, triangle: Some(triangle), probability }
     }
 
     /// The probabilities with which [`TreeSampler::choose`] gives lights and their triangles.
@@ -443,7 +443,7 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
     pub fn probability(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
         let simd = light.token();
         let mut estimate: f64x8<S> = 0.0.simd_into(simd);
-        for lane in those(active) {
+        for lane in set_lanes(active) {
             let number = light[lane] as usize;
             estimate[lane] = match self.leaves.find(number, triangle[lane] as usize) {
                 Some(leaf) => match self.leaves.tree.find(simd, &self.places[lane], leaf) {

@@ -86,9 +86,9 @@ impl Environment {
                 radiance = evaluated.0.or_wide(in_lune, radiance);
                 own = in_lune.select(evaluated.1, own);
             }
-            let is_there = in_lune | bright.pdf.simd_gt(0.0);
+            let is_valid = in_lune | bright.pdf.simd_gt(0.0);
             let pdf = mixed(share, lunes.pdf(wi), own);
-            EnvironmentSample { wi, radiance, pdf: is_there.select(pdf, 0.0.simd_into(simd)) }
+            EnvironmentSample { wi, radiance, pdf: is_valid.select(pdf, 0.0.simd_into(simd)) }
         })
     }
 
@@ -104,10 +104,10 @@ impl Environment {
         }
         let TableSample { d, st, pdf } = self.table.sample(simd, u);
         let in_world = d.by(&self.world_from_light);
-        let (wi, is_there) = in_world.try_normalize();
+        let (wi, is_valid) = in_world.try_normalize();
         // In light space, `wi` is `d` over that length.
         let pdf = pdf / self.stretch(1.0 / in_world.length_squared().sqrt());
-        let pdf = is_there.select(pdf, 0.0.simd_into(simd));
+        let pdf = is_valid.select(pdf, 0.0.simd_into(simd));
         EnvironmentSample { wi, radiance: self.shown(simd, st), pdf }
     }
 
@@ -136,7 +136,7 @@ impl Environment {
     fn lune_share<S: Simd>(&self, lunes: &Lunes<S>) -> f64x8<S> {
         let share = lunes.share();
         let none = 0.0.simd_into(share.token());
-        lunes.is_there.select(share / (share + self.share_above()), none)
+        lunes.is_valid.select(share / (share + self.share_above()), none)
     }
 
     /// The solid angles that directions of light space cover in the world, given the lengths of the world's there.

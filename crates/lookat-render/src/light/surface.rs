@@ -19,7 +19,7 @@ use super::{LEAST_COSINE, LightSample, Receivers};
 use crate::curved::Curved;
 use crate::frame::flipped;
 use crate::light::surface::mesh::{OUTSIDE, Spheres};
-use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, strength, those, vectorized};
+use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, set_lanes, strength, vectorized};
 use crate::ray::{ElementId, Ray};
 use crate::surface::{Point, Points, Surfaces};
 use crate::trace::rays::Rays;
@@ -55,7 +55,7 @@ pub(super) enum SurfaceForm {
 
 /// What rays have found of a light.
 pub(crate) struct Found<S: Simd> {
-    pub is_there: mask64x8<S>,
+    pub is_valid: mask64x8<S>,
     /// The directions of the rays.
     pub d: Vec3x8<S>,
     /// Positions and geometric normals.
@@ -213,7 +213,7 @@ impl SurfaceLight {
             }
             let spheres = Spheres { center, radius, magnitude, label, radiance, shines: bits(simd, shines) };
             let (mut samples, is_outside) = spheres.sample(at, u);
-            for lane in those(asked & !is_outside) {
+            for lane in set_lanes(asked & !is_outside) {
                 let Some((shape, _)) = lights[lane].sphere() else { continue };
                 let own = lights[lane].sample_points(simd, shape, (at, leaving), u);
                 samples = own.or(bits(simd, 1 << lane), samples);
@@ -257,12 +257,12 @@ impl SurfaceLight {
             let on_light = Point { p, magnitude, n, ns: n, emitting };
             let density = Density::by_area(areas.simd_into(simd));
             let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), &density);
-            for lane in those(sample.is_there) {
+            for lane in set_lanes(sample.is_valid) {
                 let Rays { o, d, t_max, .. } = &sample.shadow;
                 let ray = Ray { t_max: t_max[lane], ..Ray::new(o.lane(lane), d.lane(lane)) };
                 // Another part of the same shape may be in front.
                 let is_hidden = shape.hides_end_of(&ray, leaving.to_bitmask() >> lane & 1 == 1);
-                sample.is_there &= bits(simd, !(u64::from(is_hidden) << lane));
+                sample.is_valid &= bits(simd, !(u64::from(is_hidden) << lane));
             }
             sample
         })
@@ -305,7 +305,7 @@ impl SurfaceLight {
                     break 'density self.disk_density(simd, (shape, disk), at, found);
                 }
                 let mut density = Density::by_area(0.0.simd_into(simd));
-                for lane in those(found.is_there) {
+                for lane in set_lanes(found.is_valid) {
                     density.area[lane] = shape.stretch(found.p.lane(lane));
                 }
                 if let Some(radius) = shape.whole_sphere() {

@@ -15,7 +15,7 @@ use crate::camera::{CameraRays, Viewer};
 use crate::film::{Film, Frame, Scale};
 use crate::integrator::{
     SceneIntegrator, Stage, Tracer,
-    wave::{WAVE, Wave},
+    path_batch::{PATHS, PathBatch},
 };
 use crate::number::{LANES, side_by_side, vectorized};
 use crate::prepare::{Brightest, Prepared};
@@ -204,9 +204,9 @@ type Place = (usize, u32);
 pub(super) struct Worker<'a> {
     pub tracer: Tracer<'a>,
     pub streams: Streams,
-    pub wave: Box<Wave>,
+    pub batch: Box<PathBatch>,
     /// Where each sample lies in the unit square of its pixel.
-    pub squares: [DVec2; WAVE],
+    pub squares: [DVec2; PATHS],
     /// What samples are added to beside their jobs. `None` where there is no picture.
     pub frame: Option<Frame>,
 }
@@ -217,8 +217,8 @@ impl<'a> Worker<'a> {
             tracer: Tracer::new(&context.prepared.traceable, &context.prepared.lights)
                 .supervised(context.control),
             streams: Streams::new(),
-            wave: Box::new(Wave::new()),
-            squares: [DVec2::ZERO; WAVE],
+            batch: Box::new(PathBatch::new()),
+            squares: [DVec2::ZERO; PATHS],
             frame: None,
         }
     }
@@ -231,8 +231,8 @@ impl Context<'_> {
         let Some(Job { indices, .. }) = jobs.first() else { return };
         let (mut number, mut index) = (0, indices.start);
         loop {
-            let mut places: ArrayVec<Place, WAVE> = ArrayVec::new();
-            while places.len() < meter.wave() && number < jobs.len() {
+            let mut places: ArrayVec<Place, PATHS> = ArrayVec::new();
+            while places.len() < meter.batch() && number < jobs.len() {
                 if index < jobs[number].indices.end {
                     places.push((number, index));
                     index += 1;
@@ -254,7 +254,7 @@ impl Context<'_> {
 
     /// Takes samples and adds them to their jobs. False, without adding them, if the rendering stops meanwhile.
     ///
-    /// A wave that is broken off is dropped as a whole, with the samples that are finished. To keep those would prefer short paths, which
+    /// A batch that is broken off is dropped as a whole, with the samples that are finished. To keep those would prefer short paths, which
     /// are darker than long ones. So each pixel has the first samples of its pattern, slow or fast.
     pub(super) fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) -> bool {
         worker.tracer.profile(|profiler| profiler.enter(Stage::Camera));
@@ -262,11 +262,11 @@ impl Context<'_> {
             let Job { pattern, place, .. } = &jobs[*number];
             (pattern.seed, *place, *index)
         };
-        let samples: ArrayVec<Sample, WAVE> = places.iter().map(sample).collect();
+        let samples: ArrayVec<Sample, PATHS> = places.iter().map(sample).collect();
         let sampler = &jobs[places[0].0].pattern.sampler;
         debug_assert!(places.iter().all(|(number, _)| jobs[*number].pattern.sampler == *sampler));
         worker.streams.restart(sampler, &samples);
-        worker.wave.clear();
+        worker.batch.clear();
         side_by_side!(self.prepared.traceable.level, simd => self.take(simd, worker, &samples));
         worker.tracer.profile(|profiler| profiler.enter(Stage::Film));
         if worker.tracer.is_stopped {
@@ -281,7 +281,7 @@ impl Context<'_> {
     fn add_all<S: Simd>(&self, simd: S, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) {
         vectorized!(simd, {
             for (at, (number, _)) in places.iter().enumerate() {
-                let sample = (worker.squares[at], worker.wave.radiance[at]);
+                let sample = (worker.squares[at], worker.batch.radiance[at]);
                 self.add(sample, worker.frame.as_mut(), &mut jobs[*number]);
             }
         });
@@ -298,9 +298,9 @@ impl Context<'_> {
             numbers.push(own);
         }
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
-        let Worker { tracer, streams, wave, .. } = worker;
+        let Worker { tracer, streams, batch, .. } = worker;
         let rays = (&packets[..], &numbers[..]);
-        self.integrator.li(simd, tracer, streams, wave, rays, viewer);
+        self.integrator.li(simd, tracer, streams, batch, rays, viewer);
     }
 
     /// The camera rays of up to eight samples, from one on, and the numbers of these samples.
@@ -329,7 +329,7 @@ impl Context<'_> {
             if self.integrator.world().materials.has_textures {
                 for lane in 0..samples.len() {
                     let on_lens = on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
-                    worker.wave.places[first + lane] = (DVec2::new(film[0][lane], film[1][lane]), on_lens);
+                    worker.batch.places[first + lane] = (DVec2::new(film[0][lane], film[1][lane]), on_lens);
                 }
             }
             let (o, d) = camera.rays(simd, film, on_lens);

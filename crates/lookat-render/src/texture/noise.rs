@@ -7,7 +7,7 @@ use glam::Vec3;
 use lookat_scene::{Marble, Octaves, Transform};
 
 use super::{TexturePoint, within};
-use crate::number::{Colors, LANES, V3, Vec3x8, splat_f32, those, to_f32, vectorized, widen};
+use crate::number::{Colors, LANES, V3, Vec3x8, set_lanes, splat_f32, to_f32, vectorized, widen};
 use crate::warp::at_turn;
 
 /// The permutation of Perlin's "Improving Noise" (2002), which pbrt-v3 has too: its pictures are the same.
@@ -72,7 +72,7 @@ fn hashes<S: Simd>([x, y, z]: [[i32; LANES]; 3], active: mask64x8<S>) -> [[u32; 
         [permuted(index), permuted(index.wrapping_add(1))]
     };
     let mut hashes = [[0; LANES]; 8];
-    for lane in those(active) {
+    for lane in set_lanes(active) {
         for (i, x) in both(0, x[lane]).into_iter().enumerate() {
             for (j, y) in both(x, y[lane]).into_iter().enumerate() {
                 for (k, z) in both(y, z[lane]).into_iter().enumerate() {
@@ -139,7 +139,7 @@ impl<S: Simd> PointInSpace<S> {
         // All where there are no neighbors; none where the distance is no number.
         let mut octaves = f64x8::splat(active.token(), f64::from(most));
         if let Some(spread) = self.spread {
-            for lane in those(active) {
+            for lane in set_lanes(active) {
                 octaves[lane] = (-1.0 - libm::log2(spread[lane])).max(0.0).min(f64::from(most));
             }
         }
@@ -169,7 +169,7 @@ impl<S: Simd> PointInSpace<S> {
             }
             if let Sum::Turbulence = sum {
                 // As pbrt-v3 has it, with the last octave counted once more.
-                for lane in those(active) {
+                for lane in set_lanes(active) {
                     heights[lane] += MEAN * roughness.powi(whole[lane] as i32);
                 }
             }

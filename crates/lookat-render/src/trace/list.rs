@@ -5,9 +5,9 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use super::rays::{Hits, NONE, POINT_LIGHT, Rays};
 use crate::curved::Curved;
 use crate::curved::sphere::Meetings;
-use crate::number::{Vec3x8, bits, those, vectorized};
+use crate::number::{Vec3x8, bits, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
-use crate::traceable::{Other, Traceable};
+use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
 use crate::triangle::{Triangle, holds_end};
 
@@ -44,7 +44,7 @@ impl<'s> List<'s> {
     /// `None` of worlds that are too large, or have other elements.
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
-        let count = world.triangles.len() + SPHERE * world.others.len();
+        let count = world.triangles.len() + SPHERE * world.non_triangles.len();
         if count > MOST {
             return None;
         }
@@ -53,8 +53,8 @@ impl<'s> List<'s> {
             Element::new(scene, triangle.element(ElementId::WORLD), place, shape)
         };
         let mut elements: Vec<Element<'s>> = (0..).zip(&world.triangles).map(triangle).collect();
-        for other in &world.others {
-            let Other::Curved { primitive, shape } = *other else { return None };
+        for other in &world.non_triangles {
+            let NonTriangle::Curved { primitive, shape } = *other else { return None };
             let curved = &scene.curved[shape as usize];
             curved.as_sphere()?;
             let id = ElementId { instance: ElementId::WORLD, primitive, index: 0 };
@@ -103,7 +103,7 @@ impl<'s> List<'s> {
             }
         }
         if self.has_emitters {
-            for lane in those(hits.is_hit()) {
+            for lane in set_lanes(hits.is_hit()) {
                 let emits = self.elements[hits.element[lane] as usize].emits;
                 hits.emits |= bits(simd, u64::from(emits) << lane);
             }
@@ -113,7 +113,7 @@ impl<'s> List<'s> {
 
     /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
     #[inline(always)]
-    pub fn met<S: Simd>(
+    pub fn occluded<S: Simd>(
         &self,
         simd: S,
         rays: &Rays<S>,
@@ -172,7 +172,7 @@ impl<'s> Element<'s> {
     #[inline(never)]
     fn ends<S: Simd>(&self, own: f64x8<S>, rays: &Rays<S>, met: mask64x8<S>) -> mask64x8<S> {
         let mut ends = 0;
-        for lane in those(met) {
+        for lane in set_lanes(met) {
             let ray = Ray { t_max: rays.t_max[lane], ..Ray::new(rays.o.lane(lane), rays.d.lane(lane)) };
             let is_end = match &self.shape {
                 ListedShape::Triangle(boxed) => holds_end(&ray, &boxed.triangle.corners),
@@ -238,7 +238,7 @@ fn one_by_one<S: Simd>(
     (met, mut t, doubtful): (mask64x8<S>, f64x8<S>, mask64x8<S>),
 ) -> (mask64x8<S>, f64x8<S>) {
     let (mut met, leaving) = (met.to_bitmask(), leaving.to_bitmask());
-    for lane in those(doubtful) {
+    for lane in set_lanes(doubtful) {
         let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
         let found = curved.intersect(&ray, t_max[lane], leaving >> lane & 1 == 1);
         met = met & !(1 << lane) | u64::from(found.is_some()) << lane;
@@ -276,9 +276,9 @@ mod tests {
             let name = |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits));
             let own = hits.is_hit().all_true().then(|| name(list.hit(&hits, 5)));
             assert_eq!(own, traceable.nearest(&ray).map(name), "{ray:?}");
-            assert_eq!(list.met(simd, &rays, (all, false)).all_true(), own.is_some());
+            assert_eq!(list.occluded(simd, &rays, (all, false)).all_true(), own.is_some());
             let is_blocked = traceable.occluded(&ray);
-            assert_eq!(list.met(simd, &rays, (all, true)).all_true(), is_blocked, "{ray:?}");
+            assert_eq!(list.occluded(simd, &rays, (all, true)).all_true(), is_blocked, "{ray:?}");
             passed += u32::from(own.is_some() && !is_blocked);
         });
         assert!((100..1900).contains(&passed), "{passed} of 2000 pass as shadow rays alone");

@@ -13,7 +13,7 @@ use super::spherical_triangle::SphericalTriangles;
 use super::{Density, Patch, SurfaceLight, element};
 use crate::frame::Frames;
 use crate::light::{LightSample, Receivers};
-use crate::number::{Colors, LANES, V3, Vec2x8, Vec3x8, bits, those, vectorized};
+use crate::number::{Colors, LANES, V3, Vec2x8, Vec3x8, bits, set_lanes, vectorized};
 use crate::surface::{Surfaces, Triangles, is_solid, on_triangle};
 use crate::trace::rays::Rays;
 use crate::triangle::corners;
@@ -219,12 +219,12 @@ impl SurfaceLight {
         let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
         let mut sample = self.towards(at, &on_light, index + self.label, &density);
         if self.primitive.cutout.is_some() {
-            for lane in those(sample.is_there) {
+            for lane in set_lanes(sample.is_valid) {
                 // No light comes out of a hole, as none is seen there.
                 let element = element(self.number, indices[lane]);
-                let is_there =
+                let is_valid =
                     is_solid(simd.level(), (&self.primitive, element), [b0[lane], b1[lane]], false);
-                sample.is_there &= bits(simd, !(u64::from(!is_there) << lane));
+                sample.is_valid &= bits(simd, !(u64::from(!is_valid) << lane));
             }
         }
         sample

@@ -126,11 +126,11 @@ impl<S: Simd> SphericalDisks<S> {
 #[inline(always)]
 fn unit<S: Simd>([x, y]: Vec2x8<S>) -> Vec2x8<S> {
     let squared = x * x + y * y;
-    let is_there = squared.simd_gt(f64::MIN_POSITIVE);
+    let is_valid = squared.simd_gt(f64::MIN_POSITIVE);
     let inverse = 1.0 / squared.sqrt();
     [
-        is_there.select(x * inverse, 1.0.simd_into(x.token())),
-        is_there.select(y * inverse, 0.0.simd_into(x.token())),
+        is_valid.select(x * inverse, 1.0.simd_into(x.token())),
+        is_valid.select(y * inverse, 0.0.simd_into(x.token())),
     ]
 }
 
@@ -216,13 +216,13 @@ mod tests {
         let domain = Domain { n, ns: n, is_two_sided: all, is_diffuse: none };
         let at = Receivers { surfaces, domain, lunes: None };
         let sample = table.sample(simd, 0, (&at, none), (None, [u.x.simd_into(simd), u.y.simd_into(simd)]));
-        if sample.is_there.to_bitmask() & 1 == 0 {
+        if sample.is_valid.to_bitmask() & 1 == 0 {
             return None;
         }
         let magnitude = light.radius.simd_into(simd);
         let end = sample.shadow.at(sample.shadow.t_max + surfaces.rounding(magnitude));
         let d = sample.shadow.d;
-        let found = Found { is_there: all, d, p: end, n, triangle: 0.0.simd_into(simd), by_triangle: false };
+        let found = Found { is_valid: all, d, p: end, n, triangle: 0.0.simd_into(simd), by_triangle: false };
         let afterwards = table.surface_pdf(simd, 0, surfaces, &found)[0];
         Some(Drawn { d: d.lane(0), end: end.lane(0), pdf: sample.pdf[0], afterwards })
     }

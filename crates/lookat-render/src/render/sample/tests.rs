@@ -382,10 +382,10 @@ fn samples_of_many_rays_are_interrupted() {
     }
 }
 
-/// Of a wave that is broken off, no fast sample is kept without the slow ones beside it: pixels have the first samples of a complete
+/// Of a batch that is broken off, no fast sample is kept without the slow ones beside it: pixels have the first samples of a complete
 /// rendering, one pixel after the other.
 #[test]
-fn fast_samples_of_a_broken_wave_do_not_count() {
+fn fast_samples_of_a_broken_batch_do_not_count() {
     const SAMPLES: u32 = 3;
     let scene = scene(
         "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"ambientocclusion\" \"integer nsamples\" 4096
@@ -419,14 +419,14 @@ fn meters_remember_slow_samples() {
     let scene = scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd");
     let film = Film::new(&scene.view, Keeps::Sums);
     let control = Control::new(&|_| ControlFlow::Continue(()), &film);
-    let wave = |samples: u32, rays: u64| {
+    let batch = |samples: u32, rays: u64| {
         let mut meter = Meter::new(&control);
         meter.add(samples, rays);
-        Meter::new(&control).wave()
+        Meter::new(&control).batch()
     };
-    assert_eq!(Meter::new(&control).wave(), LANES, "nothing is known");
-    assert_eq!([wave(8, 80), wave(64, 640)], [WAVE; 2]);
-    assert_eq!(wave(64, 64 << 16), LANES);
-    assert_eq!(wave(8, 8), LANES, "one fast wave is not enough");
-    assert_eq!((0..50).map(|_| wave(8, 8)).max(), Some(WAVE));
+    assert_eq!(Meter::new(&control).batch(), LANES, "nothing is known");
+    assert_eq!([batch(8, 80), batch(64, 640)], [PATHS; 2]);
+    assert_eq!(batch(64, 64 << 16), LANES);
+    assert_eq!(batch(8, 8), LANES, "one fast batch is not enough");
+    assert_eq!((0..50).map(|_| batch(8, 8)).max(), Some(PATHS));
 }

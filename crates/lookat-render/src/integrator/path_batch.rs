@@ -6,24 +6,24 @@ use glam::{DVec2, Vec3};
 
 use super::world::{Sees, World};
 use crate::integrator::world::Tracer;
-use crate::number::{Colors, LANES, Vec3x8, first_lanes, narrow, splat_f32, those, vectorized};
+use crate::number::{Colors, LANES, Vec3x8, first_lanes, narrow, set_lanes, splat_f32, vectorized};
 use crate::trace::{
     MOST_PACKETS,
     rays::{Hits, Rays},
 };
 
 /// So many paths begin together.
-pub(crate) const WAVE: usize = 64;
+pub(crate) const PATHS: usize = 64;
 
 /// Room for those that are moved together.
-const ROOM: usize = WAVE + LANES;
+const ROOM: usize = PATHS + LANES;
 
 /// Paths that have come to a surface, most of which go on to the next one.
-pub(crate) struct Wave {
+pub(crate) struct PathBatch {
     /// What the samples of all paths have brought.
-    pub radiance: [Vec3; WAVE],
+    pub radiance: [Vec3; PATHS],
     /// Their places on the film, and what chooses the points on the lens.
-    pub places: [(DVec2, DVec2); WAVE],
+    pub places: [(DVec2, DVec2); PATHS],
     block: Box<Block>,
     /// Branches that are followed later, the last first.
     pending: Vec<Box<Block>>,
@@ -33,12 +33,12 @@ pub(crate) struct Wave {
 }
 
 /// Paths at the same depth, at most one for each sample. So the order in which a sample adds up its light does not depend on the other
-/// samples of the wave.
+/// samples of the batch.
 struct Block {
     /// Origins and directions of rays, distances, numbers and instances of elements that they have hit, and where on these.
     numbers: [[f64; ROOM]; 12],
     /// What the light is multiplied by, and [`Taken::carried`].
-    beta: [[f32; ROOM]; 4],
+    throughput: [[f32; ROOM]; 4],
     samples: [u16; ROOM],
     /// Whether the ray has passed anything.
     passed: [bool; ROOM],
@@ -52,8 +52,8 @@ pub(in crate::integrator) struct Taken<S: Simd> {
     pub rays: Rays<S>,
     pub hits: Hits<S>,
     /// By what radiance along the rays is multiplied.
-    pub beta: Colors<S>,
-    /// What the integrator keeps with a path, 1 at first. Path tracing: what refraction has done to beta. Direct lighting: the path's
+    pub throughput: Colors<S>,
+    /// What the integrator keeps with a path, 1 at first. Path tracing: what refraction has done to throughput. Direct lighting: the path's
     /// share in its sample.
     pub carried: f32x8<S>,
     /// Those that have passed nothing since their last surface, as bits.
@@ -62,11 +62,11 @@ pub(in crate::integrator) struct Taken<S: Simd> {
     pub samples: ArrayVec<u16, LANES>,
 }
 
-impl Wave {
+impl PathBatch {
     pub fn new() -> Self {
-        Wave {
-            radiance: [Vec3::ZERO; WAVE],
-            places: [Default::default(); WAVE],
+        PathBatch {
+            radiance: [Vec3::ZERO; PATHS],
+            places: [Default::default(); PATHS],
             block: Box::new(Block::new()),
             pending: Vec::new(),
             before: 0,
@@ -76,7 +76,7 @@ impl Wave {
 
     /// Forgets all paths.
     pub fn clear(&mut self) {
-        self.radiance = [Vec3::ZERO; WAVE];
+        self.radiance = [Vec3::ZERO; PATHS];
         (self.block.count, self.block.depth, self.before) = (0, 0, 0);
         self.spare.append(&mut self.pending);
     }
@@ -97,7 +97,7 @@ impl Wave {
     /// Those from one number to before another, at most eight; of no more than are at this surface.
     #[inline(always)]
     pub(in crate::integrator) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Taken<S> {
-        let Block { numbers, beta, .. } = &*self.block;
+        let Block { numbers, throughput, .. } = &*self.block;
         let [ox, oy, oz, dx, dy, dz, t, element, instance, a, b, c] = numbers;
         let (mut samples, mut direct) = (ArrayVec::new(), 0);
         for (lane, at) in (from..to).enumerate() {
@@ -114,12 +114,12 @@ impl Wave {
                 // That has been asked for.
                 emits: mask64x8::splat(simd, false),
             },
-            beta: Colors {
-                x: f32x8::from_slice(simd, &beta[0][from..from + LANES]),
-                y: f32x8::from_slice(simd, &beta[1][from..from + LANES]),
-                z: f32x8::from_slice(simd, &beta[2][from..from + LANES]),
+            throughput: Colors {
+                x: f32x8::from_slice(simd, &throughput[0][from..from + LANES]),
+                y: f32x8::from_slice(simd, &throughput[1][from..from + LANES]),
+                z: f32x8::from_slice(simd, &throughput[2][from..from + LANES]),
             },
-            carried: f32x8::from_slice(simd, &beta[3][from..from + LANES]),
+            carried: f32x8::from_slice(simd, &throughput[3][from..from + LANES]),
             direct,
             samples,
         }
@@ -132,7 +132,7 @@ impl Wave {
         &mut self,
         simd: S,
         (rays, hits): (&Rays<S>, &Hits<S>),
-        (beta, carried): (Colors<S>, f32x8<S>),
+        (throughput, carried): (Colors<S>, f32x8<S>),
         (samples, branch): (&[u16], usize),
         (goes_on, passed): (mask64x8<S>, u64),
     ) {
@@ -159,10 +159,12 @@ impl Wave {
         put(*b);
         put(*c);
         let narrow = narrow(goes_on);
-        for (own, values) in block.beta.iter_mut().zip([beta.x, beta.y, beta.z, carried]) {
+        for (own, values) in
+            block.throughput.iter_mut().zip([throughput.x, throughput.y, throughput.z, carried])
+        {
             simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
         }
-        for lane in those(goes_on) {
+        for lane in set_lanes(goes_on) {
             block.samples[block.count] = samples[lane];
             block.passed[block.count] = passed >> lane & 1 == 1;
             block.count += 1;
@@ -189,7 +191,7 @@ impl Wave {
         light: Colors<S>,
         active: mask64x8<S>,
     ) {
-        for lane in those(active) {
+        for lane in set_lanes(active) {
             self.radiance[usize::from(samples[lane])] += light.lane(lane);
         }
     }
@@ -199,7 +201,7 @@ impl Block {
     fn new() -> Self {
         Block {
             numbers: [[0.0; ROOM]; 12],
-            beta: [[0.0; ROOM]; 4],
+            throughput: [[0.0; ROOM]; 4],
             samples: [0; ROOM],
             passed: [false; ROOM],
             count: 0,
@@ -229,7 +231,7 @@ pub(crate) struct Found<S: Simd> {
 
 impl World<'_> {
     /// Traces packets of camera rays, each for the samples of some numbers. Adds the light that they see. If paths go on, adds what they
-    /// hit to the wave.
+    /// hit to the batch.
     #[inline(always)]
     pub fn begin<S: Simd>(
         &self,
@@ -237,7 +239,7 @@ impl World<'_> {
         tracer: &mut Tracer,
         (packets, samples): (&[Rays<S>], &[ArrayVec<u16, LANES>]),
         (goes_on, sees): (bool, Sees),
-        wave: &mut Wave,
+        batch: &mut PathBatch,
     ) {
         let mut active: ArrayVec<mask64x8<S>, MOST_PACKETS> = ArrayVec::new();
         for samples in samples {
@@ -247,9 +249,9 @@ impl World<'_> {
         for (at, active) in active.iter().enumerate() {
             let weight = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
             let found = &mut Found { rays: packets[at], hits: hits[at], weight, branch: 0 };
-            self.see(simd, tracer, found, &samples[at], (*active, sees), wave);
+            self.see(simd, tracer, found, &samples[at], (*active, sees), batch);
             if goes_on {
-                self.go_on(simd, tracer, found, &samples[at], (*active, *active, sees), wave);
+                self.go_on(simd, tracer, found, &samples[at], (*active, *active, sees), batch);
             }
         }
     }
@@ -263,24 +265,24 @@ impl World<'_> {
         Found { rays, hits, weight, .. }: &Found<S>,
         samples: &[u16],
         (active, sees): (mask64x8<S>, Sees),
-        wave: &mut Wave,
+        batch: &mut PathBatch,
     ) {
         if sees == Sees::Nothing {
             return;
         }
-        for lane in those(active & hits.emits) {
+        for lane in set_lanes(active & hits.emits) {
             if let (ray, Some(hit)) = self.one(rays, hits, lane) {
                 let light = tracer.emitted(&ray, &hit, sees == Sees::All);
-                wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+                batch.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
             }
         }
         let escaped = active & !hits.is_hit();
         if tracer.lights.has_skies() && escaped.any_true() {
-            wave.add(samples, weight.0 * tracer.lights.background(simd, rays.d), escaped);
+            batch.add(samples, weight.0 * tracer.lights.background(simd, rays.d), escaped);
         }
     }
 
-    /// Follows rays through surfaces without a material, and adds those that find one with a material to the wave. Where `is_full`, adds
+    /// Follows rays through surfaces without a material, and adds those that find one with a material to the batch. Where `is_full`, adds
     /// the light that rays see behind the first hit.
     #[inline(never)]
     pub fn go_on<S: Simd>(
@@ -290,17 +292,17 @@ impl World<'_> {
         Found { rays, hits, weight, branch }: &mut Found<S>,
         samples: &[u16],
         (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
-        wave: &mut Wave,
+        batch: &mut PathBatch,
     ) {
         vectorized!(simd, {
             let mut passed = 0;
             if self.materials.has_passed {
                 let add =
-                    |lane, light| wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+                    |lane, light| batch.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
                 passed = self.pass(simd, tracer, rays, hits, (active, is_full, sees), add);
             }
             let goes_on = (active & hits.is_hit(), passed);
-            wave.push(simd, (rays, hits), *weight, (samples, *branch), goes_on);
+            batch.push(simd, (rays, hits), *weight, (samples, *branch), goes_on);
         })
     }
 }

@@ -6,9 +6,9 @@ use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use super::rays::{Hits, NONE, Rays, WORLD};
 use super::{Forms, Query, Tree, nothing};
 use crate::bvh::{Leaf, Slabs, WIDTH, not_less};
-use crate::number::{Vec3x8, bits, splat_f32, those, to_f32};
+use crate::number::{Vec3x8, bits, set_lanes, splat_f32, to_f32};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::traceable::{Other, Traceable};
+use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::{
     Axis, Block, Filter, Tolerance, Triangle,
     sheared::{BoxedTriangle, ShearedRays},
@@ -35,7 +35,7 @@ pub(crate) enum Together {
 
 /// How many packets go together next: neighbors mostly fare alike.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct StreamSize {
+pub(crate) struct PacketCount {
     packets: usize,
     /// For how many packets rays went one by one, after a packet that did not stay together.
     apart: u32,
@@ -46,8 +46,8 @@ pub(crate) struct StreamSize {
 /// Rays go one by one for no more packets than that in a row.
 const LONGEST_APART: u32 = 63;
 
-impl StreamSize {
-    pub const LARGEST: StreamSize = StreamSize { packets: MOST_PACKETS, apart: 0, apart_left: 0 };
+impl PacketCount {
+    pub const LARGEST: PacketCount = PacketCount { packets: MOST_PACKETS, apart: 0, apart_left: 0 };
 
     /// So many of those that are left; 0 where the rays of one packet go one by one.
     pub fn next(&mut self, left: usize) -> usize {
@@ -130,10 +130,10 @@ impl Tree<'_> {
                             }
                         }
                     }
-                    Leaf::Other(other) => {
+                    Leaf::NonTriangle(other) => {
                         tests += OTHER_TESTS * packets.len();
                         for (packet, rays) in packets.iter_mut().zip(rays) {
-                            packet.meet_other(simd, self.scene, rays, world.others[other]);
+                            packet.meet_non_triangle(simd, self.scene, rays, world.non_triangles[other]);
                         }
                     }
                 }
@@ -251,7 +251,7 @@ impl<S: Simd> Packet<S> {
         rays: mask64x8<S>,
     ) -> mask64x8<S> {
         let mut earlier = 0;
-        for lane in those(rays) {
+        for lane in set_lanes(rays) {
             let hit = self.hit(scene, lane);
             earlier |= u64::from(hit.yields_to(hit.t, triangle.element(ElementId::WORLD))) << lane;
         }
@@ -260,12 +260,12 @@ impl<S: Simd> Packet<S> {
 
     /// Lets one ray after the other meet what is no triangle.
     #[inline(never)]
-    pub fn meet_other(&mut self, simd: S, scene: &Traceable, rays: &Rays<S>, other: Other) {
+    pub fn meet_non_triangle(&mut self, simd: S, scene: &Traceable, rays: &Rays<S>, other: NonTriangle) {
         let tree = Tree { scene };
-        for lane in those(self.active) {
+        for lane in set_lanes(self.active) {
             let (ray, mut hit) = (tree.ray(rays, lane), self.hit(scene, lane));
             let query = Query::new(&scene.world, &ray, ElementId::WORLD, false);
-            if scene.meet_other::<S, false>(simd, query, other, &mut hit) {
+            if scene.meet_non_triangle::<S, false>(simd, query, other, &mut hit) {
                 let hits = &mut self.hits;
                 hits.put(lane, Some(&hit), scene.labels);
                 let (own, emits) = (bits(simd, 1 << lane), scene.emits(&hit));
