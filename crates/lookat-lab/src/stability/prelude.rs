@@ -6,10 +6,8 @@ pub(super) use lookat_scene::Scene;
 pub(super) use rand::{RngExt, SeedableRng};
 pub(super) use rand_pcg::Pcg64Mcg;
 
-pub(super) use super::case::{Effort, Found, LOOKAT, Measure};
+pub(super) use super::case::{Measure, Tally, Trial, tally};
 pub(super) use super::random::{below, between, chance, direction, in_cube, in_triangle, leaving, magnitude};
-pub(super) use super::refused::refused;
-pub(super) use super::tally::{Tally, decades, tally};
 pub(super) use crate::text_scene::{
     around_eye, load, mesh, pictured, probe, quads, render, scene, seen_from, square, transform, triangles,
     xyz,

@@ -1,4 +1,4 @@
-//! How fast `lookat view` shows that the camera moves and that the file changes. A client takes the place of a page.
+//! How fast `lookat view` shows a moving camera and a saved file. A client takes the place of a page.
 
 mod client;
 
@@ -11,7 +11,7 @@ use glam::{DQuat, DVec3};
 use lookat_image::{MemoryBudget, TemporaryFile, TemporaryName, io_reason, open_file};
 use serde_json::{Value, json};
 
-use crate::bench::{BenchRow, BenchTable, Cell};
+use super::table::{BenchRow, BenchTable, Cell};
 use client::Client;
 
 /// As often as a display shows a frame, a page sends a camera.
@@ -42,7 +42,7 @@ const COLUMNS: [&str; 11] = [
 ];
 
 /// Measures `lookat view` of scenes; `program` is lookat. Saves copies of the scenes beside them. Fails with the reason.
-pub fn latency(program: &Path, scenes: &[PathBuf]) -> Result<BenchTable, String> {
+pub(super) fn latency(program: &Path, scenes: &[PathBuf]) -> Result<BenchTable, String> {
     let row = |scene: &PathBuf| {
         let cells = measured(program, scene).map_err(|reason| format!("{}: {reason}", scene.display()))?;
         let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();

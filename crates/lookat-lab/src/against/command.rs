@@ -1,17 +1,19 @@
-//! Compares lookat with pbrt-v3, or with an earlier lookat, on the rows of `lookat_lab::against`.
+//! `lookat-lab against`: compares lookat with pbrt-v3, or with an earlier lookat.
 
 use std::collections::HashMap;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::Instant;
 
-use clap::Parser;
+use clap::Args;
 use clap::builder::PossibleValuesParser;
 use lookat_image::Image;
-use lookat_lab::against::{Outcome, Ratio, Row, SIDE, disagreement, pictures, rows};
+
+use super::{Outcome, Ratio, Row, SIDE, disagreement, pictures, rows};
+use crate::{lookat_program, print};
 
 /// The most runs of a program per row; lookat's differ in seed.
 const RUNS: usize = 3;
@@ -23,12 +25,9 @@ const REFERENCE_SEED: usize = 1_000;
 const HEADER: &str = "row,samples_per_pixel,seconds,error,error_trimmed,pbrt_seconds,pbrt_error,pbrt_error_trimmed,\
                       disagreement";
 
-/// Compare lookat with pbrt-v3 over scenes that resemble public files: squared error at equal samples, and time to equal error.
-/// Both programs run as whole processes on one thread, in turn.
-///
-/// Prints a table in Markdown and writes FOLDER/against.csv.
-#[derive(Parser)]
-struct Args {
+/// The arguments of `lookat-lab against`.
+#[derive(Debug, Args)]
+pub struct Against {
     /// pbrt-v3's program
     #[arg(long, value_name = "PATH", required_unless_present = "before")]
     pbrt: Option<PathBuf>,
@@ -61,16 +60,6 @@ fn samples(text: &str) -> Result<u32, String> {
     power.ok_or("needs a power of two up to 65536".into())
 }
 
-fn main() -> ExitCode {
-    match Args::parse().run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("error: {message}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
 /// The outcomes of one row at one number of samples.
 struct Compared {
     lookat: Outcome,
@@ -82,10 +71,11 @@ struct Compared {
 /// Outcomes by row and samples per pixel.
 type Before = HashMap<(String, u32), Outcome>;
 
-impl Args {
-    fn run(self) -> Result<(), String> {
+impl Against {
+    /// Compares, prints the table and writes it. Fails with the reason.
+    pub fn run(&self) -> Result<(), String> {
         let before = self.before.as_deref().map(read_before).transpose()?;
-        let programs = Programs::find(&self)?;
+        let programs = Programs::find(self)?;
         fs::create_dir_all(&self.output).map_err(|error| of_path(&self.output, error))?;
         for (name, picture) in pictures() {
             picture.write(&self.output.join(name)).map_err(|error| error.to_string())?;
@@ -93,20 +83,20 @@ impl Args {
         let csv_path = self.output.join("against.csv");
         let mut csv = format!("{HEADER}\n");
         let mut lines = Vec::new();
-        println!("{}", self.header());
+        print(&(self.header() + "\n"))?;
         for row in rows().iter().filter(|row| self.only.is_empty() || self.only.contains(&row.name)) {
-            let compared = programs.compare(row, &self)?;
+            let compared = programs.compare(row, self)?;
             let mut cells = Vec::new();
             for (samples, compared) in self.spp.iter().zip(&compared) {
                 csv += &csv_line(&row.name, *samples, compared);
                 let before = before.as_ref().map(|before| before.get(&(row.name.clone(), *samples)));
                 cells.extend(compared.cells(before));
             }
-            println!("{}", line(&row.name, &cells));
+            print(&(line(&row.name, &cells) + "\n"))?;
             lines.push(cells);
             fs::write(&csv_path, &csv).map_err(|error| of_path(&csv_path, error))?;
         }
-        println!("{}", line("geometric mean", &geometric_means(&lines)));
+        print(&(line("geometric mean", &geometric_means(&lines)) + "\n"))?;
         Ok(())
     }
 
@@ -215,16 +205,8 @@ struct Programs {
 }
 
 impl Programs {
-    fn find(args: &Args) -> Result<Programs, String> {
-        let beside = || {
-            let own = std::env::current_exe().map_err(|error| error.to_string())?;
-            let path = own.with_file_name(format!("lookat{}", std::env::consts::EXE_SUFFIX));
-            let build = "build it with cargo build --release -p lookat, or name it with --lookat";
-            path.exists()
-                .then_some(path.clone())
-                .ok_or(format!("{}: no lookat here: {build}", path.display()))
-        };
-        let lookat = args.lookat.clone().map_or_else(beside, Ok)?;
+    fn find(args: &Against) -> Result<Programs, String> {
+        let lookat = lookat_program(args.lookat.as_deref())?;
         let (_, version) = timed(Command::new(&lookat).arg("--version"))?;
         if let Some(pbrt) = &args.pbrt {
             // pbrt-v3 ends its help with failure.
@@ -234,7 +216,7 @@ impl Programs {
     }
 
     /// The outcomes of a row at each number of samples.
-    fn compare(&self, row: &Row, args: &Args) -> Result<Vec<Compared>, String> {
+    fn compare(&self, row: &Row, args: &Against) -> Result<Vec<Compared>, String> {
         let reference = self.reference(row, args)?;
         args.spp.iter().map(|samples| self.compare_at(row, *samples, &reference, &args.output)).collect()
     }
@@ -272,7 +254,7 @@ impl Programs {
     }
 
     /// The pixels of a row's reference, from the folder if this version has rendered it there.
-    fn reference(&self, row: &Row, args: &Args) -> Result<Vec<[f32; 3]>, String> {
+    fn reference(&self, row: &Row, args: &Against) -> Result<Vec<[f32; 3]>, String> {
         let mut hasher = DefaultHasher::new();
         (&self.version, row.text(args.reference_spp)).hash(&mut hasher);
         for (name, picture) in pictures() {

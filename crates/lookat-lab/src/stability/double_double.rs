@@ -1,4 +1,4 @@
-//! Vectors of double-double numbers, 106 bits, and where a ray crosses a triangle.
+//! Vectors of double-double numbers (106 bits), for results that are exact to `f64`.
 
 use glam::DVec3;
 use twofloat::TwoFloat;
@@ -24,6 +24,25 @@ impl Wide {
     pub fn minus(self, other: Wide) -> Wide {
         Wide(std::array::from_fn(|i| self.0[i] - other.0[i]))
     }
+
+    pub fn plus(self, other: Wide) -> Wide {
+        Wide(std::array::from_fn(|i| self.0[i] + other.0[i]))
+    }
+
+    pub fn times(self, factor: TwoFloat) -> Wide {
+        Wide(self.0.map(|x| x * factor))
+    }
+
+    pub fn length(self) -> TwoFloat {
+        self.dot(self).sqrt()
+    }
+
+    /// Scales the largest component to 1 first, so that squares neither overflow nor vanish.
+    pub fn unit(self) -> Wide {
+        let largest = self.0.iter().fold(0.0_f64, |max, x| max.max(x.hi().abs()));
+        let v = Wide(self.0.map(|x| x / largest));
+        v.times(quotient(1.0.into(), v.length()))
+    }
 }
 
 /// `a / b`. The division of [`TwoFloat`] is no more exact than that of `f64`.
@@ -35,18 +54,18 @@ pub(super) fn quotient(a: TwoFloat, b: TwoFloat) -> TwoFloat {
     TwoFloat::new_add(first, second) + rest.hi() / b.hi()
 }
 
-/// Where a line crosses the plane of a triangle.
+/// The intersection of a line with the plane of a triangle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Crossing {
     /// Distance in lengths of the direction.
     pub t: f64,
-    /// The least weight of a corner: how far inside it is.
+    /// The least barycentric coordinate: positive inside the triangle.
     pub inside: f64,
 }
 
-/// The crossing; `None` for a line in the plane.
+/// The intersection of a line with the plane of a triangle. `None` for a line in the plane.
 ///
-/// Weights are the volumes between the line and the edges, as in Plücker's coordinates.
+/// Barycentric coordinates are the volumes between the line and the edges, as in Plücker coordinates.
 pub(super) fn crossing(o: DVec3, d: DVec3, triangle: [DVec3; 3]) -> Option<Crossing> {
     let (o, d) = (Wide::new(o), Wide::new(d));
     let [a, b, c] = triangle.map(|corner| Wide::new(corner).minus(o));
@@ -80,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn crossings_are_where_they_were_put() {
+    fn a_crossing_is_at_its_target() {
         let triangle =
             [DVec3::new(1.0, 0.25, 0.5), DVec3::new(-0.75, 1.0, 0.25), DVec3::new(-0.5, -1.0, -0.5)];
         let o = DVec3::new(0.5, -3.0, 2.0);

@@ -1,11 +1,11 @@
-//! The camera in double-double numbers: the truth.
+//! A camera in double-double numbers: the true directions of its rays.
 
+use glam::{DVec2, DVec3};
 use twofloat::TwoFloat;
 
-use crate::stability::prelude::*;
-use crate::stability::truth::{Wide, quotient};
+use super::double_double::{Wide, quotient};
 
-/// `tan` of half an angle that is given in degrees, more than 0 and less than 180.
+/// The tangent of half an angle in degrees, above 0 and below 180.
 pub(super) fn tan_half(degrees: f64) -> TwoFloat {
     if degrees > 90.0 {
         // The difference is exact.
@@ -37,7 +37,7 @@ impl CameraAxes {
         forward: Wide([TwoFloat::from_f64(0.0), TwoFloat::from_f64(0.0), TwoFloat::from_f64(1.0)]),
     };
 
-    /// What `LookAt` means; `None` where `up` is parallel to the view.
+    /// The axes of a `LookAt`. `None` for an `up` parallel to the view.
     pub fn new(eye: DVec3, look: DVec3, up: DVec3) -> Option<CameraAxes> {
         let view = Wide::new(look).minus(Wide::new(eye));
         // Products of two numbers are exact, and so is the sign of their difference. The low parts are products of
@@ -45,21 +45,21 @@ impl CameraAxes {
         let part = |of: fn(&TwoFloat) -> f64| Wide(view.0.map(|x| TwoFloat::from(of(&x))));
         let (high, low) = (part(TwoFloat::hi), part(TwoFloat::lo));
         let up = Wide::new(up);
-        let side = plus(up.cross(high), up.cross(low));
+        let side = up.cross(high).plus(up.cross(low));
         if side.0.iter().all(|x| *x == 0.0) {
             return None;
         }
-        let (right, forward) = (unit(side), unit(view));
+        let (right, forward) = (side.unit(), view.unit());
         Some(CameraAxes { right, up: forward.cross(right), forward })
     }
 
     /// A vector with these components along the axes.
     pub fn world(&self, x: TwoFloat, y: TwoFloat, z: TwoFloat) -> Wide {
-        plus(plus(times(self.right, x), times(self.up, y)), times(self.forward, z))
+        self.right.times(x).plus(self.up.times(y)).plus(self.forward.times(z))
     }
 }
 
-/// A perspective camera without a lens, with the default window: the angle counts along the shorter side.
+/// A perspective camera without a lens, with the default window: the field of view is that of the shorter side.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pinhole {
     pub view: CameraAxes,
@@ -94,29 +94,10 @@ impl Pinhole {
     }
 }
 
-pub(super) fn plus(a: Wide, b: Wide) -> Wide {
-    Wide(std::array::from_fn(|i| a.0[i] + b.0[i]))
-}
-
-pub(super) fn times(a: Wide, factor: TwoFloat) -> Wide {
-    Wide(a.0.map(|x| x * factor))
-}
-
-pub(super) fn length(v: Wide) -> TwoFloat {
-    v.dot(v).sqrt()
-}
-
-/// Scaled first, so that squares of it neither overflow nor vanish.
-fn unit(v: Wide) -> Wide {
-    let largest = v.0.iter().fold(0.0_f64, |max, x| max.max(x.hi().abs()));
-    let v = Wide(v.0.map(|x| x / largest));
-    times(v, quotient(1.0.into(), length(v)))
-}
-
 /// The angle between a direction and the true one, small or not; not a number if `d` has no direction.
 pub(super) fn angle(d: DVec3, truth: Wide) -> f64 {
     let d = Wide::new(d);
-    f64::from(length(d.cross(truth))).atan2(f64::from(d.dot(truth)))
+    f64::from(d.cross(truth).length()).atan2(f64::from(d.dot(truth)))
         + if f64::from(d.dot(d)) > 0.0 { 0.0 } else { f64::NAN }
 }
 

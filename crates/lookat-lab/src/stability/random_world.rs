@@ -1,23 +1,23 @@
-//! Random scenes, and rays at the places of them that are hard to hit.
+//! Random scenes, and rays at their vertices, edges and silhouettes.
 
 use lookat_scene::{Primitive, Shape};
 
-use crate::stability::prelude::*;
+use super::prelude::*;
 use crate::text_scene::cube;
 
-/// A scene, and places in it.
-pub(super) struct World {
+/// A random scene.
+pub(super) struct RandomWorld {
     pub scene: Scene,
     size: f64,
     eye: DVec3,
     /// Edges of triangles.
     edges: Vec<[DVec3; 2]>,
-    /// From the unit sphere to the world.
+    /// Transformations from the unit sphere to the world.
     spheres: Vec<DMat4>,
 }
 
-impl World {
-    pub fn new(random: &mut Pcg64Mcg) -> World {
+impl RandomWorld {
+    pub fn new(random: &mut Pcg64Mcg) -> RandomWorld {
         let size = magnitude(random, -6.0, 6.0);
         let eye = if chance(random, 0.5) {
             DVec3::ZERO
@@ -38,7 +38,7 @@ impl World {
         }
         let scene = scene(&seen_from(eye, &text));
         let shared = scene.world.clone();
-        let mut world = World { scene, size, eye, edges: Vec::new(), spheres: Vec::new() };
+        let mut world = RandomWorld { scene, size, eye, edges: Vec::new(), spheres: Vec::new() };
         world.add(&shared.primitives, DMat4::IDENTITY);
         for instance in &shared.instances {
             world.add(&instance.object.primitives, instance.world_from_object.matrix());
@@ -62,7 +62,7 @@ impl World {
         }
     }
 
-    /// A ray, relative to `origin`, at a vertex, an edge, a silhouette or anything.
+    /// A ray, relative to `origin`, toward a vertex, an edge, a silhouette or any point.
     pub fn aimed(&self, random: &mut Pcg64Mcg, origin: DVec3) -> Ray {
         let start = match below(random, 3) {
             0 => self.eye,
@@ -110,7 +110,7 @@ fn silhouette(random: &mut Pcg64Mcg, sphere: &DMat4, from: DVec3) -> DVec3 {
     sphere.transform_point3(on_unit)
 }
 
-/// A random place for a body of about size 1: moved, turned, scaled, maybe sheared, mirrored or nearly flat.
+/// A random transformation of a body of about size 1: moved, rotated, scaled, maybe sheared, mirrored or nearly flat.
 fn place(random: &mut Pcg64Mcg, size: f64) -> DMat4 {
     let scale = size * magnitude(random, -3.0, 0.0);
     let at = DMat4::from_translation(in_cube(random) * size);
@@ -128,17 +128,17 @@ fn place(random: &mut Pcg64Mcg, size: f64) -> DMat4 {
     }
 }
 
-/// Text under a transformation.
+/// Directives under a transformation.
 fn within(place: &DMat4, text: &str) -> String {
     format!("AttributeBegin {} {text} AttributeEnd\n", transform(place))
 }
 
-/// The text of a body of about size 1.
+/// A body of about size 1.
 fn body(random: &mut Pcg64Mcg) -> String {
     match below(random, 6) {
         0 => sphere(random, DMat4::IDENTITY),
         1 => {
-            // Small ones next to each other.
+            // Small spheres next to each other.
             let count = 2 + below(random, 20);
             let one = |_| {
                 let small = DVec3::splat(magnitude(random, -2.0, -0.5));
@@ -157,7 +157,7 @@ fn body(random: &mut Pcg64Mcg) -> String {
     }
 }
 
-/// Whole or cut.
+/// A whole or a cut sphere.
 fn sphere(random: &mut Pcg64Mcg, place: DMat4) -> String {
     let mut shape = String::from("Shape \"sphere\"");
     if chance(random, 0.3) {
@@ -168,7 +168,7 @@ fn sphere(random: &mut Pcg64Mcg, place: DMat4) -> String {
     within(&place, &shape)
 }
 
-/// A square grid, up to so far out of its plane.
+/// A square grid of triangles with random heights.
 fn grid(random: &mut Pcg64Mcg, height: f64) -> String {
     let side = 2 + below(random, 7);
     let at = |i: usize| -1.0 + 2.0 * (i as f64) / side as f64;
