@@ -13,7 +13,8 @@ mod results;
 pub use draw::{Plot, draw};
 pub use estimate::{Estimate, Slope};
 pub use measure::{
-    End, FEWEST_SEEDS, MOST_POINTS, Measured, Measurement, Picture, Plan, Point, Renderer, Watch,
+    CommonSquare, End, FEWEST_SEEDS, MOST_POINTS, Measured, Measurement, Picture, Plan, Point, Renderer,
+    Watch,
 };
 pub use method::{DEFAULT, METHODS, Method, named};
 pub use reference::{Fitted, Origin, Reference, fitted};

@@ -13,7 +13,6 @@ mod icosphere;
 mod messages;
 mod offsets;
 mod pictures;
-mod prelude;
 mod quadric;
 mod quadric_truth;
 pub(crate) mod random;
@@ -23,6 +22,20 @@ mod traversal;
 mod triangle;
 
 pub use case::{ALL, Case, Found, Row, as_csv};
+
+// What most families of cases use.
+use glam::{DMat3, DMat4, DVec2, DVec3};
+use lookat_render::{Probe, Ray};
+use lookat_scene::Scene;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use crate::text_scene::{
+    around_eye, load, mesh, pictured, probe, quads, render, scene, seen_from, square, transform, triangles,
+    xyz,
+};
+use case::{Measure, Tally, Trial, tally};
+use random::{below, between, chance, direction, in_cube, in_triangle, leaving, magnitude};
 
 const CASES: &str = include_str!("stability/cases.tsv");
 

@@ -8,7 +8,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 
-use super::results::{Chart, MethodResult, PointResult, plain, round_numbers, significant};
+use super::measure::Point;
+use super::results::{Chart, MethodResult, plain, round_numbers, significant};
 
 /// Width and height of the SVG.
 const SIZE: (u32, u32) = (960, 560);
@@ -136,7 +137,7 @@ impl Drawing<'_> {
             let line = color.stroke_width(2 * scale);
             plot.draw_series(LineSeries::new(method.curve(), line))?.label(label(method)).legend(key(line));
             let shown = || {
-                let is_shown = |point: &&PointResult| point.seconds.value > 0.0 && point.rmse.value > 0.0;
+                let is_shown = |point: &&Point| point.seconds.value > 0.0 && point.rmse.value > 0.0;
                 method
                     .points
                     .iter()

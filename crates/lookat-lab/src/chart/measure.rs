@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 use lookat_image::{Means, means};
 use lookat_render::{Prepared, REPLICATES, Rendered, Settings};
 use lookat_scene::{Sampler, Scene, View};
+use serde::Serialize;
 
 use super::estimate::{Estimate, mean_and_error};
 use super::method::{Method, REFERENCE};
-use super::reference::{Origin, Reference, noise};
+use super::reference::{Origin, Reference, is_clear, noise};
 
 /// The fewest pictures of a point.
 pub const FEWEST_SEEDS: u32 = 8;
@@ -169,22 +170,38 @@ pub struct Picture {
 }
 
 /// The pictures of one method with the same samples per pixel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Point {
     /// Requested samples per pixel.
     pub samples_per_pixel: u32,
     /// Samples per pixel that were taken, a mean.
     pub samples_taken: f64,
-    /// Seconds of a picture: the median.
+    /// The number of pictures.
+    pub pictures: usize,
+    /// Seconds of a picture, the median.
     pub seconds: Estimate,
-    /// The squared error of each picture.
-    pub squares: Vec<f64>,
-    /// Their relative mean squared error.
+    /// Root mean squared error.
+    pub rmse: Estimate,
+    /// Relative mean squared error.
     pub relative_mse: Estimate,
-    /// Their mean signed error.
+    /// Mean signed error.
     pub mean_error: Estimate,
-    /// The squared error that all pictures share, and its standard error over pixels: bias and the noise of the reference.
-    pub common_square: (f64, f64),
+    /// The squared error that all pictures share: bias and the noise of the reference.
+    pub common_square_error: CommonSquare,
+    /// True if the noise of the reference is less than 5 % of the error, or unknown.
+    pub above_reference_noise: bool,
+    /// The squared error of each picture.
+    #[serde(skip)]
+    pub squares: Vec<f64>,
+}
+
+/// An estimate of the squared error that all pictures share. It may be negative.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CommonSquare {
+    /// The estimate.
+    pub value: f64,
+    /// Its standard error, from the scatter over pixels.
+    pub standard_error: f64,
 }
 
 /// The pictures of a point so far, with sums of the errors of each channel of each pixel and of their squares.
@@ -206,23 +223,29 @@ impl Pictures {
     }
 
     /// From the mean product of the errors of two pictures. At least two pictures.
-    fn common_square(&self) -> (f64, f64) {
+    fn common_square(&self) -> CommonSquare {
         let count = self.all.len() as f64;
         let product = |[sum, squares]: &[f64; 2]| (sum * sum - squares) / (count * (count - 1.0));
         let of_pixel = |channels: &[[f64; 2]]| channels.iter().map(product).sum::<f64>() / 3.0;
-        mean_and_error(&self.sums.chunks(3).map(of_pixel).collect::<Vec<_>>())
+        let (value, standard_error) = mean_and_error(&self.sums.chunks(3).map(of_pixel).collect::<Vec<_>>());
+        CommonSquare { value, standard_error }
     }
 
-    fn point(&self) -> Point {
+    fn point(&self, reference: &Reference) -> Point {
         let all = |value: fn(&Picture) -> f64| self.all.iter().map(value).collect::<Vec<f64>>();
+        let squares = all(|picture| picture.means.rmse.powi(2));
+        let square = Estimate::mean(&squares);
         Point {
             samples_per_pixel: self.all[0].samples_per_pixel,
             samples_taken: all(|picture| picture.samples_taken).iter().sum::<f64>() / self.all.len() as f64,
+            pictures: self.all.len(),
             seconds: Estimate::median(&all(|picture| picture.seconds)),
-            squares: all(|picture| picture.means.rmse.powi(2)),
+            rmse: square.root(),
             relative_mse: Estimate::mean(&all(|picture| picture.means.relative_mse)),
             mean_error: Estimate::mean(&all(|picture| picture.means.error)),
-            common_square: self.common_square(),
+            common_square_error: self.common_square(),
+            above_reference_noise: is_clear(square.value, reference.noise_square()),
+            squares,
         }
     }
 }
@@ -278,7 +301,7 @@ impl Measurement<'_> {
             for (pictures, points) in pictures.iter().zip(&mut measured.points) {
                 measured.pictures.extend(&pictures.all);
                 if pictures.all.len() >= self.plan.seeds.min(FEWEST_SEEDS) as usize {
-                    points.push(pictures.point());
+                    points.push(pictures.point(self.reference));
                 }
             }
             if end.is_none() {
@@ -451,7 +474,7 @@ mod tests {
                 pictures.add(picture, &actual, &expected);
             }
             // Noise has a mean square of 1/12; the estimate scatters by 1/12 sqrt(2 / (8 * 7 * 30000)).
-            let (square, error) = pictures.common_square();
+            let CommonSquare { value: square, standard_error: error } = pictures.common_square();
             let expected_error = (2.0_f64 / (56.0 * 30_000.0)).sqrt() / 12.0;
             assert!(bias > 0.0 || (error / expected_error - 1.0).abs() < 0.05, "{error}");
             assert!((square - f64::from(bias * bias)).abs() < 4.0 * error, "{square} ± {error}");

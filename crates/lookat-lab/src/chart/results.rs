@@ -7,14 +7,11 @@ use lookat_image::{Means, means};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::estimate::{Estimate, Slope};
+use super::estimate::Slope;
 use super::measure::{End, Measured, Picture, Point};
 use super::method::Method;
-use super::reference::{Fitted, Origin, Reference};
+use super::reference::{Fitted, Origin, Reference, is_clear};
 
-/// A point is clear of the noise of the reference if its squared error is at least 11 times as large: noise is then less than
-/// 5 % of the error.
-const CLEAR: f64 = 11.0;
 /// The fewest standard errors of a bias.
 const SIGNIFICANT: f64 = 4.0;
 /// The most columns of a table.
@@ -74,35 +71,12 @@ pub struct MethodResult {
     /// What it does.
     pub about: &'static str,
     /// Its points, by rising samples.
-    pub points: Vec<PointResult>,
+    pub points: Vec<Point>,
     /// The slope of its error over the points that are clear of its bias and of the noise of the reference. `None` for fewer
     /// than three.
     pub slope: Option<Slope>,
     /// Its bias, if significant. Without a known noise of the reference: bias or that noise.
     pub levels_off_at: Option<f64>,
-}
-
-/// The results of a method at one number of samples.
-#[derive(Debug, Clone, Serialize)]
-pub struct PointResult {
-    /// Requested samples per pixel.
-    pub samples_per_pixel: u32,
-    /// Samples per pixel that were taken, a mean.
-    pub samples_taken: f64,
-    /// The number of pictures.
-    pub pictures: usize,
-    /// Seconds of a picture, the median.
-    pub seconds: Estimate,
-    /// Root mean squared error.
-    pub rmse: Estimate,
-    /// Relative mean squared error.
-    pub relative_mse: Estimate,
-    /// Mean signed error.
-    pub mean_error: Estimate,
-    /// The squared error that all pictures share: `value` and `standard_error`.
-    pub common_square_error: Value,
-    /// True if the noise of the reference is less than 5 % of the error, or unknown.
-    pub above_reference_noise: bool,
 }
 
 /// The result of another renderer.
@@ -233,45 +207,25 @@ impl MethodResult {
 }
 
 fn of_method(method: &Method, points: &[Point], reference: &Reference) -> MethodResult {
-    let noise_square = reference.noise.unwrap_or(0.0).powi(2);
+    let noise_square = reference.noise_square();
     // What all pictures share is the noise of the reference, or more than that.
-    let bias = points.last().and_then(|last| {
-        let (square, standard_error) = last.common_square;
-        let rest = square - noise_square;
-        (rest > noise_square && rest > SIGNIFICANT * standard_error).then_some(rest)
+    let bias = points.last().map(|last| last.common_square_error).and_then(|common| {
+        let rest = common.value - noise_square;
+        (rest > noise_square && rest > SIGNIFICANT * common.standard_error).then_some(rest)
     });
-    let clear = points.iter().take_while(|point| {
-        // The last point of an interrupted measurement may have fewer pictures.
-        point.squares.len() == points[0].squares.len()
-            && is_clear(mean(&point.squares), noise_square + bias.unwrap_or(0.0))
-    });
+    let floor = noise_square + bias.unwrap_or(0.0);
+    // The last point of an interrupted measurement may have fewer pictures.
+    let is_clear =
+        |point: &&Point| point.pictures == points[0].pictures && is_clear(point.rmse.value.powi(2), floor);
+    let clear = points.iter().take_while(is_clear);
     let clear: Vec<_> = clear.map(|point| (point.samples_taken, &point.squares[..])).collect();
-    let result = |point: &Point| PointResult {
-        samples_per_pixel: point.samples_per_pixel,
-        samples_taken: point.samples_taken,
-        pictures: point.squares.len(),
-        seconds: point.seconds,
-        rmse: Estimate::mean(&point.squares).root(),
-        relative_mse: point.relative_mse,
-        mean_error: point.mean_error,
-        common_square_error: json!({"value": point.common_square.0, "standard_error": point.common_square.1}),
-        above_reference_noise: is_clear(mean(&point.squares), noise_square),
-    };
     MethodResult {
         name: method.name,
         about: method.about,
-        points: points.iter().map(result).collect(),
+        points: points.to_vec(),
         slope: Slope::new(&clear),
         levels_off_at: bias.map(f64::sqrt),
     }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-fn is_clear(square: f64, floor: f64) -> bool {
-    square >= CLEAR * floor
 }
 
 fn of_reference(reference: &Reference) -> Value {
@@ -360,20 +314,26 @@ pub fn significant(x: f64, digits: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::estimate::Estimate;
+    use super::super::measure::CommonSquare;
     use super::super::method::METHODS;
     use super::*;
 
     /// Points of variance 1 / samples and a bias, without scatter; a sample takes a second.
     fn points(bias: f64) -> Vec<Point> {
         let exact = |value: f64| Estimate { value, interval: [value; 2] };
+        let square = |samples: u32| 1.0 / f64::from(samples) + bias * bias;
         let point = |samples: u32| Point {
             samples_per_pixel: samples,
             samples_taken: samples.into(),
+            pictures: 8,
             seconds: exact(samples.into()),
-            squares: vec![1.0 / f64::from(samples) + bias * bias; 8],
+            rmse: exact(square(samples).sqrt()),
             relative_mse: exact(0.0),
             mean_error: exact(0.0),
-            common_square: (bias * bias, 1e-6),
+            common_square_error: CommonSquare { value: bias * bias, standard_error: 1e-6 },
+            above_reference_noise: true,
+            squares: vec![square(samples); 8],
         };
         (0..10).map(|i| point(1 << i)).collect()
     }

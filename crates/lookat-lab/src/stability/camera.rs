@@ -4,7 +4,7 @@ use twofloat::TwoFloat;
 
 use super::double_double::{Wide, quotient};
 use super::exact_camera::{CameraAxes, Pinhole, angle, tan_half};
-use super::prelude::*;
+use super::*;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("C1", |trial| view(trial, NEAR, trial.at, [16384; 2], near_middle, Pinhole::pixels)),

@@ -2,7 +2,7 @@
 //!
 //! A scene has its own coordinates, in which the tested plane is y = 0. A matrix, its frame, puts it into the world.
 
-use super::prelude::*;
+use super::*;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("P1", |_| {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::prelude::*;
+use super::*;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("V5", |trial| bodies(trial, trial.at, 0.0)),

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use lookat_render::TargetError;
 use lookat_scene::{Sampler, SamplerKind};
 
-use super::prelude::*;
+use super::*;
 use crate::coverage::{Known, STRATA, Stratum, edges, fireflies, judge, lens, plain};
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[

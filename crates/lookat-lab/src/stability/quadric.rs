@@ -3,8 +3,8 @@
 use lookat_render::Hit;
 
 use super::double_double::Wide;
-use super::prelude::*;
 use super::quadric_truth::{CutShape, QuadricTruth, SHAPES, beyond};
+use super::*;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("S1", far_sphere),

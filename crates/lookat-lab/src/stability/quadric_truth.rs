@@ -3,7 +3,7 @@
 use twofloat::TwoFloat;
 
 use super::double_double::{Wide, quotient};
-use super::prelude::*;
+use super::*;
 
 /// A surface of revolution x² + y² = a (z - s)² + b z + c, cut.
 #[derive(Debug, Clone, Copy)]

@@ -2,7 +2,7 @@
 
 use lookat_scene::{Primitive, Shape};
 
-use super::prelude::*;
+use super::*;
 use crate::text_scene::cube;
 
 /// A random scene.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use lookat_scene::Light;
 
-use super::prelude::*;
+use super::*;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("B1", |trial| error(metal_under_sky(trial.at, FRAC_PI_4), albedo(trial.at, FRAC_PI_4))),

@@ -3,8 +3,8 @@
 use lookat_render::Hit;
 use rayon::prelude::*;
 
-use super::prelude::*;
 use super::random_world::RandomWorld;
+use super::*;
 use crate::text_scene::{corner, cube};
 
 pub(super) const MEASURES: &[(&str, Measure)] =

@@ -5,7 +5,7 @@ use lookat_render::ElementId;
 use super::double_double::{cosine, crossing};
 use super::icosphere::Icosphere;
 use super::pictures::same_on_threads;
-use super::prelude::*;
+use super::*;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("T1", |trial| closed_mesh(trial, DVec3::new(0.6, 0.5, 0.62).normalize() * trial.at, 1.0)),
