@@ -175,6 +175,18 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     }
 }
 
+/// Why most of the picture is black, if the filter is the reason.
+pub(super) fn narrow_filter(rendered: &Rendered) -> Option<String> {
+    let (unreached, all) = (rendered.statistics.unreached, rendered.image.data_window.area());
+    let black = match unreached == all {
+        true => "the picture is all black".into(),
+        false => format!("{unreached} of {all} pixels are black"),
+    };
+    (2 * unreached > all).then(|| {
+        format!("{black}: the PixelFilter is narrower than the gaps between samples; set xwidth and ywidth to at least 0.5")
+    })
+}
+
 /// A picture with less than this share of the emitted radiance shows rounding: corners with a few digits tilt the triangles of a plane
 /// towards each other.
 const RESIDUE: f64 = 1e-9;
@@ -191,14 +203,18 @@ pub(super) fn residue(scene: &Scene) -> f64 {
     RESIDUE * f64::from(radiance.fold(0.0, f32::max)) * scene.view.film.scale
 }
 
-/// Prints the reason why a picture is all black.
+/// Prints the reason why a picture is black, all of it or where the filter leaves out samples.
 pub(super) fn explain_black(
     picture: &JsonPicture,
     rendered: &Rendered,
     (scene, prepared): (&Scene, &mut Prepared),
     sources: &Sources,
 ) {
-    if picture.black && rendered.complete && picture.least_samples > 0 {
+    if !rendered.complete || picture.least_samples == 0 {
+        // The summary says so.
+    } else if let Some(reason) = narrow_filter(rendered) {
+        crate::say(&reason);
+    } else if picture.black {
         let depth = match scene.view.integrator {
             Integrator::Path { max_depth, .. } | Integrator::DirectLighting { max_depth, .. } => max_depth,
             Integrator::AmbientOcclusion { .. } => 1,

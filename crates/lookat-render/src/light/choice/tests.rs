@@ -20,7 +20,10 @@ const LAMPS: &str = r#"LightSource "infinite" "rgb L" [.5 .5 .5] LightSource "po
     LightSource "point" "rgb I" [0 0 0] LightSource "infinite" "rgb L" [.1 .1 .1]
     AttributeBegin AreaLightSource "diffuse" Translate 3 0 0 Shape "sphere" AttributeEnd"#;
 
-fn with(lamps: &str, with_sky: bool, check: impl Fn(&LightTable)) {
+/// Bytes of stack: without optimization, the frames of the code for eight points are larger than the stack of a test.
+const STACK: usize = 64 << 20;
+
+fn with(lamps: &str, with_sky: bool, check: impl Fn(&LightTable) + Sync) {
     let text = format!("Film \"image\" Camera \"perspective\" WorldBegin {lamps} Shape \"sphere\" WorldEnd");
     let loaded = load(Path::new("x"), &|_| Ok(text.clone().into()), &LoadOptions::default());
     let mut scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
@@ -32,7 +35,11 @@ fn with(lamps: &str, with_sky: bool, check: impl Fn(&LightTable)) {
     if with_sky {
         Arc::make_mut(&mut scene.world).lights.push(sky);
     }
-    check(&Prepared::new(&scene).lights);
+    let check = || check(&Prepared::new(&scene).lights);
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, check).unwrap();
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    });
 }
 
 /// A point that looks for light: its normals, whether light comes through, and whether it is diffuse.
