@@ -16,6 +16,8 @@ pub(crate) fn is_in_range(color: Vec3) -> bool {
     color.to_array().iter().all(|x| f64::from(x.abs()) <= LARGEST)
 }
 
+pub use lookat_image::LUMINANCE;
+
 /// The color of a parameter. If it has several colors, the first one counts.
 pub(crate) fn from_param(param: &Param, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {
     let at = param.values.span;

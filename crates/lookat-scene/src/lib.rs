@@ -81,6 +81,7 @@ mod view_override;
 
 pub use cache::{LoadCache, Stamp, Stamped};
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
+pub use color::LUMINANCE;
 pub use cutout::Cutout;
 pub use files::{Open, Read};
 pub use film::{Film, FilmOverride, MAX_PIXELS, MAX_SIDE, PixelBounds};
@@ -92,7 +93,6 @@ pub use light::{Emission, Light};
 pub use load::{load, load_again, load_opened, load_str};
 pub use load_options::LoadOptions;
 pub use loaded::Loaded;
-pub use lookat_image::LUMINANCE;
 pub use lookat_syntax as syntax;
 pub use material::{
     AnyTexture, Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness,

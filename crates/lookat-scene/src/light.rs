@@ -15,11 +15,11 @@ use lookat_image::{MipMap, Wrap};
 use lookat_syntax::Text;
 
 use crate::Transform;
+use crate::color::{self, LUMINANCE};
 use crate::params::Params;
 use crate::picture::{Pictures, Settings};
 use crate::schema::{Color, Key, Kind, Name, Unit, names};
 use crate::transform::LARGEST;
-use crate::{LUMINANCE, color};
 
 pub use area::Emission;
 pub(crate) use area::{AREA_KINDS, emission};
