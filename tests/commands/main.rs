@@ -9,7 +9,6 @@ use lookat_scene::LoadOptions;
 use lookat_scene::syntax::Severity;
 use serde_json::Value;
 
-mod bench;
 mod chart;
 #[cfg(unix)]
 mod combinations;

@@ -16,8 +16,7 @@ pub(crate) fn is_in_range(color: Vec3) -> bool {
     color.to_array().iter().all(|x| f64::from(x.abs()) <= LARGEST)
 }
 
-/// The luminance weights of linear RGB, as in pbrt-v3.
-pub const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
+pub use lookat_image::LUMINANCE;
 
 /// The color of a parameter. If it has several colors, the first one counts.
 pub(crate) fn from_param(param: &Param, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {

@@ -170,7 +170,7 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
 impl Needs {
     fn new(scene: &Scene, loaded: &Loaded) -> Result<Needs, Failure> {
         let render = render_bytes(loaded, scene);
-        let mut prepared = sight::prepare(loaded, scene)?;
+        let prepared = sight::prepare(loaded, scene)?;
         let it = lookat_render::inspect(&prepared, &scene.view);
         let unused = unused_features(scene, &it);
         let sight = sight::look(loaded, scene, prepared.facts(&scene.view));

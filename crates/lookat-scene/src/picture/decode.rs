@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, linear_from_srgb};
+use lookat_image::{ImageError, ImageFault, MipMap, PictureFile, Texel, Window, linear_from_srgb, luminance};
 
 use super::key::Settings;
-use crate::color::{self, LUMINANCE};
+use crate::color;
 use crate::files::{Charged, shown_path};
 use crate::params::Params;
 
@@ -29,7 +29,7 @@ impl FromColor for Vec3 {
 impl FromColor for f32 {
     /// The luminance, which pbrt-v3 computes before the sRGB conversion.
     fn from_color(color: Vec3, settings: &Settings) -> Self {
-        settle(color.dot(LUMINANCE.as_vec3()), settings)
+        settle(luminance(color.to_array()), settings)
     }
 }
 
@@ -108,11 +108,9 @@ fn unreadable(error: ImageError) -> (String, String) {
 
 /// The help for a picture that cannot be decoded.
 fn help(error: &ImageError) -> String {
-    match error {
-        ImageError::NotThatFormat { format: Some(ending), .. } => {
-            format!("rename it to end in .{ending}, or {HELP}")
-        }
-        ImageError::TooLarge { .. } => SMALLER.into(),
+    match error.fault {
+        ImageFault::WrongFormat(Some(ending)) => format!("rename it to end in .{ending}, or {HELP}"),
+        ImageFault::TooLarge { .. } => SMALLER.into(),
         _ => HELP.into(),
     }
 }
