@@ -386,8 +386,9 @@ struct TypeFacts {
     default: Option<bool>,
     /// What it is.
     meaning: &'static str,
-    /// What lookat renders instead, or null.
-    instead: Option<&'static str>,
+    /// Of a type: what lookat renders instead, or null.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    instead: Option<Option<&'static str>>,
     /// Its parameters.
     parameters: Vec<ParameterFacts>,
     /// About the word of another program that led to it.
@@ -407,7 +408,7 @@ impl TypeFacts {
             kind: Some(kind.name),
             default: Some(kind.is_default),
             meaning: kind.meaning,
-            instead: Some(kind.instead).filter(|instead| !instead.is_empty()),
+            instead: Some(Some(kind.instead).filter(|instead| !instead.is_empty())),
             parameters: kind.parameters().map(|parameter| ParameterFacts::new(&parameter)).collect(),
             ..TypeFacts::default()
         }
