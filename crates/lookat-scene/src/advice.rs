@@ -1,33 +1,19 @@
-//! Advice: each pass turns facts about a scene into messages.
+//! Advice: each pass turns facts about a scene into messages. Here: the facts, and passes about blocks, options and names.
 
-mod blocks;
-mod camera;
-mod caustics;
-mod curves;
-mod darkness;
-mod emptiness;
-mod hidden_lights;
-mod idle_lights;
-mod indices;
-mod mesh_lights;
-mod names;
-mod options;
-mod quadric_lights;
-mod rotations;
-mod shadow_alpha;
-mod transformations;
-mod unused_objects;
-mod world_block;
+mod lights;
+mod placement;
+mod shapes;
 
-use lookat_syntax::{Diagnostic, Span};
+use std::collections::{BTreeMap, HashMap};
 
-use crate::draft::Built;
-use crate::facts::Facts;
+use lookat_syntax::{Diagnostic, EntityKind, Severity, Span, shown};
+
+use crate::draft::{Built, Slot};
+use crate::names::{SymbolId, SymbolKind, Symbols};
 use crate::options::Settled;
 use crate::report::Report;
 use crate::sources::Sources;
-use crate::symbols::Symbols;
-use crate::{Emission, Integrator, Primitive};
+use crate::{CameraPlacement, Emission, Integrator, Primitive, Transform};
 
 /// What is known about a scene after reading.
 pub(crate) struct Evidence<'e> {
@@ -50,29 +36,29 @@ type Pass = fn(&Evidence, &mut Report);
 
 /// The passes for any scene.
 const ALWAYS: &[Pass] = &[
-    world_block::advise,
-    blocks::advise,
-    options::advise,
-    transformations::advise,
-    rotations::advise,
-    names::advise,
-    camera::advise_large_world,
-    caustics::advise,
-    hidden_lights::advise,
-    indices::advise,
-    curves::advise,
-    mesh_lights::advise,
-    quadric_lights::advise,
+    world_block,
+    blocks,
+    options,
+    placement::transformations,
+    placement::rotations,
+    names,
+    placement::advise_large_world,
+    lights::caustics,
+    lights::hidden_lights,
+    shapes::indices,
+    shapes::curves,
+    lights::mesh_lights,
+    lights::quadric_lights,
 ];
 
 /// The passes for a scene without errors, because a shape or light with an error still counts as present.
 const WITHOUT_ERRORS: &[Pass] = &[
-    idle_lights::advise,
-    unused_objects::advise,
-    darkness::advise,
-    emptiness::advise,
-    camera::advise_scale,
-    shadow_alpha::advise,
+    lights::idle_lights,
+    unused_objects,
+    lights::darkness,
+    shapes::emptiness,
+    placement::advise_scale,
+    lights::shadow_alpha,
 ];
 
 /// Runs all passes.
@@ -103,4 +89,219 @@ impl Evidence<'_> {
 
 fn warn(report: &mut Report, at: Span, message: impl Into<String>, help: impl Into<String>) {
     report.push(Diagnostic::warning(at, message).help(help));
+}
+
+/// Facts in the order in which the scene is read.
+#[derive(Debug, Default)]
+pub(crate) struct Facts {
+    /// `WorldBegin`.
+    pub world_begin: Option<Span>,
+    /// The end of a scene without `WorldEnd`.
+    pub missing_end: Option<Span>,
+    /// The first directive of a file that other scenes include, and the block that it is a part of.
+    pub part: Option<(Block, Span)>,
+    /// World directives before `WorldBegin`: keyword and place.
+    pub early: Vec<(&'static str, Span)>,
+    /// Directives after `WorldEnd`.
+    pub after_end: Vec<Span>,
+    /// Blocks without an end.
+    pub unclosed: Vec<Opened>,
+    /// Ends of an outer block.
+    pub crossed: Vec<Crossed>,
+    /// Options that a later one replaces: kind, place of the later one, place of the first.
+    pub replaced_options: Vec<(EntityKind, Span, Span)>,
+    /// Options that are left to their defaults.
+    pub missing_options: Vec<EntityKind>,
+    /// The types of the lights of the world.
+    pub lights: Vec<Span>,
+    /// The last Camera and its transformation.
+    pub camera: Option<(Span, Transform)>,
+    /// The last `LookAt` that is part of the current transformation.
+    pub placed: Option<CameraPlacement>,
+    /// That of the camera.
+    pub placement: Option<CameraPlacement>,
+    /// True if the world uses the coordinate system of the camera.
+    pub uses_camera_space: bool,
+    /// The first transformation of the options that nothing has used: one after `Camera`, or without `Camera`.
+    pub idle_transform: Option<Span>,
+    /// `Rotate` directives.
+    pub rotations: Vec<Rotation>,
+    /// The first `LookAt` in the world that is in no block.
+    pub look_at_in_world: Option<Span>,
+    /// Directives of motion: keyword and place.
+    pub motion: Vec<(&'static str, Span)>,
+    /// Names that are defined again while a definition is in scope.
+    pub redefined: Vec<(SymbolKind, String, Span)>,
+    /// Objects with shapes: the place of `ObjectBegin`, and the name.
+    pub objects: Vec<(Span, SymbolId)>,
+    /// LightSources inside objects.
+    pub lights_in_objects: Vec<Span>,
+    /// AreaLightSources that are not black, each with the shapes that emit its light.
+    pub emissions: HashMap<Span, Vec<Slot>>,
+    /// The first shape without a material, which rays pass through.
+    pub passed: Option<Span>,
+    /// The first shape with `shadowalpha`.
+    pub shadow_alpha: Option<Span>,
+}
+
+/// The block of a directive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Block {
+    Options,
+    World,
+    /// The file after `WorldEnd`.
+    Ended,
+}
+
+/// The start of a block: the keywords of its start and end, and its place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Opened {
+    pub keywords: (&'static str, &'static str),
+    pub at: Span,
+}
+
+/// An end that closes a block although `inner` is still open inside the block.
+#[derive(Debug)]
+pub(crate) struct Crossed {
+    pub keyword: &'static str,
+    pub at: Span,
+    pub inner: Opened,
+}
+
+/// The numbers of a `Rotate`: the angle in degrees and the axis.
+#[derive(Debug)]
+pub(crate) struct Rotation {
+    pub angle: f64,
+    pub axis: [f64; 3],
+    pub at: Span,
+}
+
+pub(super) fn blocks(evidence: &Evidence, report: &mut Report) {
+    // Unread text may contain the missing ends.
+    let unclosed = if report.incomplete_end { &[] } else { &evidence.facts.unclosed[..] };
+    for Opened { keywords: (begin, end), at } in unclosed {
+        let help = format!("add {end} before the end of the world block");
+        warn(report, *at, format!("this {begin} is not closed"), help);
+    }
+    for Crossed { keyword, at, inner: Opened { keywords: (begin, end), at: opened } } in
+        &evidence.facts.crossed
+    {
+        let warning = Diagnostic::warning(*at, format!("{keyword} inside the block of {begin}"))
+            .related(*opened, "the block opens here")
+            .help(format!("as in pbrt-v3, this closes the outer block and leaves the inner block open: write {end} before this directive"));
+        report.push(warning);
+    }
+}
+
+fn world_block(evidence: &Evidence, report: &mut Report) {
+    for at in &evidence.facts.after_end {
+        let message = "lookat ignores directives after WorldEnd: it renders one picture per file";
+        report.unsupported(*at, message.into());
+    }
+    match (evidence.facts.part, evidence.facts.world_begin) {
+        (Some((block, first)), None) => part(evidence, block, first, report),
+        (None, None) => no_world(evidence, report),
+        (_, Some(_)) => {}
+    }
+    // pbrt-v4 has no WorldEnd.
+    let is_excused = report.is_v4(evidence.sources) || report.incomplete || report.incomplete_end;
+    if let Some(end) = evidence.facts.missing_end.filter(|_| !is_excused) {
+        let help = "add WorldEnd: without it, pbrt-v3 renders nothing";
+        warn(report, end, "the file ends without WorldEnd", help);
+    }
+}
+
+fn part(evidence: &Evidence, block: Block, first: Span, report: &mut Report) {
+    let without = match block {
+        Block::Options => "WorldBegin",
+        _ => "Camera, Film or WorldBegin",
+    };
+    let message = format!("this file is a part of a scene: it has no {without}");
+    report.push(match evidence.accept_part {
+        true => Diagnostic::note_at(first, message)
+            .help("the scene that includes it may define the missing names"),
+        false => Diagnostic::error(first, message).help("check or render the scene that includes it"),
+    });
+}
+
+fn no_world(evidence: &Evidence, report: &mut Report) {
+    if report.incomplete {
+        return;
+    }
+    report.push(match evidence.facts.early.first() {
+        None => Diagnostic::error(evidence.end, "the file has no WorldBegin: there is nothing to render")
+            .help("put the lights and shapes between WorldBegin and WorldEnd; if another scene includes this file, check that scene"),
+        Some((keyword, at)) => {
+            let before = Span { end: at.start, ..*at };
+            Diagnostic::error(*at, format!("{keyword} without WorldBegin"))
+                .help("put the lights and shapes between WorldBegin and WorldEnd")
+                .fix(before, "WorldBegin\n")
+        }
+    });
+}
+
+pub(super) fn options(evidence: &Evidence, report: &mut Report) {
+    for (kind, at, before) in &evidence.facts.replaced_options {
+        let warning = Diagnostic::warning(*at, format!("a second {}: the last one is used", kind.keyword()));
+        report.push(warning.related(*before, "this one is ignored"));
+    }
+    missing(evidence, report);
+}
+
+fn missing(evidence: &Evidence, report: &mut Report) {
+    let Facts { missing_options, idle_transform, .. } = evidence.facts;
+    // A transformation that waits for a Camera has its own warning.
+    let is_told = |kind: &&EntityKind| **kind == EntityKind::Camera && idle_transform.is_some();
+    let missing: Vec<&EntityKind> = missing_options.iter().filter(|kind| !is_told(kind)).collect();
+    let Some(world_begin) = evidence.facts.world_begin.filter(|_| !missing.is_empty()) else { return };
+    let names: Vec<_> = missing.iter().map(|kind| kind.keyword()).collect();
+    let defaults: Vec<_> = missing.iter().map(|kind| default(**kind)).collect();
+    // A scene needs its own view and size. It can use the default sampler and integrator of pbrt-v3.
+    let severity = match missing.iter().any(|kind| matches!(kind, EntityKind::Camera | EntityKind::Film)) {
+        true => Severity::Warning,
+        false => Severity::Note,
+    };
+    let remark = Diagnostic::warning(world_begin, format!("no {} before WorldBegin", names.join(", no ")))
+        .help(format!("the default applies: {}", defaults.join("; ")));
+    report.push(Diagnostic { severity, ..remark });
+}
+
+fn default(kind: EntityKind) -> &'static str {
+    match kind {
+        EntityKind::Camera => "a perspective camera at the origin that looks along +z, fov 90",
+        EntityKind::Film => "1280 x 720 pixels, written to pbrt.exr",
+        EntityKind::Sampler => "halton with 16 samples",
+        _ => "path with maxdepth 5",
+    }
+}
+
+pub(super) fn names(evidence: &Evidence, report: &mut Report) {
+    for (kind, name, at) in &evidence.facts.redefined {
+        let (what, name) = (short(*kind), shown(name.as_bytes()));
+        let message = format!("{what} \"{name}\" is defined again: the new definition applies from here on");
+        report.push(Diagnostic::note_at(*at, message));
+    }
+    let media = evidence.symbols.all().iter().filter(|symbol| symbol.kind == SymbolKind::Medium);
+    for place in media.filter(|medium| medium.definition.is_some()).flat_map(|medium| &medium.uses) {
+        let message = "lookat does not render participating media: it renders empty space instead";
+        report.unsupported(*place, message.into());
+    }
+}
+
+fn short(kind: SymbolKind) -> &'static str {
+    match kind {
+        SymbolKind::Material => "material",
+        SymbolKind::FloatTexture | SymbolKind::SpectrumTexture => "texture",
+        kind => kind.name(),
+    }
+}
+
+fn unused_objects(evidence: &Evidence, report: &mut Report) {
+    let symbols = evidence.facts.objects.iter().map(|(at, symbol)| (*at, evidence.symbols.get(*symbol)));
+    // A note says where a name is defined again.
+    let last: BTreeMap<&str, _> = symbols.map(|(at, symbol)| (&symbol.name[..], (at, symbol))).collect();
+    for (name, (at, _)) in last.into_iter().filter(|(_, (_, symbol))| symbol.uses.is_empty()) {
+        let message = format!("object \"{}\" is defined and never used", shown(name.as_bytes()));
+        warn(report, at, message, "place it with ObjectInstance");
+    }
 }

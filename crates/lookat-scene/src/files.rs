@@ -1,7 +1,6 @@
 //! Reads files through the caller's function.
 
-mod content;
-mod large_pages;
+pub(crate) mod content;
 mod nearby;
 
 use std::cell::RefCell;
@@ -15,7 +14,7 @@ use lookat_syntax::{Diagnostic, Entity, FileId, LongList, Param, ParamType, Span
 
 use crate::Transform;
 use crate::cache::{KeptMesh, List, MeshKey, Reuse};
-use crate::other_format::{LFS_POINTER, LFS_REASON};
+use crate::files::content::{LFS_POINTER, LFS_REASON};
 use crate::sources::{Source, Sources};
 use nearby::Folders;
 

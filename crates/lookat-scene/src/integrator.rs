@@ -1,11 +1,9 @@
 //! `Integrator`: the light transport algorithm.
 
-mod stand_in;
-
 use lookat_syntax::ParamType;
 
 use crate::params::Params;
-use crate::schema::{Effect, Integers, Key, Keys, Kind, Range, names};
+use crate::schema::{DefaultValue, Effect, Integers, Key, Keys, Kind, Range, names};
 
 /// The light transport algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,9 +115,9 @@ pub(crate) const KINDS: &[Kind] = &[
         "the open part of the sky",
         &[&[&COSINE, &NESTED, &PIXEL_BOUNDS]],
     ),
-    stand_in::BDPT,
-    stand_in::MLT,
-    stand_in::SPPM,
+    BDPT,
+    MLT,
+    SPPM,
 ];
 
 /// True if all rays of this integrator, including shadow rays, ignore surfaces without a material. Such surfaces are
@@ -200,6 +198,61 @@ fn depth(params: &mut Params) -> u32 {
     depth.min(LARGEST_DEPTH) as u32
 }
 
+// `bdpt`, `mlt` and `sppm`: `path` stands in for them. The picture is the same, except for caustics of lights that no ray can
+// hit.
+
+const fn unread<T: DefaultValue>(key: Key<T>) -> Key<T> {
+    key.effect(Effect::NotRendered)
+}
+
+const LIGHT_PATH: Key<&[&str]> = unread(Key {
+    default: &["power", "spatial", "uniform"],
+    meaning: "how a path chooses its light",
+    ..LIGHT_STRATEGY
+});
+const STRATEGIES: Key<bool> =
+    unread(Key::bool("visualizestrategies", false, "true also writes a picture of each strategy"));
+const WEIGHTS: Key<bool> = unread(Key::bool(
+    "visualizeweights",
+    false,
+    "true also writes a picture of the weights of each strategy",
+));
+const BDPT_KEYS: Keys = &[&MAX_DEPTH, &LIGHT_PATH, &STRATEGIES, &WEIGHTS, &PIXEL_BOUNDS];
+
+const BOOTSTRAP: Key<i32> =
+    unread(Key::integer("bootstrapsamples", 100_000, "the paths among which the chains choose their starts"));
+const CHAINS: Key<i32> = unread(Key::integer("chains", 1000, "the number of Markov chains"));
+const MUTATIONS: Key<i32> =
+    unread(Key::integer("mutationsperpixel", 100, "the mutations of paths in each pixel, on average"));
+const LARGE_STEP: Key<f64> =
+    unread(Key::float("largestepprobability", 0.3, "the probability that a mutation is a new path"));
+const SIGMA: Key<f64> = unread(Key::float(
+    "sigma",
+    0.01,
+    "the standard deviation of a small mutation, as a share of a dimension",
+));
+const MLT_KEYS: Keys = &[&MAX_DEPTH, &BOOTSTRAP, &CHAINS, &MUTATIONS, &LARGE_STEP, &SIGMA];
+
+const ITERATIONS: Key<i32> = unread(Key::integer("numiterations", 64, "the number of photon passes"));
+const SAME_ITERATIONS: Key<i32> =
+    Key { name: "iterations", meaning: "another name of numiterations, which it replaces", ..ITERATIONS }
+        .default_words("numiterations");
+const PHOTONS: Key<i32> = unread(Key::integer(
+    "photonsperiteration",
+    -1,
+    "the photons of a pass; at most 0 counts as one per pixel",
+));
+const WRITE_FREQUENCY: Key<i32> =
+    unread(Key::integer("imagewritefrequency", i32::MAX, "the passes after which the picture is written"))
+        .default_words("only at the end");
+const RADIUS: Key<f64> = unread(Key::float("radius", 1.0, "the first radius of the search for photons"));
+const SPPM_KEYS: Keys = &[&MAX_DEPTH, &ITERATIONS, &SAME_ITERATIONS, &PHOTONS, &WRITE_FREQUENCY, &RADIUS];
+
+const BDPT: Kind =
+    Kind::new("Integrator", "bdpt", "bidirectional path tracing", &[BDPT_KEYS]).instead("path");
+const MLT: Kind = Kind::new("Integrator", "mlt", "Metropolis light transport", &[MLT_KEYS]).instead("path");
+const SPPM: Kind = Kind::new("Integrator", "sppm", "photon mapping", &[SPPM_KEYS]).instead("path");
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -227,7 +280,7 @@ mod tests {
     /// The parameters of pbrt-v3's CreateBDPTIntegrator, CreateMLTIntegrator and CreateSPPMIntegrator, with their defaults.
     #[test]
     fn parameters_of_replaced_integrators_are_those_of_pbrt() {
-        let listed = [stand_in::BDPT, stand_in::MLT, stand_in::SPPM].map(|kind| {
+        let listed = [BDPT, MLT, SPPM].map(|kind| {
             let words: Vec<String> =
                 kind.parameters().map(|it| format!("{} {}", it.name, it.default)).collect();
             words.join(", ")

@@ -1,7 +1,7 @@
 //! Loads a scene: reads files, follows `Include`, and passes every directive to the resolver.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,17 +12,15 @@ use lookat_syntax::{
     Diagnostic, Directive, EntityKind, FileId, Param, Parsed, Parser, Span, Statement, Text, number_bytes,
 };
 
-use crate::advice::{Evidence, advise};
+use crate::advice::{Block, Evidence, advise};
 use crate::cache::{LoadCache, Reuse, Stamped};
-use crate::facts::Block;
+use crate::camera::ViewOverride;
+use crate::files::content::other_format;
 use crate::files::{Access, Files, Open, Read};
-use crate::film::DEFAULT_OUTPUT;
-use crate::load_options::LoadOptions;
-use crate::loaded::Loaded;
-use crate::other_format::other_format;
+use crate::film::{DEFAULT_OUTPUT, FilmOverride};
+use crate::names::SymbolKind;
 use crate::resolve::{Resolver, home_block};
-use crate::symbols::SymbolKind;
-use crate::{Places, Scene};
+use crate::{CameraPlacement, Places, Scene, Sources, Symbol};
 
 /// The most included files. A scene with more includes files in a loop.
 const MAX_INCLUDES: usize = 10_000;
@@ -382,4 +380,59 @@ fn part(id: FileId, text: &[u8], most_bytes: u64) -> Option<(Block, Span)> {
     }
     let block = if has_world { Block::World } else { Block::Options };
     first.filter(|_| has_world || has_options).map(|first| (block, first))
+}
+
+/// How [`load`](crate::load()) reads a scene.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoadOptions {
+    /// What to use instead of the size and the crop window that the scene gives. Default: what the scene gives.
+    pub film: FilmOverride,
+    /// What to use instead of the camera that the scene gives. Default: what the scene gives.
+    pub view: ViewOverride,
+    /// Omit directives with errors and build a scene from the others. Default: false.
+    pub keep_going: bool,
+    /// The most memory for reading the scene, in bytes. Default:
+    /// [`MemoryBudget::machine_limit`](lookat_image::MemoryBudget::machine_limit).
+    pub max_memory: Option<u64>,
+    /// Accept a file that other scenes include: its missing parts are a warning instead of an error. Default: false.
+    pub accept_part: bool,
+    /// Only check: open the files of meshes and pictures, but read no more than the headers of meshes. Gives no scene.
+    /// Default: false.
+    pub fast: bool,
+}
+
+/// The result of [`load`](crate::load()).
+#[derive(Debug)]
+pub struct Loaded {
+    /// The texts that diagnostics refer to.
+    pub sources: Sources,
+    /// All files read: scene text, pictures, meshes and spectra.
+    pub inputs: BTreeSet<PathBuf>,
+    /// The scene. `None` if there is a `misfit`, if there are errors without `keep_going`, if the text does not fit the memory limit, with
+    /// `fast`, or if no scene could be built at all.
+    pub scene: Option<Scene>,
+    /// Where the text says how the scene is seen and lit.
+    pub places: Places,
+    /// The file that the scene names for its picture (`filename` of `Film`), relative to the working folder. Default:
+    /// `pbrt.exr`.
+    pub output: PathBuf,
+    /// The problems, in reading order.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Materials, textures, objects, media, coordinate systems and included files, in the order of their definition or,
+    /// if undefined, of their first use.
+    pub symbols: Vec<Symbol>,
+    /// The memory budget that is left after reading.
+    pub memory: MemoryBudget,
+    /// With [`fast`](crate::LoadOptions::fast), the number of uses of mesh and picture files whose contents were not read;
+    /// otherwise 0.
+    pub unread: usize,
+    /// True if `keep_going` would give a scene.
+    pub can_keep_going: bool,
+    /// The `LookAt` that places the camera. `None` for a camera that is placed otherwise.
+    pub placement: Option<CameraPlacement>,
+    /// True if the world uses the coordinate system of the camera.
+    pub world_follows_camera: bool,
+    /// The reason why the [`FilmOverride`](crate::FilmOverride) or the [`ViewOverride`](crate::ViewOverride) does not fit
+    /// the scene.
+    pub misfit: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! `Shape "trianglemesh"` and `Shape "plymesh"`.
+//! `Shape "trianglemesh"` and `Shape "plymesh"`, and their alpha masks.
 
 use std::sync::Arc;
 
@@ -7,10 +7,10 @@ use lookat_syntax::{Diagnostic, ParamType};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
-use crate::cutout::CUTOUT;
 use crate::params::{FileParam, Params};
 use crate::ply::Oddities;
-use crate::schema::{Effect, Floats, Integers, Key, Kind, Name, Pairs, Triples, Unit};
+use crate::schema::{Effect, FloatTexture, Floats, Integers, Key, Keys, Kind, Name, Pairs, Triples, Unit};
+use crate::texture::{Texture, TextureParams};
 use crate::transform::{LARGEST, in_range};
 
 /// Triangles with shared vertices. Arrays other than those of positions and indices are empty if the mesh has no such
@@ -411,4 +411,29 @@ fn check_lengths(params: &mut Params, mesh: &Mesh, uv: &'static str) {
             "write one pair for each vertex of P, in the same order, not one for each corner of a triangle";
         params.warn(uv, &message, help);
     }
+}
+
+/// The alpha masks of a mesh.
+#[derive(Debug, Clone)]
+pub struct Cutout {
+    /// The mesh has holes where this is 0 (`alpha`).
+    pub alpha: Option<Texture<f64>>,
+    /// Shadow rays pass where this is 0 (`shadowalpha`).
+    pub shadow_alpha: Option<Texture<f64>>,
+}
+
+const ALPHA: Key<FloatTexture> =
+    Key::float_texture("alpha", 1.0, "the mesh has holes where this is 0; other values are opaque");
+const SHADOW_ALPHA: Key<FloatTexture> =
+    Key::float_texture("shadowalpha", 1.0, "shadow rays pass where this is 0, and where alpha is 0");
+
+const CUTOUT: Keys = &[&ALPHA, &SHADOW_ALPHA];
+
+/// The alpha masks of a mesh, if given.
+pub(crate) fn cutout(params: &mut TextureParams) -> Option<Cutout> {
+    let [alpha, shadow_alpha] = [&ALPHA, &SHADOW_ALPHA].map(|key| {
+        // A constant other than 0 is opaque and needs no mask.
+        Some(params.take_texture(key)).filter(|alpha| alpha.constant().is_none_or(|alpha| alpha == 0.0))
+    });
+    (alpha.is_some() || shadow_alpha.is_some()).then_some(Cutout { alpha, shadow_alpha })
 }

@@ -3,21 +3,20 @@
 
 use std::path::PathBuf;
 
-use lookat_syntax::{Entity, EntityKind, Span, Spanned, Text};
+use lookat_syntax::{Entity, EntityKind, Severity, Span, Spanned, Text};
 
-use crate::accelerator;
+use crate::advice::Facts;
 use crate::camera::{self, Camera, Projection};
-use crate::facts::Facts;
 use crate::files::Files;
-use crate::film;
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
-use crate::load_options::LoadOptions;
+use crate::load::LoadOptions;
 use crate::params::Params;
-use crate::places::Places;
 use crate::report::Report;
 use crate::sampler::{self, Sampler};
-use crate::{Transform, View};
+use crate::scene::Places;
+use crate::schema::{DefaultValue, Effect, Key, Kind, Name, names};
+use crate::{Transform, View, film};
 
 /// The last option of each kind, as written.
 #[derive(Default)]
@@ -98,7 +97,7 @@ impl Options {
         let substituted = Some(params.kind_text()).filter(|kind| integrator::is_substituted(&kind.value));
         let integrator = integrator::integrator(params);
         if let Some(given) = self.accelerator {
-            accelerator::accelerator(&mut Params::new("Accelerator", given.entity, files, report));
+            accelerator(&mut Params::new("Accelerator", given.entity, files, report));
         }
         let view_override = &load_options.view;
         if let Err(reason) = view_override.check() {
@@ -140,5 +139,44 @@ impl Options {
             (EntityKind::Integrator, self.integrator.is_some()),
         ];
         given.into_iter().filter(|(_, is_given)| !is_given).map(|(kind, _)| kind).collect()
+    }
+}
+
+const fn unread<T: DefaultValue>(key: Key<T>) -> Key<T> {
+    key.effect(Effect::NotRendered)
+}
+
+const SPLIT_METHOD: Key<Name> = unread(
+    Key::string("splitmethod", "how nodes are split: sah, hlbvh, middle or equal").default_words("\"sah\""),
+);
+const MOST_IN_NODE: Key<i32> = unread(Key::integer("maxnodeprims", 4, "the most shapes in a leaf"));
+const INTERSECT_COST: Key<i32> =
+    unread(Key::integer("intersectcost", 80, "the cost of an intersection test"));
+const TRAVERSAL_COST: Key<i32> = unread(Key::integer("traversalcost", 1, "the cost of visiting a node"));
+const EMPTY_BONUS: Key<f64> =
+    unread(Key::float("emptybonus", 0.5, "the share of the cost that a split saves with an empty side"));
+const MOST_IN_LEAF: Key<i32> = unread(Key::integer("maxprims", 1, "the most shapes in a leaf"));
+const MAX_DEPTH: Key<i32> =
+    unread(Key::integer("maxdepth", -1, "the depth of the tree; negative depends on the number of shapes"));
+
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new(
+        "Accelerator",
+        "bvh",
+        "a bounding volume hierarchy; lookat always builds its own",
+        &[&[&SPLIT_METHOD, &MOST_IN_NODE]],
+    ),
+    Kind::new(
+        "Accelerator",
+        "kdtree",
+        "a k-d tree; lookat builds its own bounding volume hierarchy",
+        &[&[&INTERSECT_COST, &TRAVERSAL_COST, &EMPTY_BONUS, &MOST_IN_LEAF, &MAX_DEPTH]],
+    ),
+];
+
+/// Reports an unknown type, which is only a warning, because the picture does not depend on it.
+fn accelerator(params: &mut Params) {
+    if !names(KINDS).contains(&params.kind()) {
+        params.say_unknown_kind(&names(KINDS), Severity::Warning);
     }
 }

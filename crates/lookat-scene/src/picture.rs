@@ -1,25 +1,18 @@
 //! The pictures of lights and textures: handles while the scene is read, then decoded, each once for each settings.
 
-mod decode;
-pub(crate) mod key;
-
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::MipMap;
+use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, Wrap, linear_from_srgb};
 use lookat_syntax::{Diagnostic, Text};
 
-use crate::files::Files;
+use crate::color::{self, LUMINANCE};
+use crate::files::{Charged, Files, shown_path};
 use crate::params::{FileParam, Params};
 use crate::report::Report;
 use crate::schema::{self, Name};
-use decode::{Made, check_name, decode};
-
-pub(crate) use decode::FromColor;
-use key::Key;
-pub(crate) use key::Settings;
 
 /// The pictures of a scene so far.
 #[derive(Default)]
@@ -213,4 +206,203 @@ fn warn_of_format(params: &mut Params, name: &str, path: &Path, instead: &str) {
     }
     let message = format!("pbrt-v3 does not read .{ending} pictures: it {instead}");
     params.warn(name, &message, "convert the picture to .exr, which both programs read");
+}
+
+/// A picture, or an error message and help.
+type Made<T> = Result<Arc<MipMap<T>>, (String, String)>;
+
+/// Converts a color to a texel.
+pub(crate) trait FromColor: Texel + 'static {
+    /// Converts a color of the file.
+    fn from_color(color: Vec3, settings: &Settings) -> Self;
+}
+
+impl FromColor for Vec3 {
+    fn from_color(color: Vec3, settings: &Settings) -> Self {
+        Vec3::from_array(color.to_array().map(|value| settle(value, settings)))
+    }
+}
+
+impl FromColor for f32 {
+    /// The luminance, which pbrt-v3 computes before the sRGB conversion.
+    fn from_color(color: Vec3, settings: &Settings) -> Self {
+        settle(color.dot(LUMINANCE.as_vec3()), settings)
+    }
+}
+
+const LARGEST: f32 = color::LARGEST as f32;
+
+/// True for light above the limit of colors. An infinite value counts as 0.
+fn is_too_bright(value: f32) -> bool {
+    value.is_finite() && value > LARGEST
+}
+
+fn settle(value: f32, settings: &Settings) -> f32 {
+    let linear = if settings.gamma { linear_from_srgb(value) } else { value };
+    let scaled = settings.scale * linear;
+    let least = if settings.not_negative { 0.0 } else { -LARGEST };
+    if scaled.is_nan() { 0.0 } else { scaled.clamp(least, LARGEST) }
+}
+
+/// Decodes a picture. `name` is the parameter that names it, for warnings.
+pub(super) fn decode<T: FromColor>(
+    params: &mut Params,
+    name: &str,
+    path: &Path,
+    bytes: Charged,
+    settings: &Settings,
+) -> Made<T> {
+    // Escaped for messages.
+    let shown = PathBuf::from(shown_path(path));
+    let memory = params.memory();
+    let file = PictureFile::of_bytes(&shown, &bytes, memory).map_err(unreadable)?;
+    let Window { width, height, .. } = file.placement().data_window;
+    let kept = MipMap::<T>::bytes_of(width, height);
+    // Before any pixel is read. While the map is made, there are two versions of the finest level.
+    let mut charge = memory.reserve(kept.saturating_mul(2)).map_err(|shortage| {
+        let message = format!("cannot use {}, {width} x {height} pixels: {shortage}", shown.display());
+        (message, SMALLER.into())
+    })?;
+    let (image, image_charge) = file.read().map_err(unreadable)?;
+    drop(bytes);
+    let planes = image.rgb_planes().ok_or_else(|| {
+        let message = format!("cannot use {}: it has neither the channels R, G and B nor Y", shown.display());
+        (message, HELP.into())
+    })?;
+    if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| *value < 0.0)) {
+        let message = "values below 0 of this picture are used as 0; in pbrt-v3, they subtract light";
+        params.warn(name, message, "set them to 0 in the picture: lookat and pbrt-v3 then agree");
+    }
+    if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| is_too_bright(*value))) {
+        let message = format!("{} is too bright; the limit is {:e}", shown.display(), color::LARGEST);
+        return Err((
+            message,
+            "divide the values of the picture, and multiply the scale of the light".into(),
+        ));
+    }
+    let (texels, is_finite) = texels(planes, width as usize, settings);
+    if !is_finite {
+        let message = "the picture contains infinite or NaN values; they are used as 0";
+        params.warn(name, message, "render the picture again, or replace these pixels");
+    }
+    // Frees the memory of a large picture early.
+    drop((image, image_charge));
+    let map = MipMap::new(width as usize, height as usize, texels, settings.wrap);
+    // Less than before, so it fits.
+    let _ = charge.resize(kept);
+    charge.keep();
+    Ok(Arc::new(map))
+}
+
+/// Checks the extension of a picture's name. The error is a message and help.
+fn check_name(path: &Path) -> Result<(), (String, String)> {
+    PictureFile::check_name(&PathBuf::from(shown_path(path))).map_err(unreadable)
+}
+
+fn unreadable(error: ImageError) -> (String, String) {
+    (error.to_string(), help(&error))
+}
+
+/// The help for a picture that cannot be decoded.
+fn help(error: &ImageError) -> String {
+    match error {
+        ImageError::NotThatFormat { format: Some(ending), .. } => {
+            format!("rename it to end in .{ending}, or {HELP}")
+        }
+        ImageError::TooLarge { .. } => SMALLER.into(),
+        _ => HELP.into(),
+    }
+}
+
+/// The help for a picture that is too large.
+const SMALLER: &str = "make the picture smaller; sides that are powers of two take the least memory";
+
+const HELP: &str = "save the picture again, as exr with ZIP compression or as png";
+
+/// The texels of red, green and blue in rows of length `row`, and true if all values are finite. Infinities and NaN
+/// become 0.
+fn texels<T: FromColor>(planes: [&[f32]; 3], row: usize, settings: &Settings) -> (Vec<T>, bool) {
+    let (mut texels, mut is_finite) = (Vec::with_capacity(planes[0].len()), true);
+    let mut convert = |color: Vec3| {
+        let finite = color.is_finite_mask();
+        is_finite &= finite.all();
+        T::from_color(Vec3::select(finite, color, Vec3::ZERO), settings)
+    };
+    let [mut r, mut g, mut b] = planes.map(|plane| plane.chunks_exact(row));
+    while let (Some(r), Some(g), Some(b)) = match settings.bottom_up {
+        true => (r.next_back(), g.next_back(), b.next_back()),
+        false => (r.next(), g.next(), b.next()),
+    } {
+        texels.extend(r.iter().zip(g).zip(b).map(|((r, g), b)| convert(Vec3::new(*r, *g, *b))));
+    }
+    (texels, is_finite)
+}
+
+/// The settings for decoding a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Settings {
+    pub wrap: Wrap,
+    /// True to convert from sRGB to linear.
+    pub gamma: bool,
+    /// The factor on the linear values.
+    pub scale: f32,
+    /// True if the first row is the bottom row, as in texture coordinates.
+    pub bottom_up: bool,
+    /// True to clamp negative values to 0, for pictures of light.
+    pub not_negative: bool,
+}
+
+/// The file and its settings. Floats are stored as bits, for comparison.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) struct Key {
+    pub path: PathBuf,
+    wrap: Wrap,
+    gamma: bool,
+    bottom_up: bool,
+    not_negative: bool,
+    scale: u32,
+}
+
+impl Key {
+    pub fn new(path: PathBuf, settings: &Settings) -> Self {
+        let Settings { wrap, gamma, scale, bottom_up, not_negative } = *settings;
+        Key { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lookat_image::Wrap;
+
+    use super::*;
+
+    fn settings(gamma: bool, scale: f32) -> Settings {
+        Settings { wrap: Wrap::Repeat, gamma, scale, bottom_up: true, not_negative: false }
+    }
+
+    /// pbrt-v3 converts a color to its luminance first, then from sRGB to linear.
+    #[test]
+    fn numbers_are_luminances() {
+        let color = Vec3::new(1.0, 0.0, 0.0);
+        assert_eq!(f32::from_color(color, &settings(false, 2.0)), 2.0 * 0.212671);
+        let linear = ((0.212671_f32 + 0.055) / 1.055).powf(2.4);
+        assert!((f32::from_color(color, &settings(true, 1.0)) - linear).abs() < 1e-6);
+        assert_eq!(Vec3::from_color(color * 0.5, &settings(true, 1.0)).x, linear_from_srgb(0.5));
+    }
+
+    #[test]
+    fn texels_are_finite() {
+        let all = Vec3::from_color(Vec3::new(f32::MAX, -f32::MAX, 0.0), &settings(true, f32::INFINITY));
+        assert_eq!(all, Vec3::new(LARGEST, -LARGEST, 0.0));
+        let planes: [&[f32]; 3] = [&[1.0, 4.0], &[f32::NAN, 5.0], &[f32::INFINITY, 6.0]];
+        let (top, bottom) = (Vec3::X, Vec3::new(4.0, 5.0, 6.0));
+        let as_stored = settings(false, 1.0);
+        assert_eq!(texels(planes, 1, &as_stored), (vec![bottom, top], false));
+        let top_down = Settings { bottom_up: false, ..as_stored };
+        assert_eq!(texels(planes, 2, &top_down), (vec![top, bottom], false));
+        let planes: [&[f32]; 3] = [&[1.0, 2.0, 3.0, 4.0]; 3];
+        assert_eq!(texels(planes, 2, &as_stored), ([3.0, 4.0, 1.0, 2.0].map(Vec3::splat).to_vec(), true));
+        let (numbers, is_finite) = texels::<f32>(planes, 2, &as_stored);
+        assert!(is_finite && (numbers[0] - 3.0).abs() < 1e-5, "{numbers:?}");
+    }
 }

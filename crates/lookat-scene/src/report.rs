@@ -4,9 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use lookat_syntax::{Diagnostic, Label, Severity, Span, Text};
 
+use crate::names::{Symbol, SymbolKind, Symbols, Undefined, explain, undefined, with_help};
 use crate::sources::Sources;
-use crate::symbols::{Symbol, SymbolKind, Symbols};
-use crate::undefined::{Undefined, explain, undefined, with_help};
 
 /// Diagnostics so far.
 #[derive(Debug, Default)]

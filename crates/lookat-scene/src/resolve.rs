@@ -1,26 +1,28 @@
 //! The interpreter: each directive changes the state, as in api.cpp of pbrt-v3, or adds to the scene.
 
-mod block;
-mod object;
-mod transformation;
+mod blocks;
 mod world;
 
 use std::rc::Rc;
 
+use glam::{DMat4, DVec4};
 use lookat_syntax::{ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Statement};
 
+use crate::advice::{Block, Facts, Rotation};
+use crate::camera::{CameraPlacement, look_at};
 use crate::draft::Draft;
-use crate::facts::{Block, Facts, Rotation};
 use crate::files::Files;
 use crate::light::{self, Emission};
-use crate::load_options::LoadOptions;
+use crate::load::LoadOptions;
+use crate::material::MaterialInstance;
+use crate::names::{Names, SymbolKind};
 use crate::options::{Options, Settled};
 use crate::params::Params;
 use crate::report::Report;
-use crate::state::{Blocks, Definitions, GraphicsState, Open, Saved};
-use crate::transform::Transform;
-pub(crate) use block::home_block;
-use transformation::{matrix, rotate, scale};
+use crate::texture::Textures;
+use crate::transform::{LookAtFault, Transform, out_of_range};
+
+pub(crate) use crate::resolve::blocks::{Blocks, Open, home_block};
 
 /// Interprets directives in order. Call [`Resolver::finish`] at the end of the scene file.
 pub(crate) struct Resolver<'a> {
@@ -173,6 +175,188 @@ impl<'a> Resolver<'a> {
                 self.world_end();
             }
             _ => {}
+        }
+    }
+}
+
+impl Resolver<'_> {
+    pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        self.set_ctm(self.state.ctm * transform, at)?;
+        if let Some(placement) = self.facts.placed.as_mut().filter(|_| self.state.at_start) {
+            placement.after = placement.after * transform;
+        }
+        Ok(())
+    }
+
+    pub(super) fn replace(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        self.facts.placed = None;
+        self.set_ctm(ctm, at)
+    }
+
+    fn set_ctm(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        let ctm = in_range(ctm, at)?;
+        if self.block == Block::Options && ctm != self.state.ctm {
+            self.facts.idle_transform.get_or_insert(at);
+        }
+        // Transformations of the end time only add motion.
+        if self.state.at_start {
+            self.state.ctm = ctm;
+        }
+        Ok(())
+    }
+
+    /// Notes that something uses the current transformation before `WorldBegin`.
+    pub(super) fn use_transform(&mut self) {
+        if self.block == Block::Options {
+            self.facts.idle_transform = None;
+        }
+    }
+
+    pub(super) fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
+        if self.block == Block::World && self.blocks.open.is_empty() {
+            self.facts.look_at_in_world.get_or_insert(span);
+        }
+        match look_at(points) {
+            Ok(transform) => {
+                let before = self.state.ctm;
+                self.concat(transform, span)?;
+                if self.state.at_start {
+                    let after = Transform::IDENTITY;
+                    self.facts.placed = Some(CameraPlacement { span: Some(span), before, points, after });
+                }
+                Ok(())
+            }
+            Err(fault) => {
+                let help = match fault {
+                    LookAtFault::EyeAtLook => {
+                        "the first three numbers are the eye, the next three the target: make them different"
+                    }
+                    LookAtFault::ZeroUp => {
+                        "write the direction that is up in the picture, usually 0 1 0 or 0 0 1"
+                    }
+                    LookAtFault::UpParallel => {
+                        "the last three numbers are the direction that is up in the picture: choose one that is not parallel to the view"
+                    }
+                    LookAtFault::OutOfRange => "write smaller numbers",
+                };
+                Err(Box::new(Diagnostic::error(span, fault.to_string()).help(help)))
+            }
+        }
+    }
+}
+
+fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>> {
+    if transform.in_range() {
+        return Ok(transform);
+    }
+    let help = "transformations accumulate: check the ones before it, too";
+    Err(Box::new(Diagnostic::error(at, out_of_range()).help(help)))
+}
+
+pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    let message = if by.contains(&0.0) {
+        "Scale by 0 is not invertible"
+    } else {
+        "Scale by such a small factor is not invertible"
+    };
+    Transform::scale(by.into()).ok_or_else(|| {
+        Box::new(Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape"))
+    })
+}
+
+pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    Transform::rotate(degrees, axis.into()).ok_or_else(|| {
+        Box::new(
+            Diagnostic::error(*span, "the axis of Rotate has length 0")
+                .help("the first number is the angle in degrees, the next three are the axis"),
+        )
+    })
+}
+
+pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    let m = DMat4::from_cols_array(m);
+    Transform::from_matrix(m).ok_or_else(|| {
+        let affine = m.row(3) == DVec4::W;
+        let (message, help) = if affine {
+            ("is singular", "a transformation must be invertible: no row or column may be zero or a combination of the others")
+        } else {
+            (
+                "is not affine",
+                "write the matrix column by column: the 4th, 8th and 12th number are 0, the 16th is 1",
+            )
+        };
+        Box::new(Diagnostic::error(*span, format!("the matrix of {keyword} {message}")).help(help))
+    })
+}
+
+// The graphics state: the globals of pbrt-v3's api.cpp.
+
+/// The state that `AttributeBegin` saves and `AttributeEnd` restores.
+#[derive(Clone)]
+pub(crate) struct GraphicsState {
+    /// The current transformation matrix (CTM).
+    pub ctm: Transform,
+    /// True if transformations apply to the start time. Without motion, only these transformations count.
+    pub at_start: bool,
+    pub reverse_orientation: bool,
+    pub material: Rc<MaterialInstance>,
+    pub emission: Option<Emission>,
+}
+
+/// The named definitions. The end of a block undoes those of materials and textures.
+pub(crate) struct Definitions {
+    pub materials: Names<Rc<MaterialInstance>>,
+    pub textures: Textures,
+    /// The index of each object in the draft.
+    pub objects: Names<usize>,
+    pub media: Names<()>,
+    pub coordinate_systems: Names<Transform>,
+}
+
+impl Definitions {
+    pub fn new() -> Self {
+        Definitions {
+            materials: Names::new(SymbolKind::Material),
+            textures: Textures::default(),
+            objects: Names::new(SymbolKind::Object),
+            media: Names::new(SymbolKind::Medium),
+            coordinate_systems: Names::new(SymbolKind::CoordinateSystem),
+        }
+    }
+
+    fn counts(&self) -> [usize; 3] {
+        let Textures { float, spectrum } = &self.textures;
+        [self.materials.definitions(), float.definitions(), spectrum.definitions()]
+    }
+}
+
+/// The state at the start of a block.
+pub(crate) struct Saved {
+    state: GraphicsState,
+    definitions: [usize; 3],
+}
+
+impl Saved {
+    pub fn new(state: &GraphicsState, definitions: &Definitions) -> Box<Self> {
+        Box::new(Saved { state: state.clone(), definitions: definitions.counts() })
+    }
+
+    pub fn restore(self, state: &mut GraphicsState, definitions: &mut Definitions) {
+        *state = self.state;
+        definitions.materials.take_back(self.definitions[0]);
+        definitions.textures.float.take_back(self.definitions[1]);
+        definitions.textures.spectrum.take_back(self.definitions[2]);
+    }
+}
+
+impl GraphicsState {
+    pub fn new() -> Self {
+        GraphicsState {
+            ctm: Transform::IDENTITY,
+            at_start: true,
+            reverse_orientation: false,
+            material: Rc::new(MaterialInstance::default()),
+            emission: None,
         }
     }
 }

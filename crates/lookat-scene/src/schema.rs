@@ -1,20 +1,18 @@
 //! The schema of the format: what describes a type of a directive and its parameters. The constructors read parameters by it.
 
-mod key;
-mod range;
 mod synonyms;
-mod value;
 
+use glam::Vec3;
 use lookat_syntax::ParamType;
 
-pub(crate) use key::{Described, Key};
-pub(crate) use range::Range;
-pub(crate) use synonyms::OLDER;
-pub use synonyms::{Synonym, parameter_synonyms, type_synonym};
-pub(crate) use value::{
+use crate::{camera, film, filter, integrator, light, material, medium, options, sampler, shape, texture};
+
+pub(crate) use crate::params::value::{
     Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, GivenTexture, Integers, Name,
     Needed, Pairs, Triples,
 };
+pub(crate) use crate::schema::synonyms::OLDER;
+pub use crate::schema::synonyms::{Synonym, parameter_synonyms, type_synonym};
 
 /// The default of a parameter without which a constructor fails, in words.
 pub const REQUIRED: &str = "required";
@@ -172,3 +170,246 @@ impl Effect {
         }
     }
 }
+
+/// A parameter with the type of its value. A constructor takes its value.
+#[derive(Clone, Copy)]
+pub(crate) struct Key<T> {
+    pub name: &'static str,
+    pub ty: ParamType,
+    pub default: T,
+    pub range: Range,
+    pub unit: Unit,
+    pub meaning: &'static str,
+    pub effect: Effect,
+    /// The default in words, if it depends on something.
+    pub default_words: &'static str,
+}
+
+impl<T: DefaultValue> Key<T> {
+    pub const fn new(name: &'static str, ty: ParamType, default: T, meaning: &'static str) -> Key<T> {
+        let (range, unit, effect) = (Range::ALL, Unit::None, Effect::Rendered);
+        Key { name, ty, default, range, unit, meaning, effect, default_words: "" }
+    }
+
+    /// Rejects values outside a range.
+    pub const fn within(self, range: Range) -> Key<T> {
+        Key { range, ..self }
+    }
+
+    pub const fn unit(self, unit: Unit) -> Key<T> {
+        Key { unit, ..self }
+    }
+
+    /// Words a default that depends on something.
+    pub const fn default_words(self, default_words: &'static str) -> Key<T> {
+        Key { default_words, ..self }
+    }
+
+    /// Words the default of a parameter without which the constructor fails.
+    pub const fn required(self) -> Key<T> {
+        self.default_words(REQUIRED)
+    }
+
+    pub const fn effect(self, effect: Effect) -> Key<T> {
+        Key { effect, ..self }
+    }
+}
+
+impl Key<f64> {
+    pub const fn float(name: &'static str, default: f64, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Float, default, meaning)
+    }
+}
+
+impl Key<i32> {
+    pub const fn integer(name: &'static str, default: i32, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Integer, default, meaning)
+    }
+}
+
+impl Key<Needed> {
+    pub const fn needed(name: &'static str, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Integer, Needed, meaning)
+    }
+}
+
+impl Key<Color> {
+    pub const fn color(name: &'static str, default: f32, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Rgb, Color(default), meaning)
+    }
+}
+
+impl Key<FloatTexture> {
+    pub const fn float_texture(name: &'static str, default: f64, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Float, FloatTexture(default), meaning)
+    }
+}
+
+impl Key<GivenTexture> {
+    pub const fn given_texture(name: &'static str, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Float, GivenTexture, meaning)
+    }
+}
+
+impl Key<ColorTexture> {
+    pub const fn color_texture(name: &'static str, default: f32, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Rgb, ColorTexture(Vec3::splat(default)), meaning)
+    }
+}
+
+impl Key<Name> {
+    pub const fn string(name: &'static str, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::String, Name, meaning)
+    }
+}
+
+impl Key<[f64; 3]> {
+    pub const fn point(name: &'static str, default: [f64; 3], meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Point3, default, meaning)
+    }
+}
+
+impl Key<bool> {
+    pub const fn bool(name: &'static str, default: bool, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Bool, default, meaning)
+    }
+}
+
+impl Key<&'static [&'static str]> {
+    /// One of the words; the first is the default.
+    pub const fn choice(name: &'static str, words: &'static [&'static str], meaning: &'static str) -> Self {
+        Key::new(name, ParamType::String, words, meaning)
+    }
+}
+
+/// The description of a parameter, for every type of value.
+pub(crate) trait Described {
+    fn parameter(&self) -> Parameter;
+}
+
+impl<T: DefaultValue> Described for Key<T> {
+    fn parameter(&self) -> Parameter {
+        let default = match self.default_words {
+            "" => self.default.words(),
+            words => words.into(),
+        };
+        Parameter {
+            name: self.name,
+            ty: self.ty,
+            count: T::COUNT,
+            is_textured: T::IS_TEXTURED,
+            default,
+            range: self.default.range(self.range),
+            unit: self.unit,
+            meaning: self.meaning,
+            effect: self.effect,
+            synonyms: Vec::new(),
+        }
+    }
+}
+
+/// A range of numbers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Range {
+    least: f64,
+    most: f64,
+    /// True for each end that the range does not contain.
+    is_open: [bool; 2],
+}
+
+impl Range {
+    pub const ALL: Range = Range { least: f64::NEG_INFINITY, most: f64::INFINITY, is_open: [false; 2] };
+
+    pub const fn above(least: f64) -> Range {
+        Range { least, most: f64::INFINITY, is_open: [true; 2] }
+    }
+
+    pub const fn at_least(least: f64) -> Range {
+        Range { least, ..Range::ALL }
+    }
+
+    pub const fn below(most: f64) -> Range {
+        Range { least: f64::NEG_INFINITY, most, is_open: [true; 2] }
+    }
+
+    /// Without the ends.
+    pub const fn between(least: f64, most: f64) -> Range {
+        Range { least, most, is_open: [true; 2] }
+    }
+
+    /// Without the least, with the most.
+    pub const fn above_to(least: f64, most: f64) -> Range {
+        Range { least, most, is_open: [true, false] }
+    }
+
+    /// With the ends.
+    pub const fn from_to(least: f64, most: f64) -> Range {
+        Range { least, most, is_open: [false; 2] }
+    }
+
+    pub fn contains(self, value: f64) -> bool {
+        let Range { least, most, is_open: [without_least, without_most] } = self;
+        let is_end = |is_open: bool, end: f64| is_open && end.is_finite() && value == end;
+        least <= value && value <= most && !is_end(without_least, least) && !is_end(without_most, most)
+    }
+
+    /// As in "must be above 0 and below 180". Empty for all numbers.
+    pub fn words(self) -> String {
+        let [least, most] = [self.least, self.most].map(number);
+        let [above, below] = self.is_open;
+        match (self.least.is_finite(), self.most.is_finite()) {
+            (false, false) => String::new(),
+            (true, true) if !above && !below => format!("from {least} to {most}"),
+            (has_least, has_most) => {
+                let least = format!("{} {least}", if above { "above" } else { "at least" });
+                let most = format!("{} {most}", if below { "below" } else { "at most" });
+                let ends = [(has_least, least), (has_most, most)];
+                ends.into_iter()
+                    .filter(|(has, _)| *has)
+                    .map(|(_, words)| words)
+                    .collect::<Vec<_>>()
+                    .join(" and ")
+            }
+        }
+    }
+}
+
+/// A number in few characters.
+pub(crate) fn number(value: f64) -> String {
+    // The nearest `f32` of a short decimal number, unless it is a count.
+    let is_count = value.fract() == 0.0 && value.abs() < 9e15;
+    let value = match (value as f32).to_string().parse::<f64>() {
+        Ok(short) if f64::from(value as f32) == value && !is_count => short,
+        _ => value,
+    };
+    match value.abs() {
+        0.0 | 0.001..1e6 => value.to_string(),
+        f64::INFINITY => "infinity".into(),
+        _ => {
+            let (plain, power) = (value.to_string(), format!("{value:e}"));
+            if plain.len() < power.len() { plain } else { power }
+        }
+    }
+}
+
+/// Every type, by directive.
+pub fn kinds() -> impl Iterator<Item = &'static Kind> {
+    let options = [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS];
+    let surfaces = [options::KINDS, shape::KINDS, material::KINDS, NAMED_MATERIALS];
+    let others = [light::KINDS, light::AREA_KINDS, texture::KINDS, medium::KINDS];
+    options.into_iter().chain(surfaces).chain(others).flatten()
+}
+
+/// The types of materials with a name, which a parameter of MakeNamedMaterial gives.
+const NAMED_MATERIALS: &[Kind] = &{
+    let mut kinds = [material::KINDS[0]; material::KINDS.len()];
+    let mut index = 0;
+    while index < kinds.len() {
+        kinds[index] = material::KINDS[index].of("MakeNamedMaterial", &[&material::TYPE]);
+        index += 1;
+    }
+    kinds
+};
+
+#[cfg(test)]
+mod tests;

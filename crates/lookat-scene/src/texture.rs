@@ -1,31 +1,28 @@
 //! `Texture`: named values that vary over surfaces.
 
-mod bilerp;
-mod checkerboard;
-mod dots;
 mod imagemap;
 mod mapping;
-mod mix;
-mod noise;
-mod params;
-mod value;
+mod patterns;
 
+use std::fmt::Debug;
+use std::ops::{Deref, DerefMut, Mul};
 use std::sync::Arc;
 
-pub use self::bilerp::Bilerp;
-pub use self::checkerboard::{Cells, Checkerboard};
-pub use self::dots::Dots;
-pub use self::imagemap::{ImageFilter, ImageMap};
-pub use self::mapping::Mapping;
-pub use self::noise::{Marble, Octaves};
-pub use self::value::Value;
+use glam::Vec3;
+use lookat_image::Texel;
+use lookat_syntax::ParamType;
 
-pub(crate) use self::params::{TextureParams, Textures};
-pub(crate) use self::value::Parameter;
+use crate::names::{Names, SymbolKind};
 use crate::params::Params;
-use crate::picture::Pictures;
-use crate::schema::{Color, DefaultValue, Effect, Key, Kind, Name, names};
+use crate::picture::{Cache, FromColor, Pictures};
+use crate::schema::{
+    Color, ColorTexture, DefaultValue, Effect, FloatTexture, GivenTexture, Key, Kind, Name, names,
+};
 use crate::transform::Transform;
+
+pub use crate::texture::imagemap::{ImageFilter, ImageMap};
+pub use crate::texture::mapping::Mapping;
+pub use crate::texture::patterns::{Bilerp, Cells, Checkerboard, Dots, Marble, Octaves};
 
 /// A value for each point of a surface: a number (`f64`) or a color (`Vec3`, linear RGB).
 #[derive(Debug, Clone)]
@@ -193,13 +190,13 @@ const PTEX_GAMMA: Key<f64> = of_ptex(Key::float("gamma", 2.2, "the exponent of t
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("Texture", "constant", "one value everywhere", &[&[&VALUE]]),
-    Kind::new("Texture", "scale", "the product of two textures", &[mix::SCALE_KEYS]),
-    Kind::new("Texture", "mix", "a blend of two textures", &[mix::MIX_KEYS]),
+    Kind::new("Texture", "scale", "the product of two textures", &[patterns::SCALE_KEYS]),
+    Kind::new("Texture", "mix", "a blend of two textures", &[patterns::MIX_KEYS]),
     Kind::new(
         "Texture",
         "bilerp",
         "bilinear interpolation between the corners of the unit square",
-        &[bilerp::KEYS, mapping::KEYS],
+        &[patterns::BILERP_KEYS, mapping::KEYS],
     ),
     Kind::new("Texture", "imagemap", "a picture", &[imagemap::KEYS, mapping::KEYS]),
     Kind::new(
@@ -212,21 +209,21 @@ pub(crate) const KINDS: &[Kind] = &[
         "Texture",
         "checkerboard",
         "two alternating textures in unit squares or cubes",
-        &[checkerboard::KEYS, mapping::KEYS],
+        &[patterns::CHECKERBOARD_KEYS, mapping::KEYS],
     ),
-    Kind::new("Texture", "dots", "round dots at random places", &[dots::KEYS, mapping::KEYS]),
-    Kind::new("Texture", "fbm", "a sum of noise, like clouds", &[noise::OCTAVES_KEYS]),
+    Kind::new("Texture", "dots", "round dots at random places", &[patterns::DOTS_KEYS, mapping::KEYS]),
+    Kind::new("Texture", "fbm", "a sum of noise, like clouds", &[patterns::OCTAVES_KEYS]),
     Kind::new(
         "Texture",
         "wrinkled",
         "a sum of absolute values of noise, with creases",
-        &[noise::OCTAVES_KEYS],
+        &[patterns::OCTAVES_KEYS],
     ),
     Kind::new(
         "Texture",
         "marble",
         "layers of marble along y, for spectrum textures",
-        &[noise::OCTAVES_KEYS, noise::MARBLE_KEYS],
+        &[patterns::OCTAVES_KEYS, patterns::MARBLE_KEYS],
     ),
     Kind::new("Texture", "windy", "the height of waves in the wind", &[]),
     Kind::new("Texture", "ptex", "a Ptex file", &[&[&PTEX_FILE, &PTEX_GAMMA]])
@@ -266,17 +263,17 @@ pub(crate) fn texture<T: Parameter>(
 ) -> Option<Texture<T>> {
     let texture = match params.kind() {
         "constant" => Texture::Constant(T::value(params, &VALUE)),
-        "scale" => mix::scale(params),
-        "mix" => mix::mix(params),
+        "scale" => patterns::scale(params),
+        "mix" => patterns::mix(params),
         "imagemap" => imagemap::imagemap(params, ctm, pictures)?,
-        "bilerp" => bilerp::bilerp(params, ctm),
+        "bilerp" => patterns::bilerp(params, ctm),
         "uv" => colors(params, ctm, |params, ctm| Varying::Uv(mapping::mapping(params, ctm))),
-        "checkerboard" => checkerboard::checkerboard(params, ctm),
-        "dots" => dots::dots(params, ctm),
-        "fbm" => noise::fbm(params, ctm),
-        "wrinkled" => noise::wrinkled(params, ctm),
-        "marble" => colors(params, ctm, noise::marble),
-        "windy" => noise::windy(ctm),
+        "checkerboard" => patterns::checkerboard(params, ctm),
+        "dots" => patterns::dots(params, ctm),
+        "fbm" => patterns::fbm(params, ctm),
+        "wrinkled" => patterns::wrinkled(params, ctm),
+        "marble" => colors(params, ctm, patterns::marble),
+        "windy" => patterns::windy(ctm),
         _ => return not_rendered(params),
     };
     check(params, &texture);
@@ -308,4 +305,220 @@ fn not_rendered<T>(params: &mut Params) -> Option<T> {
     );
     params.unsupported(message);
     None
+}
+
+/// A number or a color.
+pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + 'static {
+    /// The texel type of pictures.
+    type Texel: Texel;
+
+    /// Converts a texel.
+    fn from_texel(texel: Self::Texel) -> Self;
+
+    /// True if no number of the value is infinite or NaN.
+    fn is_finite(self) -> bool;
+
+    /// Linear interpolation: `a` for an `amount` of 0, `b` for 1.
+    fn mix(a: Self, b: Self, amount: f64) -> Self;
+}
+
+impl Value for f64 {
+    type Texel = f32;
+
+    fn from_texel(texel: f32) -> f64 {
+        texel.into()
+    }
+
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+
+    fn mix(a: f64, b: f64, amount: f64) -> f64 {
+        a * (1.0 - amount) + b * amount
+    }
+}
+
+impl Value for Vec3 {
+    type Texel = Vec3;
+
+    fn from_texel(texel: Vec3) -> Vec3 {
+        texel
+    }
+
+    fn is_finite(self) -> bool {
+        Vec3::is_finite(self)
+    }
+
+    fn mix(a: Vec3, b: Vec3, amount: f64) -> Vec3 {
+        a * (1.0 - amount) as f32 + b * amount as f32
+    }
+}
+
+/// A value that a parameter can give directly or by a texture name.
+pub(crate) trait Parameter: Value<Texel: FromColor> {
+    /// The value type in Texture directives.
+    const TYPE: &'static str;
+
+    /// Takes a color. A float texture takes a number.
+    fn value(params: &mut Params, key: &Key<Color>) -> Self;
+
+    /// Takes a color or a texture. A float texture takes a number or a float texture.
+    fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<Self>;
+
+    /// The pictures with these values.
+    fn pictures(pictures: &Pictures) -> &Cache<Self::Texel>;
+
+    /// The same, to add to them.
+    fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
+}
+
+impl Parameter for f64 {
+    const TYPE: &'static str = "float";
+
+    fn value(params: &mut Params, key: &Key<Color>) -> f64 {
+        params.take(&Key::float(key.name, key.default.0.into(), key.meaning))
+    }
+
+    fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<f64> {
+        params.float_texture(key.name, key.default.0.x.into())
+    }
+
+    fn pictures(pictures: &Pictures) -> &Cache<f32> {
+        &pictures.numbers
+    }
+
+    fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<f32> {
+        &mut pictures.numbers
+    }
+}
+
+impl Parameter for Vec3 {
+    const TYPE: &'static str = "spectrum";
+
+    fn value(params: &mut Params, key: &Key<Color>) -> Vec3 {
+        params.take(key)
+    }
+
+    fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<Vec3> {
+        params.take_texture(key)
+    }
+
+    fn pictures(pictures: &Pictures) -> &Cache<Vec3> {
+        &pictures.colors
+    }
+
+    fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<Vec3> {
+        &mut pictures.colors
+    }
+}
+
+/// The textures in scope. An unsupported texture has no value, and parameters that name it keep their default.
+pub(crate) struct Textures {
+    pub float: Names<Option<Texture<f64>>>,
+    pub spectrum: Names<Option<Texture<Vec3>>>,
+}
+
+impl Default for Textures {
+    fn default() -> Self {
+        Textures {
+            float: Names::new(SymbolKind::FloatTexture),
+            spectrum: Names::new(SymbolKind::SpectrumTexture),
+        }
+    }
+}
+
+/// Parameters with the textures in scope (pbrt-v3's TextureParams).
+pub(crate) struct TextureParams<'t, 'p> {
+    params: &'t mut Params<'p>,
+    textures: &'t Textures,
+}
+
+impl<'t, 'p> TextureParams<'t, 'p> {
+    pub fn new(params: &'t mut Params<'p>, textures: &'t Textures) -> Self {
+        TextureParams { params, textures }
+    }
+
+    /// Takes a parameter that can name a texture.
+    pub fn take_texture<T: TakeTexture>(&mut self, key: &Key<T>) -> T::Taken {
+        T::take(key, self)
+    }
+
+    /// A color or a named texture.
+    pub fn spectrum_texture(&mut self, name: &'static str, default: Vec3) -> Texture<Vec3> {
+        let Some(texture) = self.texture(name) else {
+            return Texture::Constant(self.spectrum(name, default));
+        };
+        self.ask(name, ParamType::Rgb);
+        let Textures { float, spectrum } = self.textures;
+        let known = self.params.find_texture(spectrum, float, &texture);
+        known.cloned().flatten().unwrap_or(Texture::Constant(default))
+    }
+
+    /// A number or a named texture.
+    pub fn float_texture(&mut self, name: &'static str, default: f64) -> Texture<f64> {
+        self.float_texture_if_given(name).unwrap_or(Texture::Constant(default))
+    }
+
+    /// A number or a named texture, if the parameter is given and has a value.
+    pub fn float_texture_if_given(&mut self, name: &'static str) -> Option<Texture<f64>> {
+        let Some(texture) = self.texture(name) else {
+            return self.float_if_given(name).map(Texture::Constant);
+        };
+        self.ask(name, ParamType::Float);
+        let Textures { float, spectrum } = self.textures;
+        let known = self.params.find_texture(float, spectrum, &texture);
+        known.cloned().flatten()
+    }
+}
+
+impl<'p> Deref for TextureParams<'_, 'p> {
+    type Target = Params<'p>;
+
+    fn deref(&self) -> &Params<'p> {
+        self.params
+    }
+}
+
+impl<'p> DerefMut for TextureParams<'_, 'p> {
+    fn deref_mut(&mut self) -> &mut Params<'p> {
+        self.params
+    }
+}
+
+/// A type of value that can name a texture instead.
+pub(crate) trait TakeTexture: DefaultValue {
+    /// What the constructor gets.
+    type Taken;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Self::Taken;
+}
+
+impl TakeTexture for FloatTexture {
+    type Taken = Texture<f64>;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<f64> {
+        let texture = params.float_texture(key.name, key.default.0);
+        match texture.constant() {
+            Some(value) if !params.check_within(key, value) => Texture::Constant(key.default.0),
+            _ => texture,
+        }
+    }
+}
+
+impl TakeTexture for GivenTexture {
+    type Taken = Option<Texture<f64>>;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Option<Texture<f64>> {
+        let texture = params.float_texture_if_given(key.name)?;
+        let is_within = texture.constant().is_none_or(|value| params.check_within(key, value));
+        is_within.then_some(texture)
+    }
+}
+
+impl TakeTexture for ColorTexture {
+    type Taken = Texture<Vec3>;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<Vec3> {
+        params.spectrum_texture(key.name, key.default.0)
+    }
 }

@@ -3,8 +3,10 @@
 use crate::advice::{advice, quoted_after};
 use crate::grammar::{Commas, Reader};
 use crate::param::Values;
-use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, shown, word};
-use crate::words::{ends_list, is_declaration, is_keyword, unclosed};
+use crate::token::{
+    Fault, Input, Parsing, blank, ends_list, found, is_declaration, is_keyword, number, quoted, shown,
+    unclosed, word,
+};
 use crate::{ActiveTransform, Directive, Entity, EntityKind, Spanned, Text};
 
 /// The values of a transformation.

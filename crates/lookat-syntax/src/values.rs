@@ -1,12 +1,12 @@
 //! The grammar of parameters and their values.
 
 use crate::grammar::{Commas, Reader};
-use crate::lists;
 use crate::param::{Param, ParamType, Values};
-use crate::quotes::unopened;
-use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, shown, word};
-use crate::words::{ends_list, is_declaration, unclosed};
-use crate::{Diagnostic, LongList, Spanned, Text, nearest};
+use crate::recovery::unopened;
+use crate::token::{
+    Fault, Input, Parsing, blank, ends_list, found, is_declaration, number, quoted, shown, unclosed, word,
+};
+use crate::{Diagnostic, LongList, Spanned, Text, nearest, numbers};
 
 /// The most bad values that are reported for one list.
 const FAULTS_PER_LIST: usize = 5;
@@ -244,7 +244,7 @@ impl<'a> Reader<'a> {
         let (mut count, mut faults) = (0, 0);
         loop {
             let quick;
-            (input, quick) = lists::plain(input, values, count);
+            (input, quick) = numbers::plain(input, values, count);
             count += quick;
             (input, _) = self.separator(input)?;
             match input.first() {

@@ -4,7 +4,7 @@ use std::io::Read;
 
 use super::stream::{LONGEST, Stream};
 use super::{PlyError, quote};
-use crate::other_format::{LFS_POINTER, LFS_REASON};
+use crate::files::content::{LFS_POINTER, LFS_REASON};
 
 /// The most lines of a header.
 const MOST_LINES: usize = 100_000;

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values};
 
 use super::Resolver;
-use crate::cutout::cutout;
 use crate::material::MaterialInstance;
+use crate::mesh::cutout;
+use crate::names::{SymbolId, SymbolKind};
 use crate::params::Params;
+use crate::resolve::Definitions;
 use crate::schema::names;
-use crate::state::Definitions;
-use crate::symbols::{SymbolId, SymbolKind};
 use crate::texture::TextureParams;
 use crate::{Material, MaterialKind, Primitive, light, material, shape, texture};
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
 
-use super::shape::is_quadric;
+use crate::validate::is_quadric;
 use crate::{
     Bilerp, Cone, CurveKind, Cutout, Cylinder, DirectStrategy, Disk, Emission, FilterKind, Hyperboloid,
     ImageFilter, ImageMap, Integrator, Light, Mapping, Material, MaterialKind, Matte, Mesh, MeshFault, Mix,

@@ -1,0 +1,111 @@
+//! Advice about the camera and about transformations.
+
+use glam::DVec3;
+use lookat_syntax::{Diagnostic, Span};
+
+use crate::advice::{Evidence, Rotation, warn};
+use crate::report::Report;
+use crate::{Integrator, MaterialKind, Transform, transform};
+
+// Scales before the camera, which pbrt-v3 handles badly.
+
+/// Warns of a large world: pbrt-v3 loses hits at small distances in camera units.
+pub(super) fn advise_large_world(evidence: &Evidence, report: &mut Report) {
+    const LARGE: f64 = 1000.0;
+    let Some((at, world_from_camera)) = evidence.facts.camera else { return };
+    let unit = world_from_camera.vector(DVec3::Z).length();
+    if unit * LARGE < 1.0 {
+        let times = (1.0 / unit).round();
+        let message =
+            format!("pbrt-v3 may miss near surfaces: one unit of the world is {times} units of the camera");
+        warn(report, at, message, "leave out the scale before Camera");
+    }
+}
+
+/// Warns of a scale before Camera: pbrt-v3 then passes the BSDF of the first surface a direction that is not
+/// normalized.
+pub(super) fn advise_scale(evidence: &Evidence, report: &mut Report) {
+    if !matches!(evidence.integrator(), Some(Integrator::Path { .. })) {
+        return;
+    }
+    let is_seen = evidence.drawn.iter().any(|primitive| is_glossy(&primitive.material.kind));
+    let camera = evidence.facts.camera.as_ref();
+    if let Some((at, _)) = camera.filter(|(_, transform)| is_seen && is_scaled(transform)) {
+        let message = "a scale before Camera: pbrt-v3 renders glossy and transparent surfaces too dark or too bright, or crashes";
+        let help =
+            "lookat renders them correctly; for equal pictures, scale the world after WorldBegin instead";
+        warn(report, *at, message, help);
+    }
+}
+
+/// True if the camera transformation scales lengths.
+fn is_scaled(world_from_camera: &Transform) -> bool {
+    let is_other = |axis: &DVec3| (world_from_camera.vector(*axis).length() - 1.0).abs() > 1e-3;
+    [DVec3::X, DVec3::Y, DVec3::Z].iter().any(is_other)
+}
+
+/// True if a material has glossy lobes.
+fn is_glossy(material: &MaterialKind) -> bool {
+    match material {
+        MaterialKind::None | MaterialKind::Matte(_) | MaterialKind::Mirror(_) => false,
+        MaterialKind::Mix(mix) => mix.materials.iter().any(|material| is_glossy(&material.kind)),
+        _ => true,
+    }
+}
+
+pub(super) fn transformations(evidence: &Evidence, report: &mut Report) {
+    let facts = evidence.facts;
+    match (facts.idle_transform, facts.world_begin, facts.camera) {
+        (Some(idle), Some(_), Some(_)) => {
+            let help = "move it before Camera to place the camera, or after WorldBegin to place shapes";
+            warn(report, idle, "a transformation after Camera has no effect", help);
+        }
+        (Some(idle), Some(world_begin), None) => {
+            let message = "a transformation without Camera has no effect: the default camera stands at the origin and looks along +z";
+            let before = Span { end: world_begin.start, ..world_begin };
+            let warning = Diagnostic::warning(idle, message).help("write Camera after it");
+            report.push(warning.fix(before, "Camera \"perspective\"\n"));
+        }
+        _ => {}
+    }
+    // One that follows a camera in its place, or stands in a block, places shapes or lights.
+    let is_unplaced = facts.camera.is_none_or(|(_, placed)| placed == Transform::IDENTITY);
+    if let Some(at) = facts.look_at_in_world.filter(|_| is_unplaced) {
+        let message = "LookAt inside the world block moves shapes, not the camera";
+        warn(report, at, message, "to place the camera, move LookAt before Camera");
+    }
+    for (keyword, at) in &facts.motion {
+        let message = format!(
+            "{keyword}: lookat does not render motion; it uses the transformations at the start time"
+        );
+        report.unsupported(*at, message);
+    }
+}
+
+/// The most rotations for which doubtful ones are reported. Among more, some look doubtful by chance.
+const MANY: usize = 20;
+
+pub(super) fn rotations(evidence: &Evidence, report: &mut Report) {
+    let rotations = &evidence.facts.rotations;
+    rotations.iter().filter_map(angle_last).for_each(|warning| report.push(warning));
+    let doubtful = || rotations.iter().filter_map(radians);
+    if rotations.len() < MANY * doubtful().count() {
+        doubtful().for_each(|doubt| report.push(doubt));
+    }
+}
+
+fn radians(rotation: &Rotation) -> Option<Diagnostic> {
+    let (severity, message, help) = transform::doubt("the angle of Rotate", rotation.angle)?;
+    let doubt = Diagnostic::warning(rotation.at, message).help(help);
+    Some(Diagnostic { severity, ..doubt })
+}
+
+fn angle_last(Rotation { angle, axis: [x, y, z], at }: &Rotation) -> Option<Diagnostic> {
+    let is_axis = [angle, x, y].into_iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
+    if !is_axis || !(10.0..=720.0).contains(&z.abs()) {
+        return None;
+    }
+    let message = format!("the angle of Rotate is {angle}: did you write the angle last?");
+    let warning = Diagnostic::warning(*at, message).help("write the angle first, then the axis");
+    Some(warning.fix(*at, format!("Rotate {z} {angle} {x} {y}")))
+}

@@ -1,0 +1,557 @@
+//! The materials that lookat renders, their parameters, and the types of `Material`.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use lookat_syntax::{Diagnostic, ParamType};
+
+use crate::material::{Material, MaterialKind, Named, stand_in, subsurface};
+use crate::schema::{ColorTexture, FloatTexture, GivenTexture, Key, Keys, Kind, Name, Range, Unit};
+use crate::texture::{Texture, TextureParams};
+
+// `Material "matte"`: Lambertian, or Oren-Nayar with a `sigma` above 0 (PBR 9.2.1).
+
+/// A diffuse surface.
+#[derive(Debug, Clone)]
+pub struct Matte {
+    /// The diffuse reflectance (`Kd`, default 0.5).
+    pub kd: Texture<Vec3>,
+    /// The Oren-Nayar roughness: standard deviation of the facet angle in degrees, clamped to 0 to 90 (`sigma`,
+    /// default 0).
+    pub sigma: Texture<f64>,
+}
+
+const MATTE_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
+const SIGMA: Key<FloatTexture> = Key::float_texture(
+    "sigma",
+    0.0,
+    "the standard deviation of the facet angle (Oren-Nayar), clamped to 0 to 90; 0 is Lambertian",
+)
+.unit(Unit::Degrees);
+
+const MATTE_KEYS: Keys = &[&MATTE_KD, &SIGMA];
+
+pub(super) fn matte(params: &mut TextureParams) -> Matte {
+    let kd = share(params, &MATTE_KD);
+    let sigma = params.take_texture(&SIGMA);
+    if let Texture::Constant(degrees) = sigma
+        && !(0.0..=90.0).contains(&degrees)
+    {
+        let message =
+            format!("sigma is out of range: it is used as {}, as in pbrt-v3", degrees.clamp(0.0, 90.0));
+        params.warn("sigma", &message, "use a sigma from 0 (smooth) to 90 degrees");
+    }
+    Matte { kd, sigma }
+}
+
+// `Material "plastic"`: a diffuse base under a rough dielectric coating (PBR 9.2.2).
+
+/// A diffuse base under a rough dielectric coating of index 1.5.
+#[derive(Debug, Clone)]
+pub struct Plastic {
+    /// The diffuse reflectance (`Kd`, default 0.25).
+    pub kd: Texture<Vec3>,
+    /// The factor on glossy reflection (`Ks`, default 0.25).
+    pub ks: Texture<Vec3>,
+    /// The roughness of the glossy lobe (`roughness`, default 0.1; `remaproughness`).
+    pub roughness: Roughness,
+}
+
+const PLASTIC_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.25, "the diffuse reflectance");
+const PLASTIC_KS: Key<ColorTexture> = Key::color_texture("Ks", 0.25, "the factor of glossy reflection");
+const PLASTIC_ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
+
+const PLASTIC_KEYS: Keys = &[&PLASTIC_KD, &PLASTIC_KS, &PLASTIC_ROUGHNESS, &REMAP];
+
+pub(super) fn plastic(params: &mut TextureParams) -> Plastic {
+    Plastic {
+        kd: share(params, &PLASTIC_KD),
+        ks: share(params, &PLASTIC_KS),
+        roughness: Roughness::isotropic(params, &PLASTIC_ROUGHNESS),
+    }
+}
+
+// `Material "translucent"`: diffuse and glossy reflection and transmission (materials/translucent.cpp).
+
+/// A thin surface of index 1.5 that reflects and transmits.
+#[derive(Debug, Clone)]
+pub struct Translucent {
+    /// The factor on diffuse scattering (`Kd`, default 0.25).
+    pub kd: Texture<Vec3>,
+    /// The factor on glossy scattering (`Ks`, default 0.25).
+    pub ks: Texture<Vec3>,
+    /// The reflected part of both (`reflect`, default 0.5).
+    pub reflect: Texture<Vec3>,
+    /// The transmitted part of both (`transmit`, default 0.5).
+    pub transmit: Texture<Vec3>,
+    /// The roughness of the glossy lobe (`roughness`, default 0.1; `remaproughness`).
+    pub roughness: Roughness,
+}
+
+const TRANSLUCENT_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.25, "the factor of diffuse scattering");
+const TRANSLUCENT_KS: Key<ColorTexture> = Key::color_texture("Ks", 0.25, "the factor of glossy scattering");
+const REFLECT: Key<ColorTexture> = Key::color_texture("reflect", 0.5, "the share of both that is reflected");
+const TRANSMIT: Key<ColorTexture> =
+    Key::color_texture("transmit", 0.5, "the share of both that is transmitted");
+const TRANSLUCENT_ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
+
+const TRANSLUCENT_KEYS: Keys =
+    &[&TRANSLUCENT_KD, &TRANSLUCENT_KS, &REFLECT, &TRANSMIT, &TRANSLUCENT_ROUGHNESS, &REMAP];
+
+pub(super) fn translucent(params: &mut TextureParams) -> Translucent {
+    Translucent {
+        kd: share(params, &TRANSLUCENT_KD),
+        ks: share(params, &TRANSLUCENT_KS),
+        reflect: share(params, &REFLECT),
+        transmit: share(params, &TRANSMIT),
+        roughness: Roughness::isotropic(params, &TRANSLUCENT_ROUGHNESS),
+    }
+}
+
+// `Material "glass"`: reflection and refraction at a dielectric boundary (PBR3 8.2, 8.4; materials/glass.cpp).
+
+/// Smooth or rough glass.
+#[derive(Debug, Clone)]
+pub struct Glass {
+    /// The factor on reflection (`Kr`, default 1).
+    pub kr: Texture<Vec3>,
+    /// The factor on transmission (`Kt`, default 1).
+    pub kt: Texture<Vec3>,
+    /// The roughness; smooth where both values are 0 (`uroughness`, `vroughness`, default 0; `remaproughness`).
+    pub roughness: Roughness,
+    /// The relative index of refraction, inside over outside (the side of the normal), above 0 (`eta` or `index`,
+    /// default 1.5).
+    pub eta: Texture<f64>,
+}
+
+const GLASS_KR: Key<ColorTexture> = Key::color_texture("Kr", 1.0, "the factor of reflection");
+const GLASS_KT: Key<ColorTexture> = Key::color_texture("Kt", 1.0, "the factor of refraction");
+const GLASS_ROUGHNESS_U: Key<FloatTexture> = along_u(0.0);
+const GLASS_ROUGHNESS_V: Key<FloatTexture> = along_v(0.0);
+
+const GLASS_KEYS: Keys =
+    &[&GLASS_KR, &GLASS_KT, &ETA, &INDEX, &GLASS_ROUGHNESS_U, &GLASS_ROUGHNESS_V, &REMAP];
+
+pub(super) fn glass(params: &mut TextureParams) -> Glass {
+    let [kr, kt] = [&GLASS_KR, &GLASS_KT].map(|key| share(params, key));
+    let (roughness, eta) =
+        (Roughness::of_two(params, [&GLASS_ROUGHNESS_U, &GLASS_ROUGHNESS_V]), index_of_refraction(params));
+    let is_smooth = |width: &Texture<f64>| width.constant() == Some(0.0);
+    if eta.constant() == Some(1.0)
+        && !(is_smooth(&roughness.u) && roughness.v.as_ref().is_some_and(is_smooth))
+    {
+        let name = if params.was_taken("eta") { "eta" } else { "index" };
+        let message = "pbrt-v3 aborts at rough glass of index 1; lookat lets light pass straight through";
+        params.warn(name, message, "write an index of 1.001: it looks the same and renders in both programs");
+    }
+    Glass { kr, kt, roughness, eta }
+}
+
+// `Material "mirror"`: a perfect mirror (materials/mirror.cpp).
+
+/// A perfect mirror.
+#[derive(Debug, Clone)]
+pub struct Mirror {
+    /// The reflectance (`Kr`, default 0.9).
+    pub kr: Texture<Vec3>,
+}
+
+const MIRROR_KR: Key<ColorTexture> = Key::color_texture("Kr", 0.9, "the reflectance");
+
+const MIRROR_KEYS: Keys = &[&MIRROR_KR];
+
+pub(super) fn mirror(params: &mut TextureParams) -> Mirror {
+    Mirror { kr: share(params, &MIRROR_KR) }
+}
+
+// `Material "metal"`: a rough conductor (PBR 8.2.1, 9.2 of the source, materials/metal.cpp).
+
+/// A rough conductor in air.
+#[derive(Debug, Clone)]
+pub struct Metal {
+    /// The index of refraction, linear RGB (`eta`, default copper).
+    pub eta: Texture<Vec3>,
+    /// The absorption coefficient, linear RGB (`k`, default copper).
+    pub k: Texture<Vec3>,
+    /// The roughness (`roughness`, default 0.01; `uroughness`, `vroughness`, `remaproughness`).
+    pub roughness: Roughness,
+}
+
+/// The index of refraction and absorption of copper: the spectra of pbrt-v3 (materials/metal.cpp), converted to RGB.
+const COPPER: [Vec3; 2] = [Vec3::new(0.199990, 0.922086, 1.099876), Vec3::new(3.904638, 2.447633, 2.137651)];
+
+const fn of_copper(name: &'static str, default: Vec3, meaning: &'static str) -> Key<ColorTexture> {
+    Key::new(name, ParamType::Rgb, ColorTexture(default), meaning).default_words("copper")
+}
+
+const METAL_ETA: Key<ColorTexture> = of_copper("eta", COPPER[0], "the index of refraction");
+const K: Key<ColorTexture> = of_copper("k", COPPER[1], "the absorption coefficient");
+const METAL_ROUGHNESS: Key<FloatTexture> = isotropic(0.01);
+const METAL_ROUGHNESS_V: Key<GivenTexture> = given_v("roughness");
+
+const METAL_KEYS: Keys = &[&METAL_ETA, &K, &METAL_ROUGHNESS, &GIVEN_U, &METAL_ROUGHNESS_V, &REMAP];
+
+pub(super) fn metal(params: &mut TextureParams) -> Metal {
+    let [eta, k] = [&METAL_ETA, &K].map(|key| {
+        let (name, value) = (key.name, params.take_texture(key));
+        // Spectra may give negative color components.
+        if value.constant().is_some_and(|color| color.min_element() < 0.0) && params.was_rgb(name) {
+            let message = format!("{name} is negative, which is not physical");
+            params.warn(name, &message, "use eta and k above 0; the defaults are copper");
+        }
+        value
+    });
+    Metal { eta, k, roughness: Roughness::of_metal(params, &METAL_ROUGHNESS, &METAL_ROUGHNESS_V) }
+}
+
+// `Material "substrate"`: a diffuse base under a glossy coating with Fresnel reflection (Ashikhmin and Shirley, PBR
+// 8.5).
+
+/// A diffuse base under a coating.
+#[derive(Debug, Clone)]
+pub struct Substrate {
+    /// The diffuse reflectance (`Kd`, default 0.5).
+    pub kd: Texture<Vec3>,
+    /// The specular reflectance at normal incidence (`Ks`, default 0.5).
+    pub ks: Texture<Vec3>,
+    /// The roughness of the coating (`uroughness`, `vroughness`, default 0.1; `remaproughness`).
+    pub roughness: Roughness,
+}
+
+const SUBSTRATE_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance of the base");
+const SUBSTRATE_KS: Key<ColorTexture> =
+    Key::color_texture("Ks", 0.5, "the specular reflectance of the coating at normal incidence");
+const SUBSTRATE_ROUGHNESS_U: Key<FloatTexture> = along_u(0.1);
+const SUBSTRATE_ROUGHNESS_V: Key<FloatTexture> = along_v(0.1);
+
+const SUBSTRATE_KEYS: Keys =
+    &[&SUBSTRATE_KD, &SUBSTRATE_KS, &SUBSTRATE_ROUGHNESS_U, &SUBSTRATE_ROUGHNESS_V, &REMAP];
+
+pub(super) fn substrate(params: &mut TextureParams) -> Substrate {
+    Substrate {
+        kd: share(params, &SUBSTRATE_KD),
+        ks: share(params, &SUBSTRATE_KS),
+        roughness: Roughness::of_two(params, [&SUBSTRATE_ROUGHNESS_U, &SUBSTRATE_ROUGHNESS_V]),
+    }
+}
+
+// `Material "uber"`: diffuse, glossy and specular lobes in one material (materials/uber.cpp).
+
+/// Diffuse, glossy and specular lobes in one material.
+#[derive(Debug, Clone)]
+pub struct Uber {
+    /// The diffuse reflectance (`Kd`, default 0.25).
+    pub kd: Texture<Vec3>,
+    /// The factor on glossy reflection (`Ks`, default 0.25).
+    pub ks: Texture<Vec3>,
+    /// The factor on specular reflection (`Kr`, default 0).
+    pub kr: Texture<Vec3>,
+    /// The factor on specular transmission (`Kt`, default 0).
+    pub kt: Texture<Vec3>,
+    /// The roughness of the glossy lobe (`uroughness`, or `roughness`, default 0.1; `vroughness`, default the same as
+    /// u; `remaproughness`).
+    pub roughness: Roughness,
+    /// The relative index of refraction, inside over outside, above 0 (`eta` or `index`, default 1.5).
+    pub eta: Texture<f64>,
+    /// The opacity; the rest of the light passes straight through (`opacity`, default 1).
+    pub opacity: Texture<Vec3>,
+}
+
+const UBER_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.25, "the diffuse reflectance");
+const UBER_KS: Key<ColorTexture> = Key::color_texture("Ks", 0.25, "the factor of glossy reflection");
+const UBER_KR: Key<ColorTexture> = Key::color_texture("Kr", 0.0, "the factor of specular reflection");
+const UBER_KT: Key<ColorTexture> = Key::color_texture("Kt", 0.0, "the factor of specular refraction");
+const OPACITY: Key<ColorTexture> =
+    Key::color_texture("opacity", 1.0, "the share of light that meets the surface; the rest passes straight");
+const UBER_ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
+const UBER_ROUGHNESS_V: Key<GivenTexture> = given_v("uroughness");
+
+const UBER_KEYS: Keys = &[
+    &UBER_KD,
+    &UBER_KS,
+    &UBER_KR,
+    &UBER_KT,
+    &OPACITY,
+    &ETA,
+    &INDEX,
+    &UBER_ROUGHNESS,
+    &GIVEN_U,
+    &UBER_ROUGHNESS_V,
+    &REMAP,
+];
+
+pub(super) fn uber(params: &mut TextureParams) -> Uber {
+    Uber {
+        kd: share(params, &UBER_KD),
+        ks: share(params, &UBER_KS),
+        kr: share(params, &UBER_KR),
+        kt: share(params, &UBER_KT),
+        roughness: Roughness::of_uber(params, &UBER_ROUGHNESS, &UBER_ROUGHNESS_V),
+        eta: index_of_refraction(params),
+        opacity: share(params, &OPACITY),
+    }
+}
+
+// `Material "mix"`: a blend of two materials (materials/mixmat.cpp).
+
+/// A blend of two materials. It consists of at most 100, counting the parts of nested mixes.
+#[derive(Debug, Clone)]
+pub struct Mix {
+    /// The two materials (`namedmaterial1`, `namedmaterial2`). Neither is [`MaterialKind::None`].
+    pub materials: [Arc<Material>; 2],
+    /// The weight of the first material. The second has the rest (`amount`, default 0.5).
+    pub amount: Texture<Vec3>,
+}
+
+impl Mix {
+    /// The most materials in nested mixes. Each level can double the work, so a short file could take forever.
+    pub(crate) const MOST: u32 = 100;
+
+    /// The number of materials, counting the parts of nested mixes.
+    pub(crate) fn parts(&self) -> u32 {
+        let [first, second] = &self.materials;
+        first.parts.saturating_add(second.parts)
+    }
+}
+
+const FIRST: Key<Name> =
+    Key::string("namedmaterial1", "the name of the first material, whose bump map is used").required();
+const SECOND: Key<Name> = Key::string("namedmaterial2", "the name of the second material").required();
+const AMOUNT: Key<ColorTexture> = Key::color_texture("amount", 0.5, "the share of the first material");
+
+pub(super) const MIX_KEYS: Keys = &[&FIRST, &SECOND, &AMOUNT];
+
+pub(super) fn mix(params: &mut TextureParams, named: &Named) -> Mix {
+    let materials = [&FIRST, &SECOND].map(|key| part(params, key, named));
+    let amount = share(params, &AMOUNT);
+    let mut mix = Mix { materials, amount };
+    if mix.parts() > Mix::MOST {
+        let help = "use fewer materials; a material named by two parameters counts twice, with all its parts";
+        params.reject("", format!("this mix consists of more than {} materials", Mix::MOST), Some(help));
+        mix.materials = [0, 1].map(|_| Arc::new(Material::DEFAULT));
+    }
+    mix
+}
+
+/// One of the two materials. After an error it is matte, as in pbrt-v3.
+fn part(params: &mut TextureParams, key: &Key<Name>, named: &Named) -> Arc<Material> {
+    let Some(name) = params.take(key) else {
+        let parameter = key.name;
+        let help = "write the name of a material that MakeNamedMaterial defines";
+        params.missing(parameter, &format!("a mix of materials needs {parameter}"), help);
+        return Arc::new(Material::DEFAULT);
+    };
+    let material = params.find(named, &name).map(|instance| instance.material.clone());
+    let material = material.unwrap_or_else(|| Arc::new(Material::DEFAULT));
+    if !matches!(material.kind, MaterialKind::None) {
+        return material;
+    }
+    let message = format!("\"{}\" is not a surface: a mix cannot contain it", name.value);
+    let help = "for holes, use \"uber\" with an opacity, or an alpha texture of the shape";
+    params.error(Diagnostic::error(name.span, message).help(help));
+    Arc::new(Material::DEFAULT)
+}
+
+const BUMP: Key<GivenTexture> =
+    Key::given_texture("bumpmap", "the height above the surface, which changes the shading normal")
+        .unit(Unit::WorldSpace);
+const INDEX: Key<FloatTexture> =
+    Key::float_texture("index", 1.5, "another name of eta").within(Range::above(0.0));
+pub(super) const ETA: Key<GivenTexture> =
+    Key::given_texture("eta", "the index of refraction, inside over outside")
+        .within(Range::above(0.0))
+        .default_words("index");
+
+pub(super) fn bump(params: &mut TextureParams) -> Option<Texture<f64>> {
+    // A constant height of 0 has no effect.
+    params.take_texture(&BUMP).filter(|bump| bump.constant() != Some(0.0))
+}
+
+/// A reflectance or transmittance. Negative values count as 0, as in pbrt-v3.
+pub(super) fn share(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<Vec3> {
+    let share = params.take_texture(key);
+    let name = key.name;
+    let Texture::Constant(color) = share else { return share };
+    // A spectrum with values up to 1 may give a color above 1, or negative components.
+    let is_rgb = params.was_rgb(name) || params.was_texture(name);
+    if color.max_element() > 1.0 && is_rgb {
+        params.warn(
+            name,
+            &format!("{name} is above 1: the surface reflects more light than it receives"),
+            "use colors from 0 to 1: divide by 255 if yours go to 255",
+        );
+    }
+    if color.min_element() < 0.0 && is_rgb {
+        params.warn(
+            name,
+            &format!("{name} is negative: it is used as 0, as in pbrt-v3"),
+            "use colors from 0 to 1",
+        );
+    }
+    Texture::Constant(color.max(Vec3::ZERO))
+}
+
+/// The index of refraction by either name. `eta` has precedence, as in pbrt-v3.
+fn index_of_refraction(params: &mut TextureParams) -> Texture<f64> {
+    let eta = params.take_texture(&ETA);
+    let range = if eta.is_some() { Range::ALL } else { INDEX.range };
+    let index = params.take_texture(&Key { range, ..INDEX });
+    params.replaced_by("index", &["eta"]);
+    eta.unwrap_or(index)
+}
+
+/// The roughness along the two directions of the texture coordinates.
+#[derive(Debug, Clone)]
+pub struct Roughness {
+    /// Along u.
+    pub u: Texture<f64>,
+    /// Along v. `None` means the same as along u.
+    pub v: Option<Texture<f64>>,
+    /// If true, values from 0 to 1 are converted to the microfacet alpha by pbrt-v3's RoughnessToAlpha. If false,
+    /// they are alpha (`remaproughness`, default true).
+    pub remap: bool,
+}
+
+pub(super) const REMAP: Key<bool> = Key::bool(
+    "remaproughness",
+    true,
+    "true converts roughness from 0 to 1 to the width of the microfacet distribution, false takes it as the width",
+);
+
+const ALONG_U: &str = "the roughness along the texture coordinate u, usually 0 to 1";
+const ALONG_V: &str = "the roughness along the texture coordinate v, usually 0 to 1";
+
+const fn isotropic(default: f64) -> Key<FloatTexture> {
+    Key::float_texture("roughness", default, "the roughness, usually 0 to 1")
+}
+
+pub(super) const fn along_u(default: f64) -> Key<FloatTexture> {
+    Key::float_texture("uroughness", default, ALONG_U)
+}
+
+pub(super) const fn along_v(default: f64) -> Key<FloatTexture> {
+    Key::float_texture("vroughness", default, ALONG_V)
+}
+
+const GIVEN_U: Key<GivenTexture> = Key::given_texture("uroughness", ALONG_U).default_words("roughness");
+
+const fn given_v(default_words: &'static str) -> Key<GivenTexture> {
+    Key::given_texture("vroughness", ALONG_V).default_words(default_words)
+}
+
+impl Roughness {
+    /// `roughness` alone.
+    pub(super) fn isotropic(params: &mut TextureParams, both: &Key<FloatTexture>) -> Self {
+        let u = params.take_texture(both);
+        let remap = remap(params, &[(both.name, Some(&u))]);
+        Roughness { u, v: None, remap }
+    }
+
+    /// `uroughness` and `vroughness`.
+    pub(super) fn of_two(params: &mut TextureParams, keys: [&Key<FloatTexture>; 2]) -> Self {
+        let [u, v] = keys.map(|key| params.take_texture(key));
+        let remap = remap(params, &[(keys[0].name, Some(&u)), (keys[1].name, Some(&v))]);
+        Roughness { u, v: Some(v), remap }
+    }
+
+    /// `roughness`, which `uroughness` and `vroughness` each replace.
+    pub(super) fn of_metal(
+        params: &mut TextureParams,
+        both: &Key<FloatTexture>,
+        v: &Key<GivenTexture>,
+    ) -> Self {
+        let (both, [u, v], remap) = of_three(params, both, v);
+        params.replaced_by("roughness", &["uroughness", "vroughness"]);
+        let is_isotropic = u.is_none() && v.is_none();
+        let v = v.unwrap_or_else(|| both.clone());
+        Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap }
+    }
+
+    /// `roughness` or `uroughness` for u, and `vroughness` for v (default the same as u).
+    pub(super) fn of_uber(
+        params: &mut TextureParams,
+        both: &Key<FloatTexture>,
+        v: &Key<GivenTexture>,
+    ) -> Self {
+        let (both, [u, v], remap) = of_three(params, both, v);
+        params.replaced_by("roughness", &["uroughness"]);
+        Roughness { u: u.unwrap_or(both), v, remap }
+    }
+}
+
+/// `roughness`, `uroughness` and `vroughness` if they are given, and `remaproughness`.
+fn of_three(
+    params: &mut TextureParams,
+    both: &Key<FloatTexture>,
+    v: &Key<GivenTexture>,
+) -> (Texture<f64>, [Option<Texture<f64>>; 2], bool) {
+    let first = params.take_texture(both);
+    let [along_u, along_v] = [&GIVEN_U, v].map(|key| params.take_texture(key));
+    let all = [(both.name, Some(&first)), (GIVEN_U.name, along_u.as_ref()), (v.name, along_v.as_ref())];
+    let remap = remap(params, &all);
+    (first, [along_u, along_v], remap)
+}
+
+/// Takes `remaproughness`, and warns of roughness outside 0 to 1. Negative values give the narrowest lobe, as in pbrt-v3.
+/// A width above 1 is none that surprises: the conversion gives 1.62 for 1.
+fn remap(params: &mut TextureParams, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
+    let remap = params.take(&REMAP);
+    for (name, roughness) in all {
+        let value = roughness.and_then(|roughness| roughness.constant()).unwrap_or(0.0);
+        let (what, help) = if value < 0.0 {
+            ("negative: the surface is almost smooth", "the usual range is 0 to 1")
+        } else if value > 1.0 && remap {
+            let help = "the usual range is 0 to 1; if it is a width, write \"bool remaproughness\" \"false\"";
+            ("above 1: the surface is rougher than at 1", help)
+        } else {
+            continue;
+        };
+        params.warn(name, &format!("{name} is {what}, as in pbrt-v3"), help);
+    }
+    remap
+}
+
+const BUMP_KEYS: Keys = &[&BUMP];
+
+const fn of(name: &'static str, meaning: &'static str, keys: &'static [Keys]) -> Kind {
+    Kind::new("Material", name, meaning, keys)
+}
+
+pub(crate) const KINDS: &[Kind] = &[
+    of("matte", "a diffuse surface", &[MATTE_KEYS, BUMP_KEYS]).by_default(),
+    of("plastic", "a diffuse base under a glossy coating", &[PLASTIC_KEYS, BUMP_KEYS]),
+    of("translucent", "a thin surface that reflects and transmits", &[TRANSLUCENT_KEYS, BUMP_KEYS]),
+    of("glass", "smooth or rough glass", &[GLASS_KEYS, BUMP_KEYS]),
+    of("mirror", "a perfect mirror", &[MIRROR_KEYS, BUMP_KEYS]),
+    of("hair", "hair and fur", &[stand_in::HAIR_KEYS]).instead("matte of the same color"),
+    of("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
+        .instead("uber, glass, translucent or their mix, of the same color and roughness"),
+    of("mix", "a blend of two named materials", &[MIX_KEYS]),
+    of("metal", "a rough metal", &[METAL_KEYS, BUMP_KEYS]),
+    of(
+        "substrate",
+        "a diffuse base under a coating that reflects more at grazing angles",
+        &[SUBSTRATE_KEYS, BUMP_KEYS],
+    ),
+    of(
+        "uber",
+        "diffuse, glossy and specular reflection, refraction and opacity in one",
+        &[UBER_KEYS, BUMP_KEYS],
+    ),
+    of(
+        "subsurface",
+        "light that scatters inside, by coefficients",
+        &[subsurface::COEFFICIENTS, subsurface::SURFACE, BUMP_KEYS],
+    )
+    .instead("uber with the diffuse color of the coefficients"),
+    of(
+        "kdsubsurface",
+        "light that scatters inside, by the diffuse color",
+        &[subsurface::COLOR, subsurface::SURFACE, BUMP_KEYS],
+    )
+    .instead("uber with the same Kd and index"),
+    of("fourier", "measured or simulated scattering from a file", &[stand_in::FOURIER_KEYS, BUMP_KEYS])
+        .instead("matte or translucent of the same mean color"),
+    of("none", "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt", &[]),
+    of("", "the same as none", &[]),
+];

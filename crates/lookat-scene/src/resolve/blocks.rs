@@ -1,0 +1,358 @@
+//! Blocks: the place of each directive, opening and closing, and objects.
+
+use std::collections::HashMap;
+
+use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
+
+use crate::Transform;
+use crate::advice::{Block, Crossed, Opened};
+use crate::names::SymbolKind;
+use crate::options::Settled;
+use crate::resolve::{Resolver, Saved};
+
+/// The deepest nesting of blocks.
+const MAX_OPEN: usize = 1000;
+
+impl Resolver<'_> {
+    /// Reports a directive in the wrong block.
+    pub(super) fn belongs_here(&mut self, statement: &Statement) -> bool {
+        let (home, at) = (home_block(&statement.directive), statement.keyword);
+        let keyword = statement.directive.keyword();
+        match (home, self.block) {
+            (_, Block::Ended) => self.facts.after_end.push(at),
+            (Some(Block::Options), Block::World) => self.report_late(&statement.directive, at),
+            // Reported once the place of WorldBegin is known.
+            (Some(Block::World), Block::Options) => self.facts.early.push((keyword, at)),
+            _ => return true,
+        }
+        false
+    }
+
+    pub(super) fn report_late(&mut self, directive: &Directive, at: Span) {
+        let error = match directive {
+            Directive::WorldBegin => {
+                Diagnostic::error(at, "a second WorldBegin").help("put the second world into a separate file")
+            }
+            other => Diagnostic::error(at, format!("{} inside the world block", other.keyword()))
+                .help("move it before WorldBegin"),
+        };
+        let error = match self.facts.world_begin {
+            Some(begin) => error.related(begin, "the world block begins here"),
+            None => error,
+        };
+        self.report.push(error);
+    }
+
+    pub(super) fn report_early(&mut self, world_begin: Span) {
+        for (keyword, at) in &self.facts.early {
+            let error = Diagnostic::error(*at, format!("{keyword} before WorldBegin"))
+                .help("move it after WorldBegin")
+                .related(world_begin, "the world block begins here");
+            self.report.push(error);
+        }
+    }
+
+    /// Treats the following directives as part of a world without `WorldBegin`. Another file may define their names.
+    pub fn begin_part(&mut self, first: Span) {
+        self.facts.part = Some((Block::World, first));
+        self.block = Block::World;
+        self.report.incomplete = true;
+    }
+
+    /// Treats options as a file that other scenes include, if the caller accepts one.
+    pub fn begin_options_part(&mut self, first: Span) {
+        if self.load_options.accept_part {
+            self.facts.part = Some((Block::Options, first));
+            self.report.incomplete = true;
+        }
+    }
+
+    /// Resolves the options. They end at `end`.
+    pub(super) fn settle(&mut self, end: Span) -> Settled {
+        let options = std::mem::take(&mut self.options);
+        options.settle(end, self.load_options, &self.files, &mut self.report, &mut self.facts)
+    }
+
+    pub(super) fn world_begin(&mut self, at: Span) {
+        self.block = Block::World;
+        self.facts.world_begin = Some(at);
+        self.report_early(at);
+        self.state.ctm = Transform::IDENTITY;
+        self.state.at_start = true;
+        self.definitions.coordinate_systems.define_builtin("world", Transform::IDENTITY);
+        self.settled = Some(self.settle(at));
+    }
+
+    pub(super) fn world_end(&mut self) {
+        self.end_forgotten_object();
+        for open in std::mem::take(&mut self.blocks.open).into_iter().rev() {
+            self.facts.unclosed.push(open.opened());
+            self.restore(open);
+        }
+        self.block = Block::Ended;
+    }
+
+    /// Opens a block, unless the nesting is too deep.
+    pub(super) fn begin(&mut self, open: Open) -> bool {
+        let few = self.blocks.open.len() < MAX_OPEN;
+        if few {
+            self.blocks.open.push(open);
+        } else {
+            let (begin, end) = open.keywords();
+            let error = Diagnostic::error(open.at(), format!("more than {MAX_OPEN} blocks are open"))
+                .help(format!("each {begin} needs an {end}: add the missing one"));
+            self.report.push(error);
+            *self.blocks.forgiven.entry(end).or_default() += 1;
+        }
+        few
+    }
+
+    pub(super) fn close(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
+        let Some(inner) = self.blocks.open.last().map(Open::opened) else {
+            return self.close_nothing(keyword, at);
+        };
+        let (begin, end) = inner.keywords;
+        if end == keyword {
+            self.blocks.open.pop().into_iter().for_each(|open| self.restore(open));
+            return Ok(());
+        }
+        if self.cross(keyword) {
+            // The end of an open object shows the actual mistake.
+            match keyword {
+                "AttributeEnd" => self.blocks.crossed = self.blocks.crossed.or(Some(at)),
+                _ => self.facts.crossed.push(Crossed { keyword, at, inner }),
+            }
+            return Ok(());
+        }
+        self.close_wrongly(keyword);
+        let error = Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
+            .note(format!("expected {end}"))
+            .related(inner.at, "the block opens here");
+        Err(Box::new(error))
+    }
+
+    /// Ends the innermost block of a kind although other attribute or object blocks are open inside it. pbrt-v3 keeps
+    /// their states on one stack, so the state saved last is restored first.
+    fn cross(&mut self, keyword: &str) -> bool {
+        let Some(at) = self.blocks.open.iter().rposition(|open| open.end() == keyword) else { return false };
+        let is_state = |open: &Open| matches!(open, Open::Attribute { .. } | Open::Object { .. });
+        if !self.blocks.open[at..].iter().all(is_state) {
+            return false;
+        }
+        for next in at + 1..self.blocks.open.len() {
+            if let [outer, inner] = &mut self.blocks.open[next - 1..=next] {
+                if let (Some(a), Some(b)) = (outer.saved(), inner.saved()) {
+                    std::mem::swap(a, b);
+                }
+                std::mem::swap(outer, inner);
+            }
+        }
+        self.blocks.open.pop().into_iter().for_each(|open| self.restore(open));
+        true
+    }
+
+    pub(super) fn close_nothing(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
+        if let Some(forgiven) = self.blocks.forgiven.get_mut(keyword).filter(|count| **count > 0) {
+            *forgiven -= 1;
+            return Ok(());
+        }
+        let begin = keyword.replace("End", "Begin");
+        Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))))
+    }
+
+    /// Recovers from a wrong end with one error: closes blocks up to a matching one. Without a match, closes the
+    /// innermost block, unless the block or the keyword belongs to an object.
+    pub(super) fn close_wrongly(&mut self, keyword: &'static str) {
+        let depth = match self.blocks.open.iter().rposition(|open| open.end() == keyword) {
+            Some(matching) => matching,
+            None if keyword == "ObjectEnd" || self.blocks.open.last().is_some_and(Open::is_object) => return,
+            None => self.blocks.open.len() - 1,
+        };
+        for open in self.blocks.open.split_off(depth).into_iter().rev() {
+            let end = open.end();
+            if end != keyword {
+                *self.blocks.forgiven.entry(end).or_default() += 1;
+            }
+            self.restore(open);
+        }
+    }
+
+    pub(super) fn restore(&mut self, open: Open) {
+        match open {
+            Open::Attribute { saved, .. } => saved.restore(&mut self.state, &mut self.definitions),
+            Open::Transform { saved, .. } => (self.state.ctm, self.state.at_start) = *saved,
+            Open::Object { saved, name, at } => {
+                if let Some(crossed) = self.blocks.crossed.take() {
+                    let inner = Opened { keywords: ("ObjectBegin", "ObjectEnd"), at };
+                    self.facts.crossed.push(Crossed { keyword: "AttributeEnd", at: crossed, inner });
+                }
+                saved.restore(&mut self.state, &mut self.definitions);
+                if let (Some(name), Some(object)) = (name, self.draft.open) {
+                    self.draft.open = None;
+                    self.define_object(name, object, at);
+                }
+            }
+        }
+    }
+}
+
+/// The block of a directive. `None` if it may appear in both.
+pub(crate) fn home_block(directive: &Directive) -> Option<Block> {
+    match directive {
+        Directive::WorldBegin | Directive::TransformTimes(_) => Some(Block::Options),
+        Directive::Entity(kind, _) => match kind {
+            EntityKind::Camera
+            | EntityKind::Film
+            | EntityKind::PixelFilter
+            | EntityKind::Sampler
+            | EntityKind::Integrator
+            | EntityKind::Accelerator => Some(Block::Options),
+            EntityKind::MakeNamedMedium => None,
+            _ => Some(Block::World),
+        },
+        Directive::AttributeBegin
+        | Directive::AttributeEnd
+        | Directive::TransformBegin
+        | Directive::TransformEnd
+        | Directive::ObjectBegin(_)
+        | Directive::ObjectEnd
+        | Directive::ObjectInstance(_)
+        | Directive::ReverseOrientation
+        | Directive::NamedMaterial(_)
+        | Directive::Texture { .. }
+        | Directive::WorldEnd => Some(Block::World),
+        _ => None,
+    }
+}
+
+impl Resolver<'_> {
+    pub(super) fn define_object(&mut self, name: Text, object: usize, at: Span) {
+        let is_empty = |object: usize| self.draft.objects[object].primitives.is_empty();
+        let known = self.definitions.objects.get(&name.value).filter(|known| !is_empty(**known));
+        if known.is_some() && !name.value.is_empty() {
+            self.facts.redefined.push((SymbolKind::Object, name.value.clone(), at));
+        }
+        let symbol = self.definitions.objects.define(&name, object, &mut self.report);
+        if !is_empty(object) {
+            self.facts.objects.push((at, symbol));
+        }
+    }
+
+    pub(super) fn object_begin(&mut self, name: Text, at: Span) -> Result<(), Box<Diagnostic>> {
+        self.end_forgotten_object();
+        let saved = Saved::new(&self.state, &self.definitions);
+        let Some(outer) = self.open_object() else {
+            if self.begin(Open::Object { saved, name: Some(name), at }) {
+                self.draft.open = Some(self.draft.new_object());
+            }
+            return Ok(());
+        };
+        // Its ObjectEnd and its instances are not errors.
+        self.begin(Open::Object { saved, name: None, at });
+        if self.definitions.objects.get(&name.value).is_none() {
+            self.definitions.objects.define(&name, self.draft.new_object(), &mut self.report);
+        }
+        Err(Box::new(
+            Diagnostic::error(at, "ObjectBegin inside the definition of an object")
+                .related(outer, "the outer object begins here"),
+        ))
+    }
+
+    pub(super) fn object_instance(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
+        self.end_forgotten_object();
+        if let Some(outer) = self.open_object() {
+            return Err(Box::new(
+                Diagnostic::error(name.span, "ObjectInstance inside the definition of an object")
+                    .related(outer, "the object begins here"),
+            ));
+        }
+        if let Some(object) = self.definitions.objects.find(&name, &mut self.report) {
+            self.draft.instances.push((*object, self.state.ctm));
+        }
+        Ok(())
+    }
+
+    /// The place of the outermost open object.
+    fn open_object(&self) -> Option<Span> {
+        self.blocks.open.iter().find(|open| open.is_object()).map(Open::at)
+    }
+
+    /// Ends an object that an AttributeEnd crossed and no ObjectEnd closed, and reports the missing ObjectEnd.
+    pub(super) fn end_forgotten_object(&mut self) {
+        if self.blocks.crossed.is_none() || !self.blocks.open.last().is_some_and(Open::is_object) {
+            return;
+        }
+        if let (Some(at), Some(open)) = (self.blocks.crossed.take(), self.blocks.open.pop()) {
+            let error = Diagnostic::error(at, "ObjectEnd is missing before this AttributeEnd");
+            self.report.push(error.related(open.at(), "the object begins here"));
+            self.restore(open);
+        }
+    }
+}
+
+/// The open blocks.
+#[derive(Default)]
+pub(crate) struct Blocks {
+    pub open: Vec<Open>,
+    /// The first AttributeEnd in the open object that closes a block around the object.
+    pub crossed: Option<Span>,
+    /// Unmatched end directives, counted so that each is reported once.
+    pub forgiven: HashMap<&'static str, usize>,
+}
+
+/// An open block and the state that its end restores.
+pub(crate) enum Open {
+    Attribute {
+        saved: Box<Saved>,
+        at: Span,
+    },
+    Transform {
+        saved: Box<(Transform, bool)>,
+        at: Span,
+    },
+    /// An object. It has no name if it is nested, which is an error.
+    Object {
+        saved: Box<Saved>,
+        name: Option<Text>,
+        at: Span,
+    },
+}
+
+impl Open {
+    /// The directives that open and close the block.
+    pub fn keywords(&self) -> (&'static str, &'static str) {
+        match self {
+            Open::Attribute { .. } => ("AttributeBegin", "AttributeEnd"),
+            Open::Transform { .. } => ("TransformBegin", "TransformEnd"),
+            Open::Object { .. } => ("ObjectBegin", "ObjectEnd"),
+        }
+    }
+
+    /// The directive that closes the block.
+    pub fn end(&self) -> &'static str {
+        self.keywords().1
+    }
+
+    /// The saved state, if the block saves all of it.
+    pub fn saved(&mut self) -> Option<&mut Box<Saved>> {
+        match self {
+            Open::Attribute { saved, .. } | Open::Object { saved, .. } => Some(saved),
+            Open::Transform { .. } => None,
+        }
+    }
+
+    pub fn at(&self) -> Span {
+        match self {
+            Open::Attribute { at, .. } | Open::Transform { at, .. } | Open::Object { at, .. } => *at,
+        }
+    }
+
+    /// Its keywords and place.
+    pub fn opened(&self) -> Opened {
+        Opened { keywords: self.keywords(), at: self.at() }
+    }
+
+    pub fn is_object(&self) -> bool {
+        matches!(self, Open::Object { .. })
+    }
+}
