@@ -22,7 +22,7 @@ fn scenes(folder: &Path, found: &mut Vec<PathBuf>) {
 /// All that loading tells.
 fn told(loaded: &Loaded) -> [String; 3] {
     let Loaded { scene, diagnostics, symbols, places, output, inputs, placement, .. } = loaded;
-    let rest = (symbols, places, output, inputs, placement, loaded.can_keep_going, &loaded.misfit);
+    let rest = (symbols, places, output, inputs, placement, loaded.can_keep_going, &loaded.override_error);
     let memory = scene.as_ref().map(|scene| scene.world.memory());
     let is_small = memory.is_none_or(|memory| memory.meshes + memory.picture_bytes < 100_000);
     let world = match is_small {

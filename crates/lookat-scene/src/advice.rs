@@ -4,23 +4,23 @@ mod lights;
 mod placement;
 mod shapes;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use lookat_syntax::{Diagnostic, EntityKind, Severity, Span, shown};
 
-use crate::draft::{Built, Slot};
+use crate::draft::Built;
 use crate::names::{SymbolId, SymbolKind, Symbols};
-use crate::options::Settled;
+use crate::options::ResolvedOptions;
 use crate::report::Report;
 use crate::sources::Sources;
 use crate::{CameraPlacement, Emission, Integrator, Primitive, Transform};
 
 /// What is known about a scene after reading.
-pub(crate) struct Evidence<'e> {
+pub(crate) struct Summary<'e> {
     pub facts: &'e Facts,
     pub symbols: &'e Symbols,
     /// The options. `None` without `WorldBegin`.
-    pub settled: Option<&'e Settled>,
+    pub resolved: Option<&'e ResolvedOptions>,
     pub built: &'e Built,
     /// The shapes that a picture can show: no shapes of unused objects, and no meshes without area. Shapes of an object count once,
     /// however many instances it has.
@@ -32,7 +32,7 @@ pub(crate) struct Evidence<'e> {
     pub accept_part: bool,
 }
 
-type Pass = fn(&Evidence, &mut Report);
+type Pass = fn(&Summary, &mut Report);
 
 /// The passes for any scene.
 const ALWAYS: &[Pass] = &[
@@ -62,16 +62,16 @@ const WITHOUT_ERRORS: &[Pass] = &[
 ];
 
 /// Runs all passes.
-pub(crate) fn advise(evidence: &Evidence, report: &mut Report) {
-    ALWAYS.iter().for_each(|pass| pass(evidence, report));
+pub(crate) fn advise(summary: &Summary, report: &mut Report) {
+    ALWAYS.iter().for_each(|pass| pass(summary, report));
     if !report.has_errors() {
-        WITHOUT_ERRORS.iter().for_each(|pass| pass(evidence, report));
+        WITHOUT_ERRORS.iter().for_each(|pass| pass(summary, report));
     }
 }
 
-impl Evidence<'_> {
+impl Summary<'_> {
     fn integrator(&self) -> Option<&Integrator> {
-        self.settled.map(|settled| &settled.view.integrator)
+        self.resolved.map(|resolved| &resolved.view.integrator)
     }
 
     /// The shapes of the world that are lights, with the places of their types.
@@ -107,7 +107,7 @@ pub(crate) struct Facts {
     /// Blocks without an end.
     pub unclosed: Vec<Opened>,
     /// Ends of an outer block.
-    pub crossed: Vec<Crossed>,
+    pub overlapping_ends: Vec<OverlappingEnd>,
     /// Options that a later one replaces: kind, place of the later one, place of the first.
     pub replaced_options: Vec<(EntityKind, Span, Span)>,
     /// Options that are left to their defaults.
@@ -136,8 +136,8 @@ pub(crate) struct Facts {
     pub objects: Vec<(Span, SymbolId)>,
     /// LightSources inside objects.
     pub lights_in_objects: Vec<Span>,
-    /// AreaLightSources that are not black, each with the shapes that emit its light.
-    pub emissions: HashMap<Span, Vec<Slot>>,
+    /// AreaLightSources that are not black.
+    pub emissions: Vec<Span>,
     /// The first shape without a material, which rays pass through.
     pub passed: Option<Span>,
     /// The first shape with `shadowalpha`.
@@ -162,7 +162,7 @@ pub(crate) struct Opened {
 
 /// An end that closes a block although `inner` is still open inside the block.
 #[derive(Debug)]
-pub(crate) struct Crossed {
+pub(crate) struct OverlappingEnd {
     pub keyword: &'static str,
     pub at: Span,
     pub inner: Opened,
@@ -176,15 +176,15 @@ pub(crate) struct Rotation {
     pub at: Span,
 }
 
-pub(super) fn blocks(evidence: &Evidence, report: &mut Report) {
+pub(super) fn blocks(summary: &Summary, report: &mut Report) {
     // Unread text may contain the missing ends.
-    let unclosed = if report.incomplete_end { &[] } else { &evidence.facts.unclosed[..] };
+    let unclosed = if report.incomplete_end { &[] } else { &summary.facts.unclosed[..] };
     for Opened { keywords: (begin, end), at } in unclosed {
         let help = format!("add {end} before the end of the world block");
         warn(report, *at, format!("this {begin} is not closed"), help);
     }
-    for Crossed { keyword, at, inner: Opened { keywords: (begin, end), at: opened } } in
-        &evidence.facts.crossed
+    for OverlappingEnd { keyword, at, inner: Opened { keywords: (begin, end), at: opened } } in
+        &summary.facts.overlapping_ends
     {
         let warning = Diagnostic::warning(*at, format!("{keyword} inside the block of {begin}"))
             .related(*opened, "the block opens here")
@@ -193,43 +193,43 @@ pub(super) fn blocks(evidence: &Evidence, report: &mut Report) {
     }
 }
 
-fn world_block(evidence: &Evidence, report: &mut Report) {
-    for at in &evidence.facts.after_end {
+fn world_block(summary: &Summary, report: &mut Report) {
+    for at in &summary.facts.after_end {
         let message = "lookat ignores directives after WorldEnd: it renders one picture per file";
         report.unsupported(*at, message.into());
     }
-    match (evidence.facts.part, evidence.facts.world_begin) {
-        (Some((block, first)), None) => part(evidence, block, first, report),
-        (None, None) => no_world(evidence, report),
+    match (summary.facts.part, summary.facts.world_begin) {
+        (Some((block, first)), None) => part(summary, block, first, report),
+        (None, None) => no_world(summary, report),
         (_, Some(_)) => {}
     }
     // pbrt-v4 has no WorldEnd.
-    let is_excused = report.is_v4(evidence.sources) || report.incomplete || report.incomplete_end;
-    if let Some(end) = evidence.facts.missing_end.filter(|_| !is_excused) {
+    let is_excused = report.is_v4(summary.sources) || report.incomplete || report.incomplete_end;
+    if let Some(end) = summary.facts.missing_end.filter(|_| !is_excused) {
         let help = "add WorldEnd: without it, pbrt-v3 renders nothing";
         warn(report, end, "the file ends without WorldEnd", help);
     }
 }
 
-fn part(evidence: &Evidence, block: Block, first: Span, report: &mut Report) {
+fn part(summary: &Summary, block: Block, first: Span, report: &mut Report) {
     let without = match block {
         Block::Options => "WorldBegin",
         _ => "Camera, Film or WorldBegin",
     };
     let message = format!("this file is a part of a scene: it has no {without}");
-    report.push(match evidence.accept_part {
-        true => Diagnostic::note_at(first, message)
-            .help("the scene that includes it may define the missing names"),
-        false => Diagnostic::error(first, message).help("check or render the scene that includes it"),
+    report.push(if summary.accept_part {
+        Diagnostic::note_at(first, message).help("the scene that includes it may define the missing names")
+    } else {
+        Diagnostic::error(first, message).help("check or render the scene that includes it")
     });
 }
 
-fn no_world(evidence: &Evidence, report: &mut Report) {
+fn no_world(summary: &Summary, report: &mut Report) {
     if report.incomplete {
         return;
     }
-    report.push(match evidence.facts.early.first() {
-        None => Diagnostic::error(evidence.end, "the file has no WorldBegin: there is nothing to render")
+    report.push(match summary.facts.early.first() {
+        None => Diagnostic::error(summary.end, "the file has no WorldBegin: there is nothing to render")
             .help("put the lights and shapes between WorldBegin and WorldEnd; if another scene includes this file, check that scene"),
         Some((keyword, at)) => {
             let before = Span { end: at.start, ..*at };
@@ -240,26 +240,27 @@ fn no_world(evidence: &Evidence, report: &mut Report) {
     });
 }
 
-pub(super) fn options(evidence: &Evidence, report: &mut Report) {
-    for (kind, at, before) in &evidence.facts.replaced_options {
+pub(super) fn options(summary: &Summary, report: &mut Report) {
+    for (kind, at, before) in &summary.facts.replaced_options {
         let warning = Diagnostic::warning(*at, format!("a second {}: the last one is used", kind.keyword()));
         report.push(warning.related(*before, "this one is ignored"));
     }
-    missing(evidence, report);
+    missing(summary, report);
 }
 
-fn missing(evidence: &Evidence, report: &mut Report) {
-    let Facts { missing_options, idle_transform, .. } = evidence.facts;
+fn missing(summary: &Summary, report: &mut Report) {
+    let Facts { missing_options, idle_transform, .. } = summary.facts;
     // A transformation that waits for a Camera has its own warning.
     let is_told = |kind: &&EntityKind| **kind == EntityKind::Camera && idle_transform.is_some();
     let missing: Vec<&EntityKind> = missing_options.iter().filter(|kind| !is_told(kind)).collect();
-    let Some(world_begin) = evidence.facts.world_begin.filter(|_| !missing.is_empty()) else { return };
+    let Some(world_begin) = summary.facts.world_begin.filter(|_| !missing.is_empty()) else { return };
     let names: Vec<_> = missing.iter().map(|kind| kind.keyword()).collect();
     let defaults: Vec<_> = missing.iter().map(|kind| default(**kind)).collect();
     // A scene needs its own view and size. It can use the default sampler and integrator of pbrt-v3.
-    let severity = match missing.iter().any(|kind| matches!(kind, EntityKind::Camera | EntityKind::Film)) {
-        true => Severity::Warning,
-        false => Severity::Note,
+    let severity = if missing.iter().any(|kind| matches!(kind, EntityKind::Camera | EntityKind::Film)) {
+        Severity::Warning
+    } else {
+        Severity::Note
     };
     let remark = Diagnostic::warning(world_begin, format!("no {} before WorldBegin", names.join(", no ")))
         .help(format!("the default applies: {}", defaults.join("; ")));
@@ -275,13 +276,13 @@ fn default(kind: EntityKind) -> &'static str {
     }
 }
 
-pub(super) fn names(evidence: &Evidence, report: &mut Report) {
-    for (kind, name, at) in &evidence.facts.redefined {
+pub(super) fn names(summary: &Summary, report: &mut Report) {
+    for (kind, name, at) in &summary.facts.redefined {
         let (what, name) = (short(*kind), shown(name.as_bytes()));
         let message = format!("{what} \"{name}\" is defined again: the new definition applies from here on");
         report.push(Diagnostic::note_at(*at, message));
     }
-    let media = evidence.symbols.all().iter().filter(|symbol| symbol.kind == SymbolKind::Medium);
+    let media = summary.symbols.all().iter().filter(|symbol| symbol.kind == SymbolKind::Medium);
     for place in media.filter(|medium| medium.definition.is_some()).flat_map(|medium| &medium.uses) {
         let message = "lookat does not render participating media: it renders empty space instead";
         report.unsupported(*place, message.into());
@@ -296,8 +297,8 @@ fn short(kind: SymbolKind) -> &'static str {
     }
 }
 
-fn unused_objects(evidence: &Evidence, report: &mut Report) {
-    let symbols = evidence.facts.objects.iter().map(|(at, symbol)| (*at, evidence.symbols.get(*symbol)));
+fn unused_objects(summary: &Summary, report: &mut Report) {
+    let symbols = summary.facts.objects.iter().map(|(at, symbol)| (*at, summary.symbols.get(*symbol)));
     // A note says where a name is defined again.
     let last: BTreeMap<&str, _> = symbols.map(|(at, symbol)| (&symbol.name[..], (at, symbol))).collect();
     for (name, (at, _)) in last.into_iter().filter(|(_, (_, symbol))| symbol.uses.is_empty()) {

@@ -216,9 +216,10 @@ impl KnownLists {
         let is_here = |index: &usize| {
             let (list, _) = &before.lists[*index];
             list.ty == ty
-                && match is_same_text {
-                    true => list.span.start as usize == at,
-                    false => starts_with(here, &before.text[range(list)]),
+                && if is_same_text {
+                    list.span.start as usize == at
+                } else {
+                    starts_with(here, &before.text[range(list)])
                 }
         };
         let from_next = (self.next..before.lists.len()).chain(0..self.next);

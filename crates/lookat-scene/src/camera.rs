@@ -5,8 +5,8 @@ use lookat_syntax::{ParamType, Span};
 
 use crate::Film;
 use crate::params::Params;
-use crate::schema::{DefaultValue, Edges, Effect, Key, Keys, Kind, Name, Range, Unit, names};
-use crate::transform::{LookAtFault, Transform, in_range};
+use crate::schema::{Edges, Effect, Key, Keys, Kind, Name, Range, Unit};
+use crate::transform::{LookAtError, Transform, in_range};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,7 +138,7 @@ pub(crate) fn camera(
             params.ignore_rest();
             Projection::Perspective { fov: view.fov.unwrap_or(90.0) }
         }
-        _ => return params.unknown_kind(&names(KINDS)),
+        _ => return params.unknown_kind(),
     };
     let screen = screen_window(params, film, view.screen_window);
     let lens = if projection == Projection::Environment { no_lens(params) } else { lens(params, view) };
@@ -304,18 +304,14 @@ const TELECENTRIC: Key<bool> = Key::bool(
 const COMMON: Keys =
     &[&FRAME_ASPECT_RATIO, &SCREEN_WINDOW, &LENS_RADIUS, &FOCAL_DISTANCE, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
-const fn of_realistic<T: DefaultValue>(key: Key<T>) -> Key<T> {
-    key.effect(Effect::NotRendered)
-}
-
-const LENS_FILE: Key<Name> = of_realistic(Key::string("lensfile", "the file that describes the lenses"));
+const LENS_FILE: Key<Name> = Key::string("lensfile", "the file that describes the lenses").not_rendered();
 const APERTURE_DIAMETER: Key<f64> =
-    of_realistic(Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters"));
-const FOCUS_DISTANCE: Key<f64> = of_realistic(
-    Key::float("focusdistance", 10.0, "the distance to the plane of focus").unit(Unit::CameraSpace),
-);
+    Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters").not_rendered();
+const FOCUS_DISTANCE: Key<f64> = Key::float("focusdistance", 10.0, "the distance to the plane of focus")
+    .unit(Unit::CameraSpace)
+    .not_rendered();
 const SIMPLE_WEIGHTING: Key<bool> =
-    of_realistic(Key::bool("simpleweighting", true, "true weights rays as if the film were small"));
+    Key::bool("simpleweighting", true, "true weights rays as if the film were small").not_rendered();
 const REALISTIC: Keys =
     &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
@@ -402,16 +398,16 @@ impl CameraPlacement {
     }
 
     /// The placement of a camera by points of the caller's choice. `before` is what else the camera does, such as mirroring the picture.
-    pub fn of(world_from_camera: Transform, points: [f64; 9]) -> Result<Self, LookAtFault> {
+    pub fn of(world_from_camera: Transform, points: [f64; 9]) -> Result<Self, LookAtError> {
         let looking = CameraPlacement::new(points);
         let before = world_from_camera.inverse() * looking.world_from_camera()?;
         Ok(CameraPlacement { before, ..looking })
     }
 
     /// The transformation of the camera that is placed so.
-    pub fn world_from_camera(&self) -> Result<Transform, LookAtFault> {
+    pub fn world_from_camera(&self) -> Result<Transform, LookAtError> {
         let placed = (self.before * look_at(self.points)? * self.after).inverse();
-        placed.in_range().then_some(placed).ok_or(LookAtFault::OutOfRange)
+        placed.in_range().then_some(placed).ok_or(LookAtError::OutOfRange)
     }
 
     /// Whether the `LookAt` alone places the camera.
@@ -421,7 +417,7 @@ impl CameraPlacement {
 }
 
 /// The viewing transformation of eye, target and up vector.
-pub(crate) fn look_at(points: [f64; 9]) -> Result<Transform, LookAtFault> {
+pub(crate) fn look_at(points: [f64; 9]) -> Result<Transform, LookAtError> {
     let [eye, look, up] = [0, 3, 6].map(|at| DVec3::from_slice(&points[at..at + 3]));
     Transform::look_at(eye, look, up)
 }
@@ -505,7 +501,7 @@ mod tests {
             ),
         ] {
             let found = loaded(CAMERA, view);
-            assert_eq!(found.misfit.as_deref(), Some(reason));
+            assert_eq!(found.override_error.as_deref(), Some(reason));
             assert!(found.scene.is_none());
         }
     }

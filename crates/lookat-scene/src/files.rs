@@ -95,9 +95,10 @@ impl<'a> Files<'a> {
                 continue;
             }
             let Span { file, start, .. } = values.span;
-            let list = match is_long(values.span) {
-                true => List::Long(reuse.list_number(&self.sources.file(file).path, start)?),
-                false => List::Short(self.sources.text(values.span).to_owned()),
+            let list = if is_long(values.span) {
+                List::Long(reuse.list_number(&self.sources.file(file).path, start)?)
+            } else {
+                List::Short(self.sources.text(values.span).to_owned())
             };
             lists.push((name.value.clone(), *ty, list));
         }
@@ -152,9 +153,8 @@ impl<'a> Files<'a> {
         span: Span,
         is_known: impl Fn(&Path) -> bool,
     ) -> Result<(PathBuf, Option<Charged>), (PathBuf, io::Error)> {
-        self.named(name, span, |path, content| match is_known(path) {
-            true => Ok(None),
-            false => no_pointer(content.bytes(&self.memory)?).map(Some),
+        self.named(name, span, |path, content| {
+            if is_known(path) { Ok(None) } else { no_pointer(content.bytes(&self.memory)?).map(Some) }
         })
     }
 
@@ -283,11 +283,10 @@ impl<'a> Files<'a> {
                     }
                     _ => "file names are relative to the file that contains them, or else to the scene file",
                 };
-                diagnostic.help(match also == *path {
-                    true => rule.to_owned(),
-                    false => {
-                        format!("{rule}: {} does not exist either", shown_path(&also))
-                    }
+                diagnostic.help(if also == *path {
+                    rule.to_owned()
+                } else {
+                    format!("{rule}: {} does not exist either", shown_path(&also))
                 })
             }
         }

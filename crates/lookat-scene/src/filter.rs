@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::params::Params;
-use crate::schema::{Key, Kind, Range, Unit, names};
+use crate::schema::{Key, Kind, Range, Unit};
 
 /// A separable reconstruction filter. It is zero beyond its radius (`xwidth`, `ywidth`, in pixels, from 0.001 to
 /// 100).
@@ -109,7 +109,7 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
         "gaussian" => (TWO, FilterKind::Gaussian { alpha: params.take(&ALPHA) }),
         "mitchell" => (TWO, FilterKind::Mitchell { b: params.take(&B), c: params.take(&C) }),
         "sinc" => (FOUR, FilterKind::Sinc { tau: params.take(&TAU) }),
-        _ => return params.unknown_kind(&names(KINDS)),
+        _ => return params.unknown_kind(),
     };
     let radius = DVec2::new(params.take(&sides.0), params.take(&sides.1));
     for (name, radius) in [("xwidth", radius.x), ("ywidth", radius.y)] {

@@ -3,7 +3,7 @@
 use lookat_syntax::ParamType;
 
 use crate::params::Params;
-use crate::schema::{DefaultValue, Effect, Integers, Key, Keys, Kind, Range, names};
+use crate::schema::{Effect, Integers, Key, Keys, Kind, Range};
 
 /// The light transport algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +90,7 @@ const NESTED: Key<i32> =
 const PIXEL_BOUNDS: Key<Integers> =
     Key::new("pixelbounds", ParamType::Integer, Integers, "the pixels to render: xmin xmax ymin ymax")
         .default_words("all pixels")
-        .effect(Effect::NotRendered);
+        .not_rendered();
 
 const PATH: Keys = &[&MAX_DEPTH, &ROULETTE, &LIGHT_STRATEGY, &PIXEL_BOUNDS];
 
@@ -127,7 +127,7 @@ pub(crate) fn passes_boundaries(kind: &str) -> bool {
 }
 
 /// True if `path` replaces this integrator.
-pub(crate) fn is_substituted(kind: &str) -> bool {
+pub(crate) fn is_replaced(kind: &str) -> bool {
     KINDS.iter().any(|it| it.name == kind && !it.instead.is_empty())
 }
 
@@ -151,13 +151,13 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             let samples = params.nested_samples(&NESTED) as u32;
             Integrator::AmbientOcclusion { cosine, samples }
         }
-        kind if is_substituted(kind) => {
+        kind if is_replaced(kind) => {
             let integrator = Integrator::path(depth(params));
             pixel_bounds(params);
             params.ignore_rest();
             integrator
         }
-        _ => return params.unknown_kind(&names(KINDS)),
+        _ => return params.unknown_kind(),
     };
     pixel_bounds(params);
     params.finish();
@@ -201,51 +201,45 @@ fn depth(params: &mut Params) -> u32 {
 // `bdpt`, `mlt` and `sppm`: `path` stands in for them. The picture is the same, except for caustics of lights that no ray can
 // hit.
 
-const fn unread<T: DefaultValue>(key: Key<T>) -> Key<T> {
-    key.effect(Effect::NotRendered)
-}
-
-const LIGHT_PATH: Key<&[&str]> = unread(Key {
+const LIGHT_PATH: Key<&[&str]> = Key {
     default: &["power", "spatial", "uniform"],
     meaning: "how a path chooses its light",
+    effect: Effect::NotRendered,
     ..LIGHT_STRATEGY
-});
+};
 const STRATEGIES: Key<bool> =
-    unread(Key::bool("visualizestrategies", false, "true also writes a picture of each strategy"));
-const WEIGHTS: Key<bool> = unread(Key::bool(
-    "visualizeweights",
-    false,
-    "true also writes a picture of the weights of each strategy",
-));
+    Key::bool("visualizestrategies", false, "true also writes a picture of each strategy").not_rendered();
+const WEIGHTS: Key<bool> =
+    Key::bool("visualizeweights", false, "true also writes a picture of the weights of each strategy")
+        .not_rendered();
 const BDPT_KEYS: Keys = &[&MAX_DEPTH, &LIGHT_PATH, &STRATEGIES, &WEIGHTS, &PIXEL_BOUNDS];
 
 const BOOTSTRAP: Key<i32> =
-    unread(Key::integer("bootstrapsamples", 100_000, "the paths among which the chains choose their starts"));
-const CHAINS: Key<i32> = unread(Key::integer("chains", 1000, "the number of Markov chains"));
+    Key::integer("bootstrapsamples", 100_000, "the paths among which the chains choose their starts")
+        .not_rendered();
+const CHAINS: Key<i32> = Key::integer("chains", 1000, "the number of Markov chains").not_rendered();
 const MUTATIONS: Key<i32> =
-    unread(Key::integer("mutationsperpixel", 100, "the mutations of paths in each pixel, on average"));
+    Key::integer("mutationsperpixel", 100, "the mutations of paths in each pixel, on average").not_rendered();
 const LARGE_STEP: Key<f64> =
-    unread(Key::float("largestepprobability", 0.3, "the probability that a mutation is a new path"));
-const SIGMA: Key<f64> = unread(Key::float(
-    "sigma",
-    0.01,
-    "the standard deviation of a small mutation, as a share of a dimension",
-));
+    Key::float("largestepprobability", 0.3, "the probability that a mutation is a new path").not_rendered();
+const SIGMA: Key<f64> =
+    Key::float("sigma", 0.01, "the standard deviation of a small mutation, as a share of a dimension")
+        .not_rendered();
 const MLT_KEYS: Keys = &[&MAX_DEPTH, &BOOTSTRAP, &CHAINS, &MUTATIONS, &LARGE_STEP, &SIGMA];
 
-const ITERATIONS: Key<i32> = unread(Key::integer("numiterations", 64, "the number of photon passes"));
+const ITERATIONS: Key<i32> = Key::integer("numiterations", 64, "the number of photon passes").not_rendered();
 const SAME_ITERATIONS: Key<i32> =
     Key { name: "iterations", meaning: "another name of numiterations, which it replaces", ..ITERATIONS }
         .default_words("numiterations");
-const PHOTONS: Key<i32> = unread(Key::integer(
-    "photonsperiteration",
-    -1,
-    "the photons of a pass; at most 0 counts as one per pixel",
-));
+const PHOTONS: Key<i32> =
+    Key::integer("photonsperiteration", -1, "the photons of a pass; at most 0 counts as one per pixel")
+        .not_rendered();
 const WRITE_FREQUENCY: Key<i32> =
-    unread(Key::integer("imagewritefrequency", i32::MAX, "the passes after which the picture is written"))
+    Key::integer("imagewritefrequency", i32::MAX, "the passes after which the picture is written")
+        .not_rendered()
         .default_words("only at the end");
-const RADIUS: Key<f64> = unread(Key::float("radius", 1.0, "the first radius of the search for photons"));
+const RADIUS: Key<f64> =
+    Key::float("radius", 1.0, "the first radius of the search for photons").not_rendered();
 const SPPM_KEYS: Keys = &[&MAX_DEPTH, &ITERATIONS, &SAME_ITERATIONS, &PHOTONS, &WRITE_FREQUENCY, &RADIUS];
 
 const BDPT: Kind =

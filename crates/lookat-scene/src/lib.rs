@@ -34,11 +34,9 @@
 mod advice;
 mod cache;
 mod camera;
-mod cie;
 mod color;
 mod draft;
 mod files;
-mod fill;
 mod film;
 mod filter;
 mod integrator;
@@ -75,10 +73,10 @@ pub use light::{Emission, Light};
 pub use load::{LoadOptions, Loaded, load, load_again, load_opened, load_str};
 pub use lookat_syntax as syntax;
 pub use material::{
-    AnyTexture, Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness,
-    Substrate, Translucent, Uber,
+    Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness, Substrate,
+    Translucent, Uber,
 };
-pub use mesh::{Cutout, Mesh, MeshFault};
+pub use mesh::{Cutout, Mesh, MeshError};
 pub use names::{Symbol, SymbolKind};
 pub use sampler::{MAX_SAMPLES, Sampler, SamplerKind};
 pub use scene::{Instance, Memory, Object, Places, Primitive, Scene, View, World};
@@ -91,5 +89,5 @@ pub use texture::{
     Bilerp, Cells, Checkerboard, Dots, ImageFilter, ImageMap, Mapping, Marble, Node, Octaves, Texture, Value,
     Varying,
 };
-pub use transform::{LookAtFault, Transform};
-pub use validate::{Faults, Invalid};
+pub use transform::{LookAtError, Transform};
+pub use validate::{InvalidField, InvalidScene};

@@ -10,7 +10,7 @@ use crate::Transform;
 use crate::color::{self, LUMINANCE};
 use crate::params::Params;
 use crate::picture::{Pictures, Settings};
-use crate::schema::{Color, Key, Keys, Kind, Name, Range, Unit, names};
+use crate::schema::{Color, Key, Keys, Kind, Name, Range, Unit};
 use crate::transform::{LARGEST, in_range};
 
 /// A light without a shape. Each component of its color is at most 1e18.
@@ -155,15 +155,15 @@ pub(crate) fn light(
         "point" => Some(point(params, world_from_light)),
         "spot" => spot(params, world_from_light),
         "distant" => distant(params, world_from_light),
-        "infinite" | "exinfinite" => infinite(params, world_from_light, pictures),
-        "goniometric" => goniometric(params, world_from_light, pictures),
-        "projection" => projection(params, world_from_light, pictures),
+        "infinite" | "exinfinite" => Some(infinite(params, world_from_light, pictures)),
+        "goniometric" => Some(goniometric(params, world_from_light, pictures)),
+        "projection" => Some(projection(params, world_from_light, pictures)),
         "area" | "diffuse" => {
             let help = "to make the following shapes emit light, use AreaLightSource";
             params.reject("", "LightSource has no type for shapes", Some(help));
             return None;
         }
-        _ => return params.unknown_kind(&names(KINDS)),
+        _ => return params.unknown_kind(),
     };
     let is_usable = params.finish();
     light.filter(|_| is_usable)
@@ -200,13 +200,17 @@ fn map_name(params: &mut Params) -> Option<Text> {
 /// How infinite and goniometric lights look without a picture.
 const UNIFORM: &str = "uniform in all directions";
 
-/// A handle for the picture of a light, with the values of the file in any format. `without`: how the light looks
-/// without a picture.
-fn shown(params: &Params, file: &Text, pictures: &mut Pictures, without: &str) -> Arc<MipMap<Vec3>> {
+/// The picture of a light, with the values of the file in any format. `without`: how the light looks without a picture.
+fn light_map(
+    params: &mut Params,
+    file: &Text,
+    pictures: &mut Pictures,
+    without: &str,
+) -> Option<Arc<MipMap<Vec3>>> {
     let settings =
         Settings { wrap: Wrap::Repeat, gamma: false, scale: 1.0, bottom_up: false, not_negative: true };
     let instead = format!("renders this light without the picture, {without}");
-    pictures.colors.handle(params, &MAP_NAME, file, settings, &instead)
+    pictures.get(params, MAP_NAME.name, file, settings, &instead)
 }
 
 fn no_map(params: &mut Params, what_it_does: &str) {
@@ -275,14 +279,10 @@ pub(super) fn spot(params: &mut Params, world_from_light: Transform) -> Option<L
     let (cone, delta) = (params.take(&CONE_ANGLE), params.take(&CONE_DELTA_ANGLE));
     if params.usable() && !(0.0..=cone).contains(&delta) {
         let start = (cone - delta).abs();
-        let message = match start < cone {
-            true => format!(
-                "conedeltaangle is out of range: the falloff starts at {start} degrees, as in pbrt-v3"
-            ),
-            false => {
-                "conedeltaangle is out of range: the light has no falloff inside its cone, as in pbrt-v3"
-                    .into()
-            }
+        let message = if start < cone {
+            format!("conedeltaangle is out of range: the falloff starts at {start} degrees, as in pbrt-v3")
+        } else {
+            "conedeltaangle is out of range: the light has no falloff inside its cone, as in pbrt-v3".into()
         };
         params.warn("conedeltaangle", &message, "write a conedeltaangle from 0 to coneangle");
     }
@@ -333,31 +333,21 @@ const ENVIRONMENT: Key<Name> = Key {
 const INFINITE_KEYS: Keys = &[&FACTOR, &ENVIRONMENT, &N_SAMPLES, &SAMPLES, &SCALE];
 
 /// pbrt-v3's CreateInfiniteLight. An empty `mapname` is none.
-pub(super) fn infinite(
-    params: &mut Params,
-    world_from_light: Transform,
-    pictures: &mut Pictures,
-) -> Option<Light> {
+pub(super) fn infinite(params: &mut Params, world_from_light: Transform, pictures: &mut Pictures) -> Light {
     let radiance = scaled(params, &FACTOR);
     let samples = samples(params);
     warn_scaled(params, &world_from_light);
-    let Some(file) = map_name(params) else {
-        return Some(Light::Infinite { radiance, samples });
-    };
-    Some(Light::Environment {
-        map: shown(params, &file, pictures, UNIFORM),
-        scale: radiance,
-        world_from_light,
-        samples,
-    })
+    let map = map_name(params).and_then(|file| light_map(params, &file, pictures, UNIFORM));
+    match map {
+        Some(map) => Light::Environment { map, scale: radiance, world_from_light, samples },
+        // Without its picture, as in pbrt-v3.
+        None => Light::Infinite { radiance, samples },
+    }
 }
 
 /// pbrt-v3 samples directions whose length is not 1 there (InfiniteAreaLight::Sample_Li).
 fn warn_scaled(params: &mut Params, world_from_light: &Transform) {
-    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| world_from_light.vector(axis));
-    let is_unit = |axis: DVec3| (axis.length() - 1.0).abs() < 1e-4;
-    let is_square = |a: DVec3, b: DVec3| a.dot(b).abs() < 1e-4;
-    if [x, y, z].into_iter().all(is_unit) && is_square(x, y) && is_square(y, z) && is_square(z, x) {
+    if world_from_light.uniform_scale(1e-4).is_some_and(|scale| (scale - 1.0).abs() < 1e-4) {
         return;
     }
     let message = "pbrt-v3 samples an infinite light under a scale or shear with the wrong density: the light is too bright or too dark";
@@ -382,14 +372,16 @@ pub(super) fn goniometric(
     params: &mut Params,
     world_from_light: Transform,
     pictures: &mut Pictures,
-) -> Option<Light> {
+) -> Light {
     let intensity = scaled(params, &GONIOMETRIC_WHERE_ONE);
-    let Some(file) = map_name(params) else {
+    let file = map_name(params);
+    if file.is_none() {
         no_map(params, "it has equal intensity in all directions");
-        return Some(Light::Point { position: world_from_light.point(DVec3::ZERO), intensity });
-    };
-    let map = shown(params, &file, pictures, UNIFORM);
-    Some(Light::Goniometric { world_from_light, intensity, map })
+    }
+    match file.and_then(|file| light_map(params, &file, pictures, UNIFORM)) {
+        Some(map) => Light::Goniometric { world_from_light, intensity, map },
+        None => Light::Point { position: world_from_light.point(DVec3::ZERO), intensity },
+    }
 }
 
 const PROJECTION_WHERE_ONE: Key<Color> =
@@ -403,28 +395,21 @@ const SLIDE: Key<Name> = Key { meaning: "the picture, with its first row at the 
 const PROJECTION_KEYS: Keys = &[&PROJECTION_WHERE_ONE, &FOV, &SLIDE, &SCALE];
 
 /// pbrt-v3's CreateProjectionLight.
-pub(super) fn projection(
-    params: &mut Params,
-    world_from_light: Transform,
-    pictures: &mut Pictures,
-) -> Option<Light> {
+pub(super) fn projection(params: &mut Params, world_from_light: Transform, pictures: &mut Pictures) -> Light {
     let intensity = scaled(params, &PROJECTION_WHERE_ONE);
     let fov = params.take(&FOV);
-    let map = match map_name(params) {
-        Some(file) => Some(shown(params, &file, pictures, "as a white square")),
-        None => {
-            no_map(params, "it projects a white square");
-            None
-        }
-    };
-    let half_size = libm::tan(fov.to_radians() / 2.0);
-    Some(Light::Projection {
-        world_from_light,
-        intensity,
-        map,
-        // The loaded picture stretches it.
-        half_size: DVec2::splat(half_size),
-    })
+    let file = map_name(params);
+    if file.is_none() {
+        no_map(params, "it projects a white square");
+    }
+    let map = file.and_then(|file| light_map(params, &file, pictures, "as a white square"));
+    let aspect = map.as_ref().map_or(1.0, |map| {
+        let [width, height] = map.picture_size().map(|side| side as f64);
+        width / height
+    });
+    let half_size = DVec2::splat(libm::tan(fov.to_radians() / 2.0));
+    let half_size = half_size * DVec2::new(aspect.max(1.0), aspect.recip().max(1.0));
+    Light::Projection { world_from_light, intensity, map, half_size }
 }
 
 /// The emission of an area light: `AreaLightSource "diffuse"`, with equal radiance in all directions.
@@ -473,9 +458,8 @@ pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
     if params.kind().is_empty() {
         return None;
     }
-    let names = names(AREA_KINDS);
-    if !names.contains(&params.kind()) {
-        return params.unknown_kind(&names);
+    if !params.is_known_kind() {
+        return params.unknown_kind();
     }
     let radiance = scaled(params, &RADIANCE);
     let two_sided = params.take(&TWO_SIDED);

@@ -12,7 +12,7 @@ use lookat_syntax::{
     Diagnostic, Directive, EntityKind, FileId, Param, Parsed, Parser, Span, Statement, Text, number_bytes,
 };
 
-use crate::advice::{Block, Evidence, advise};
+use crate::advice::{Block, Summary, advise};
 use crate::cache::{LoadCache, Reuse, Stamped};
 use crate::camera::ViewOverride;
 use crate::files::content::other_format;
@@ -48,10 +48,8 @@ pub fn load(path: &Path, read: &Read, options: &LoadOptions) -> Loaded {
 /// ```
 pub fn load_str(text: &str) -> Loaded {
     const NAME: &str = "scene.pbrt";
-    let read = |path: &Path| match path == Path::new(NAME) {
-        true => Ok(text.into()),
-        false => Err(ErrorKind::NotFound.into()),
-    };
+    let read =
+        |path: &Path| if path == Path::new(NAME) { Ok(text.into()) } else { Err(ErrorKind::NotFound.into()) };
     load(Path::new(NAME), &read, &LoadOptions::default())
 }
 
@@ -117,52 +115,45 @@ fn load_through(access: Access, path: &Path, options: &LoadOptions, reuse: Optio
     }
 }
 
-/// Loads meshes and pictures, runs the advice, and returns the scene.
+/// Runs the advice, and returns the scene.
 fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
-    let Resolver { files, mut report, facts, settled, draft, .. } = resolver;
-    let built = draft.load(options.fast, &files, &mut report);
+    let Resolver { files, mut report, facts, resolved, draft, .. } = resolver;
+    let built = draft.build();
     let symbols = std::mem::take(&mut report.symbols);
-    let evidence = Evidence {
+    let summary = Summary {
         facts: &facts,
         symbols: &symbols,
-        settled: settled.as_ref(),
+        resolved: resolved.as_ref(),
         built: &built,
         drawn: built.drawn(),
         sources: &files.sources,
         end: files.sources.end(file),
         accept_part: options.accept_part,
     };
-    advise(&evidence, &mut report);
+    advise(&summary, &mut report);
     report.symbols = symbols;
-    let misfit = report.misfit.take();
-    let placement = options.view.placement().or(facts.placement);
-    let world_follows_camera = facts.uses_camera_space;
+    let override_error = report.override_error.take();
     let can_keep_going =
-        settled.is_some() && !report.is_v4(&files.sources) && misfit.is_none() && !report.exhausted;
+        resolved.is_some() && !report.is_v4(&files.sources) && override_error.is_none() && !report.exhausted;
     let keeps_going = options.keep_going && !report.exhausted;
-    let is_whole = (!report.has_errors() || keeps_going) && misfit.is_none() && !options.fast;
-    let unread = built.unread;
-    let output = settled.as_ref().map_or(DEFAULT_OUTPUT.into(), |settled| settled.output.clone());
-    let mut places = settled.as_ref().map_or_else(Places::default, |settled| settled.places.clone());
+    let is_whole = (!report.has_errors() || keeps_going) && override_error.is_none() && !options.fast;
+    let output = resolved.as_ref().map_or(DEFAULT_OUTPUT.into(), |resolved| resolved.output.clone());
+    let mut places = resolved.as_ref().map_or_else(Places::default, |resolved| resolved.places.clone());
     places.lights = facts.lights;
-    let scene = settled.filter(|_| is_whole);
-    let scene = scene.map(|settled| Scene { view: settled.view, world: Arc::new(built.world) });
+    let scene = resolved.filter(|_| is_whole);
+    let scene = scene.map(|resolved| Scene { view: resolved.view, world: Arc::new(built.world) });
     let (diagnostics, symbols) = report.finish(&files.sources);
-    let (sources, inputs, memory) = files.into_parts();
     Loaded {
-        sources,
-        inputs,
-        memory,
         scene,
         places,
         output,
-        diagnostics,
         symbols,
-        unread,
+        unread: built.unread,
         can_keep_going,
-        placement,
-        world_follows_camera,
-        misfit,
+        placement: options.view.placement().or(facts.placement),
+        world_follows_camera: facts.uses_camera_space,
+        override_error,
+        ..nothing(files, diagnostics)
     }
 }
 
@@ -182,7 +173,7 @@ fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
         can_keep_going: false,
         placement: None,
         world_follows_camera: false,
-        misfit: None,
+        override_error: None,
     }
 }
 
@@ -408,7 +399,7 @@ pub struct Loaded {
     pub sources: Sources,
     /// All files read: scene text, pictures, meshes and spectra.
     pub inputs: BTreeSet<PathBuf>,
-    /// The scene. `None` if there is a `misfit`, if there are errors without `keep_going`, if the text does not fit the memory limit, with
+    /// The scene. `None` if there is a `override_error`, if there are errors without `keep_going`, if the text does not fit the memory limit, with
     /// `fast`, or if no scene could be built at all.
     pub scene: Option<Scene>,
     /// Where the text says how the scene is seen and lit.
@@ -434,5 +425,5 @@ pub struct Loaded {
     pub world_follows_camera: bool,
     /// The reason why the [`FilmOverride`](crate::FilmOverride) or the [`ViewOverride`](crate::ViewOverride) does not fit
     /// the scene.
-    pub misfit: Option<String>,
+    pub override_error: Option<String>,
 }

@@ -13,8 +13,8 @@ use lookat_syntax::{Entity, Param, ParamType, Span, Text, Values};
 use crate::material::models::{bump, share};
 use crate::names::{Names, SymbolId};
 use crate::params::{Params, class};
-use crate::schema::{Key, Kind, Name, names};
-use crate::texture::{Texture, TextureParams, Value};
+use crate::schema::{Key, Kind, Name};
+use crate::texture::{Texture, Value};
 
 pub(crate) use crate::material::models::KINDS;
 pub use crate::material::models::{
@@ -120,7 +120,7 @@ pub(crate) fn named_type(params: &mut Params) -> Option<Text> {
 pub(crate) type Named = Names<Rc<MaterialInstance>>;
 
 /// pbrt-v3's MakeMaterial. An unknown type is an error and gives matte, as in pbrt-v3.
-pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
+pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
     let kind = match params.kind() {
         "matte" => MaterialKind::Matte(models::matte(params)),
         "plastic" => MaterialKind::Plastic(models::plastic(params)),
@@ -141,7 +141,7 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
             params.finish();
             return Material::new(MaterialKind::None, None);
         }
-        kind if names(KINDS).contains(&kind) => {
+        _ if params.is_known_kind() => {
             let known = KINDS.iter().filter(|known| known.name == params.kind());
             let known: Vec<_> = known.flat_map(Kind::parameters).collect();
             let kind = stand_in::stand_in(params);
@@ -152,7 +152,7 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
             return Material::new(kind, bump);
         }
         _ => {
-            params.unknown_kind::<()>(&names(KINDS));
+            params.unknown_kind::<()>();
             let kind = MaterialKind::Matte(models::matte(params));
             let bump = bump(params);
             params.ignore_rest();
@@ -223,92 +223,43 @@ impl Default for MaterialInstance {
     }
 }
 
-/// A texture of numbers or of colors.
-#[derive(Debug, Clone, Copy)]
-pub enum AnyTexture<'t> {
-    /// Of numbers.
-    Number(&'t Texture<f64>),
-    /// Of colors.
-    Color(&'t Texture<Vec3>),
-}
-
-/// The textures of a material, without textures of the parts of a mix: colors, then numbers.
-macro_rules! textures {
-    ($kind:expr $(, $mutable:tt)?) => {{
-        let (colors, number, roughness) = match $kind {
-            MaterialKind::Matte(it) => (vec![&$($mutable)? it.kd], Some(&$($mutable)? it.sigma), None),
-            MaterialKind::Plastic(it) => {
-                (vec![&$($mutable)? it.kd, &$($mutable)? it.ks], None, Some(&$($mutable)? it.roughness))
-            }
-            MaterialKind::Translucent(it) => (
-                vec![
-                    &$($mutable)? it.kd,
-                    &$($mutable)? it.ks,
-                    &$($mutable)? it.reflect,
-                    &$($mutable)? it.transmit,
-                ],
-                None,
-                Some(&$($mutable)? it.roughness),
-            ),
-            MaterialKind::Glass(it) => (
-                vec![&$($mutable)? it.kr, &$($mutable)? it.kt],
-                Some(&$($mutable)? it.eta),
-                Some(&$($mutable)? it.roughness),
-            ),
-            MaterialKind::Mirror(it) => (vec![&$($mutable)? it.kr], None, None),
-            MaterialKind::Metal(it) => {
-                let Metal { eta, k, roughness, .. } = &$($mutable)? **it;
-                (vec![eta, k], None, Some(roughness))
-            }
-            MaterialKind::Substrate(it) => {
-                (vec![&$($mutable)? it.kd, &$($mutable)? it.ks], None, Some(&$($mutable)? it.roughness))
-            }
-            MaterialKind::Uber(it) => {
-                let Uber { kd, ks, kr, kt, opacity, eta, roughness, .. } = &$($mutable)? **it;
-                (vec![kd, ks, kr, kt, opacity], Some(eta), Some(roughness))
-            }
-            MaterialKind::Mix(it) => (vec![&$($mutable)? it.amount], None, None),
-            MaterialKind::None => (vec![], None, None),
-        };
-        let mut numbers: Vec<_> = number.into_iter().collect();
-        if let Some(roughness) = roughness {
-            numbers.push(&$($mutable)? roughness.u);
-            numbers.extend(&$($mutable)? roughness.v);
-        }
-        (colors, numbers)
-    }};
-}
-
 impl MaterialKind {
-    /// The textures of this material, without textures of the parts of a mix.
-    pub fn textures(&self) -> Vec<AnyTexture<'_>> {
-        let (colors, numbers): (Vec<_>, Vec<_>) = textures!(self);
-        let numbers = numbers.into_iter().map(AnyTexture::Number);
-        colors.into_iter().map(AnyTexture::Color).chain(numbers).collect()
+    /// The colors of this material, without those of the parts of a mix.
+    pub(crate) fn colors(&self) -> Vec<&Texture<Vec3>> {
+        match self {
+            MaterialKind::Matte(it) => vec![&it.kd],
+            MaterialKind::Plastic(it) => vec![&it.kd, &it.ks],
+            MaterialKind::Translucent(it) => vec![&it.kd, &it.ks, &it.reflect, &it.transmit],
+            MaterialKind::Glass(it) => vec![&it.kr, &it.kt],
+            MaterialKind::Mirror(it) => vec![&it.kr],
+            MaterialKind::Metal(it) => vec![&it.eta, &it.k],
+            MaterialKind::Substrate(it) => vec![&it.kd, &it.ks],
+            MaterialKind::Uber(it) => vec![&it.kd, &it.ks, &it.kr, &it.kt, &it.opacity],
+            MaterialKind::Mix(it) => vec![&it.amount],
+            MaterialKind::None => vec![],
+        }
     }
 
-    /// The same, to change: colors, then numbers.
-    pub(crate) fn textures_mut(&mut self) -> (Vec<&mut Texture<Vec3>>, Vec<&mut Texture<f64>>) {
-        textures!(self, mut)
+    /// The numbers of this material that can be textures.
+    pub(crate) fn numbers(&self) -> Vec<&Texture<f64>> {
+        let sigma = if let MaterialKind::Matte(it) = self { Some(&it.sigma) } else { None };
+        let widths = self.roughness().into_iter().flat_map(|width| std::iter::once(&width.u).chain(&width.v));
+        sigma.into_iter().chain(self.index()).chain(widths).collect()
     }
 
     /// True if it scatters no light. Textures that vary count as light.
     pub fn is_black(&self) -> bool {
         let are_black = |all: &[&Texture<Vec3>]| all.iter().all(|share| share.constant() == Some(Vec3::ZERO));
         match self {
-            MaterialKind::Matte(it) => are_black(&[&it.kd]),
-            MaterialKind::Plastic(it) => are_black(&[&it.kd, &it.ks]),
             MaterialKind::Translucent(it) => {
                 are_black(&[&it.kd, &it.ks]) || are_black(&[&it.reflect, &it.transmit])
             }
-            MaterialKind::Glass(it) => are_black(&[&it.kr, &it.kt]),
-            MaterialKind::Mirror(it) => are_black(&[&it.kr]),
-            MaterialKind::Substrate(it) => are_black(&[&it.kd, &it.ks]),
             MaterialKind::Uber(it) => {
                 it.opacity.constant() == Some(Vec3::ONE) && are_black(&[&it.kd, &it.ks, &it.kr, &it.kt])
             }
             MaterialKind::Mix(it) => it.materials.iter().all(|part| part.kind.is_black()),
             MaterialKind::Metal(_) | MaterialKind::None => false,
+            _ => are_black(&self.colors()),
         }
     }
 
@@ -330,9 +281,7 @@ impl MaterialKind {
             MaterialKind::Metal(metal) => Some(&metal.roughness),
             MaterialKind::Substrate(substrate) => Some(&substrate.roughness),
             MaterialKind::Uber(uber) => Some(&uber.roughness),
-            MaterialKind::Matte(_) | MaterialKind::Mirror(_) | MaterialKind::Mix(_) | MaterialKind::None => {
-                None
-            }
+            _ => None,
         }
     }
 
@@ -368,24 +317,22 @@ impl Needs {
 
     pub(super) fn of(kind: &MaterialKind, bump: Option<&Texture<f64>>) -> Self {
         let mut needs = Needs { coordinates: bump.is_some(), footprint: bump.is_some() };
-        for texture in kind.textures() {
-            match texture {
-                AnyTexture::Number(texture) => needs.texture(texture),
-                AnyTexture::Color(texture) => needs.texture(texture),
-            }
+        for color in kind.colors() {
+            needs.texture(color);
+        }
+        for number in kind.numbers() {
+            needs.texture(number);
         }
         if let Some(Roughness { u, v: Some(v), .. }) = kind.roughness() {
             needs.coordinates |= u.constant() != v.constant();
         }
         if let MaterialKind::Mix(mix) = kind {
-            mix.materials.iter().for_each(|material| needs.add(material.needs));
+            for Material { needs: part, .. } in mix.materials.iter().map(|part| &**part) {
+                needs.coordinates |= part.coordinates;
+                needs.footprint |= part.footprint;
+            }
         }
         needs
-    }
-
-    fn add(&mut self, other: Needs) {
-        self.coordinates |= other.coordinates;
-        self.footprint |= other.footprint;
     }
 
     fn texture<T: Value>(&mut self, texture: &Texture<T>) {

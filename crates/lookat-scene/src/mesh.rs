@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use lookat_syntax::{Diagnostic, ParamType};
+use lookat_syntax::{Diagnostic, ParamType, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
-use crate::params::{FileParam, Params};
+use crate::params::Params;
 use crate::ply::Oddities;
 use crate::schema::{Effect, FloatTexture, Floats, Integers, Key, Keys, Kind, Name, Pairs, Triples, Unit};
-use crate::texture::{Texture, TextureParams};
+use crate::texture::Texture;
 use crate::transform::{LARGEST, in_range};
 
 /// Triangles with shared vertices. Arrays other than those of positions and indices are empty if the mesh has no such
@@ -25,47 +25,38 @@ pub struct Mesh {
 }
 
 /// Why arrays are no [`Mesh`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MeshFault {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum MeshError {
     /// The number of indices is no multiple of three.
+    #[error("the number of indices is not a multiple of 3")]
     OddIndices,
     /// An index is negative, or not below the number of positions.
+    #[error("an index is negative or not below the number of positions")]
     IndexOutOfRange,
     /// An array has fewer or more values than there are positions.
+    #[error("an array does not have one value for each position")]
     WrongLength,
     /// A number is infinite or not a number, or one of a position, normal or tangent is beyond 1e50, where areas overflow.
+    #[error("a number is not finite, or beyond 1e50")]
     NotFinite,
 }
-
-impl std::fmt::Display for MeshFault {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            MeshFault::OddIndices => "the number of indices is no multiple of 3",
-            MeshFault::IndexOutOfRange => "an index is negative or not below the number of positions",
-            MeshFault::WrongLength => "an array does not have a value for each position",
-            MeshFault::NotFinite => "a number is not finite, or beyond 1e50",
-        })
-    }
-}
-
-impl std::error::Error for MeshFault {}
 
 impl Mesh {
     /// A mesh of these vertex positions, with three vertex indices for each triangle.
     ///
     /// # Errors
     ///
-    /// See [`MeshFault`].
-    pub fn new(positions: Vec<[f64; 3]>, indices: Vec<i32>) -> Result<Mesh, MeshFault> {
+    /// See [`MeshError`].
+    pub fn new(positions: Vec<[f64; 3]>, indices: Vec<i32>) -> Result<Mesh, MeshError> {
         let count = positions.len();
         if !indices.len().is_multiple_of(3) {
-            return Err(MeshFault::OddIndices);
+            return Err(MeshError::OddIndices);
         }
         if !indices.iter().all(|index| usize::try_from(*index).is_ok_and(|index| index < count)) {
-            return Err(MeshFault::IndexOutOfRange);
+            return Err(MeshError::IndexOutOfRange);
         }
         if !in_range(positions.as_flattened()) {
-            return Err(MeshFault::NotFinite);
+            return Err(MeshError::NotFinite);
         }
         Ok(Mesh { positions, indices, ..Mesh::default() })
     }
@@ -74,8 +65,8 @@ impl Mesh {
     ///
     /// # Errors
     ///
-    /// See [`MeshFault`].
-    pub fn with_normals(self, normals: Vec<[f64; 3]>) -> Result<Mesh, MeshFault> {
+    /// See [`MeshError`].
+    pub fn with_normals(self, normals: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
         check_array(&normals, self.positions.len(), in_range)?;
         Ok(Mesh { normals, ..self })
     }
@@ -84,8 +75,8 @@ impl Mesh {
     ///
     /// # Errors
     ///
-    /// See [`MeshFault`].
-    pub fn with_tangents(self, tangents: Vec<[f64; 3]>) -> Result<Mesh, MeshFault> {
+    /// See [`MeshError`].
+    pub fn with_tangents(self, tangents: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
         check_array(&tangents, self.positions.len(), in_range)?;
         Ok(Mesh { tangents, ..self })
     }
@@ -94,8 +85,8 @@ impl Mesh {
     ///
     /// # Errors
     ///
-    /// See [`MeshFault`].
-    pub fn with_uvs(self, uvs: Vec<[f64; 2]>) -> Result<Mesh, MeshFault> {
+    /// See [`MeshError`].
+    pub fn with_uvs(self, uvs: Vec<[f64; 2]>) -> Result<Mesh, MeshError> {
         check_array(&uvs, self.positions.len(), |uvs| uvs.iter().all(|x| x.is_finite()))?;
         Ok(Mesh { uvs, ..self })
     }
@@ -128,6 +119,12 @@ impl Mesh {
     #[inline]
     pub fn uvs(&self) -> &[[f64; 2]] {
         &self.uvs
+    }
+
+    /// What stands for a mesh that is not read: a triangle, because a mesh without triangles would be invisible.
+    pub(crate) fn unread() -> Mesh {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        Mesh { positions, indices: vec![0, 1, 2], ..Mesh::default() }
     }
 
     /// The number of triangles.
@@ -182,11 +179,11 @@ fn check_array<const N: usize>(
     values: &[[f64; N]],
     count: usize,
     are_right: fn(&[f64]) -> bool,
-) -> Result<(), MeshFault> {
+) -> Result<(), MeshError> {
     if values.len() != count {
-        return Err(MeshFault::WrongLength);
+        return Err(MeshError::WrongLength);
     }
-    if are_right(values.as_flattened()) { Ok(()) } else { Err(MeshFault::NotFinite) }
+    if are_right(values.as_flattened()) { Ok(()) } else { Err(MeshError::NotFinite) }
 }
 
 pub(crate) const INDICES: Key<Integers> = Key::new(
@@ -275,13 +272,13 @@ pub(crate) fn triangle_mesh(
     Some(mesh)
 }
 
-/// pbrt-v3's CreatePLYMesh: a handle for the file.
-pub(crate) fn ply_file(params: &mut Params) -> Option<FileParam> {
+/// pbrt-v3's CreatePLYMesh: the name of the file.
+pub(crate) fn ply_file(params: &mut Params) -> Option<Text> {
     let name = params.take(&FILE_NAME);
     if name.is_none() {
         params.missing("filename", "a plymesh needs a file", "add \"string filename\" \"mesh.ply\"");
     }
-    name.map(|name| params.file_param(&FILE_NAME, &name))
+    name
 }
 
 /// Transforms a mesh to world space. Reports coordinates out of range and triangles without an area.
@@ -430,10 +427,10 @@ const SHADOW_ALPHA: Key<FloatTexture> =
 const CUTOUT: Keys = &[&ALPHA, &SHADOW_ALPHA];
 
 /// The alpha masks of a mesh, if given.
-pub(crate) fn cutout(params: &mut TextureParams) -> Option<Cutout> {
+pub(crate) fn cutout(params: &mut Params) -> Option<Cutout> {
     let [alpha, shadow_alpha] = [&ALPHA, &SHADOW_ALPHA].map(|key| {
         // A constant other than 0 is opaque and needs no mask.
-        Some(params.take_texture(key)).filter(|alpha| alpha.constant().is_none_or(|alpha| alpha == 0.0))
+        Some(params.take(key)).filter(|alpha| alpha.constant().is_none_or(|alpha| alpha == 0.0))
     });
     (alpha.is_some() || shadow_alpha.is_some()).then_some(Cutout { alpha, shadow_alpha })
 }

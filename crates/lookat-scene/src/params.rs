@@ -15,9 +15,10 @@ use crate::Transform;
 use crate::cache::{KeptMesh, MeshKey, Reuse};
 use crate::files::{Charged, Files};
 use crate::report::Report;
-use crate::schema::{Key, Name, Parameter, Unit};
+use crate::schema::{Key, Parameter, Unit, kinds};
+use crate::texture::Textures;
 
-pub(crate) use crate::params::value::Take;
+pub(crate) use crate::params::value::ParamValue;
 
 /// The most related places of one message.
 const MOST_RELATED: usize = 10;
@@ -37,6 +38,8 @@ pub(crate) struct Params<'a> {
     rest_ignored: bool,
     /// What the mesh depends on, if it can be kept.
     pub mesh_key: Option<MeshKey>,
+    /// The textures in scope.
+    textures: Option<&'a Textures>,
     files: &'a Files<'a>,
     report: &'a mut Report,
 }
@@ -55,11 +58,17 @@ impl<'a> Params<'a> {
             failed: false,
             rest_ignored: false,
             mesh_key: None,
+            textures: None,
             files,
             report,
         };
         params.drop_repeated();
         params
+    }
+
+    /// The same parameters with the textures that they can name.
+    pub fn with_textures(self, textures: &'a Textures) -> Self {
+        Params { textures: Some(textures), ..self }
     }
 
     /// The type named by the directive.
@@ -110,7 +119,7 @@ impl<'a> Params<'a> {
     }
 
     /// Takes the value of a parameter, or its default. Rejects a value outside the range of the key.
-    pub fn take<T: Take>(&mut self, key: &Key<T>) -> T::Taken {
+    pub fn take<T: ParamValue>(&mut self, key: &Key<T>) -> T::Taken {
         T::take(key, self)
     }
 
@@ -215,15 +224,16 @@ impl<'a> Params<'a> {
         let mut error = Diagnostic::error(self.place(name), message);
         error.help = help.map(str::to_owned);
         // The validity of shapes depends on several parameters.
-        match self.was_taken(name) && self.keyword != "Shape" {
-            true => self.error_surely(error),
-            false => self.error(error),
+        if self.was_taken(name) && self.keyword != "Shape" {
+            self.error_surely(error)
+        } else {
+            self.error(error)
         }
     }
 
     /// Reports that an override of the caller does not fit.
-    pub fn misfit(&mut self, message: String) {
-        self.report.misfit = Some(message);
+    pub fn override_error(&mut self, message: String) {
+        self.report.override_error = Some(message);
     }
 
     /// Reports something, unless it may come of a part that could not be read.
@@ -276,11 +286,29 @@ impl<'a> Params<'a> {
         self.report.push(Diagnostic::note_at(self.kind.span, message).help(help));
     }
 
+    /// The types that the directive can have.
+    fn known_kinds(&self) -> Vec<&'static str> {
+        kinds().filter(|kind| kind.directive == self.keyword).map(|kind| kind.name).collect()
+    }
+
+    /// True if the directive has such a type.
+    pub fn is_known_kind(&self) -> bool {
+        self.known_kinds().contains(&self.kind())
+    }
+
     /// Reports an unknown type and returns `None`.
-    pub fn unknown_kind<T>(&mut self, known: &[&str]) -> Option<T> {
+    pub fn unknown_kind<T>(&mut self) -> Option<T> {
         self.failed = true;
-        self.say_unknown_kind(known, Severity::Error);
+        self.say_unknown_kind(Severity::Error);
         None
+    }
+
+    /// Reads something that the directive does without: errors do not reject the directive.
+    pub fn without_rejection<R>(&mut self, read: impl FnOnce(&mut Self) -> R) -> R {
+        let failed = std::mem::take(&mut self.failed);
+        let result = read(self);
+        self.failed = failed;
+        result
     }
 
     /// True if nothing was rejected so far.
@@ -369,56 +397,20 @@ pub(crate) fn class(ty: ParamType) -> ParamType {
     if SPECTRUM_TYPES.contains(&ty) { ParamType::Spectrum } else { ty }
 }
 
-/// A file that a parameter names, and what messages about it need.
-pub(crate) struct FileParam {
-    /// The name of the file.
-    pub name: Text,
-    keyword: &'static str,
-    kind: Text,
-    parameter: &'static str,
-    /// The place of the value.
-    place: Span,
-    /// True if a part of the directive is unreadable.
-    partial: bool,
-}
-
-impl<'a> Params<'a> {
-    /// A handle for a file, to read it later.
-    pub fn file_param(&self, key: &Key<Name>, name: &Text) -> FileParam {
-        FileParam {
-            name: name.clone(),
-            keyword: self.keyword,
-            kind: self.kind.clone(),
-            parameter: key.name,
-            place: self.place(key.name),
-            partial: self.report.partial,
-        }
-    }
-
-    /// The parameters of a directive of which only a file is left to read.
-    pub fn of_file(file: &FileParam, files: &'a Files<'a>, report: &'a mut Report) -> Self {
-        report.partial = file.partial;
-        let entity = Entity { name: file.kind.clone(), params: Vec::new() };
-        let mut params = Params::new(file.keyword, entity, files, report);
-        params.places.push((file.parameter, file.place, ParamType::String));
-        params
-    }
-}
-
 impl Params<'_> {
-    /// The bytes of a file named by a parameter. Reports an unreadable file and returns `None`.
-    pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Charged)> {
-        self.read(name).map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()
-    }
-
     /// The bytes of a file that the rest does without. `None`, and a warning, where it cannot be read.
-    pub fn file_if_readable(&mut self, name: &Text) -> Option<(PathBuf, Charged)> {
-        let read = self.read(name);
-        read.map_err(|(path, error)| {
-            let unreadable = self.files.unreadable("read", name, &path, &error);
-            self.push(Diagnostic { severity: Severity::Warning, ..unreadable });
-        })
-        .ok()
+    pub fn file_if_readable(&mut self, name: &Text) -> Option<Charged> {
+        match self.files.read_named(&name.value, name.span) {
+            Ok((path, bytes)) => {
+                self.warn_of_path(name, &path);
+                Some(bytes)
+            }
+            Err((path, error)) => {
+                let unreadable = self.files.unreadable("read", name, &path, &error);
+                self.push(Diagnostic { severity: Severity::Warning, ..unreadable });
+                None
+            }
+        }
     }
 
     /// The bytes of a file named by a parameter, or `None` for them if they are known. Reports an unreadable file and returns `None`.
@@ -436,10 +428,6 @@ impl Params<'_> {
     /// What a mesh in a file depends on.
     pub fn mesh_file_key(&self, path: &Path, world_from_object: &Transform) -> Option<MeshKey> {
         self.files.mesh_file_key(path, world_from_object)
-    }
-
-    fn read(&mut self, name: &Text) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
-        self.files.read_named(&name.value, name.span).inspect(|(path, _)| self.warn_of_path(name, path))
     }
 
     /// Opens a file named by a parameter. Reports a file that it cannot open and returns `None`.
@@ -469,7 +457,7 @@ impl Params<'_> {
         if name.value.is_empty() { self.error(unreadable) } else { self.error_surely(unreadable) }
     }
 
-    /// The first path that [`Params::file`] tries. It is equal for names of the same file.
+    /// The first path that [`Params::open`] tries. It is equal for names of the same file.
     pub fn first_path(&self, name: &Text) -> PathBuf {
         self.files.beside(&name.value, name.span)
     }

@@ -1,4 +1,4 @@
-//! The pictures of lights and textures: handles while the scene is read, then decoded, each once for each settings.
+//! The pictures of lights and textures.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -9,127 +9,26 @@ use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, Wrap, linear_
 use lookat_syntax::{Diagnostic, Text};
 
 use crate::color::{self, LUMINANCE};
-use crate::files::{Charged, Files, shown_path};
-use crate::params::{FileParam, Params};
-use crate::report::Report;
-use crate::schema::{self, Name};
+use crate::files::{Charged, shown_path};
+use crate::params::Params;
 
-/// The pictures of a scene so far.
+/// The pictures of a scene so far. Each file is decoded once for each type of texel and settings.
 #[derive(Default)]
 pub(crate) struct Pictures {
-    /// Color pictures.
-    pub colors: Cache<Vec3>,
-    /// Pictures of single numbers.
-    pub numbers: Cache<f32>,
+    /// True to check only that the files exist.
+    pub fast: bool,
+    /// How many uses of pictures were not read, because `fast` is set.
+    pub unread: usize,
+    /// The file found for the first path tried.
+    found: HashMap<PathBuf, PathBuf>,
+    colors: HashMap<Key, Made<Vec3>>,
+    numbers: HashMap<Key, Made<f32>>,
 }
 
 impl Pictures {
-    /// The number of handles.
-    pub fn len(&self) -> usize {
-        self.colors.handles.len() + self.numbers.handles.len()
-    }
-
-    /// Reads the pictures of all handles.
-    pub fn load(&mut self, files: &Files, report: &mut Report) {
-        self.colors.load(files, report);
-        self.numbers.load(files, report);
-    }
-
-    /// Reports missing files, and what their names say. Reads nothing.
-    pub fn check(&self, files: &Files, report: &mut Report) {
-        self.colors.check(files, report);
-        self.numbers.check(files, report);
-    }
-}
-
-/// Pictures with one texel type.
-pub(crate) struct Cache<T> {
-    handles: Vec<Handle<T>>,
-    stand_ins: HashMap<Key, Arc<MipMap<T>>>,
-    /// The file found for the first path tried.
-    found: HashMap<PathBuf, PathBuf>,
-    known: HashMap<Key, Made<T>>,
-    /// What replaces the stand-in at an address. `None` after an error.
-    loaded: HashMap<usize, Option<Arc<MipMap<T>>>>,
-}
-
-/// A picture to be read from a file.
-struct Handle<T> {
-    file: FileParam,
-    parameter: &'static str,
-    settings: Settings,
-    /// What pbrt-v3 does with a picture that it does not read.
-    instead: String,
-    /// The map in place of the picture.
-    stand_in: Arc<MipMap<T>>,
-}
-
-impl<T> Default for Cache<T> {
-    fn default() -> Self {
-        Cache {
-            handles: Vec::new(),
-            stand_ins: HashMap::new(),
-            found: HashMap::new(),
-            known: HashMap::new(),
-            loaded: HashMap::new(),
-        }
-    }
-}
-
-impl<T: FromColor> Cache<T> {
-    /// A stand-in for the picture in `file`, named by the parameter `key`: gray, as in pbrt-v3 without the picture.
-    /// `instead`: what pbrt-v3 does with a picture that it does not read.
-    pub fn handle(
-        &mut self,
-        params: &Params,
-        key: &schema::Key<Name>,
-        file: &Text,
-        settings: Settings,
-        instead: &str,
-    ) -> Arc<MipMap<T>> {
-        let stand_in =
-            self.stand_ins.entry(Key::new(params.first_path(file), &settings)).or_insert_with(|| {
-                let gray = T::from_color(Vec3::splat(0.5), &settings);
-                Arc::new(MipMap::new(1, 1, vec![gray], settings.wrap))
-            });
-        self.handles.push(Handle {
-            file: params.file_param(key, file),
-            parameter: key.name,
-            settings,
-            instead: instead.into(),
-            stand_in: stand_in.clone(),
-        });
-        stand_in.clone()
-    }
-
-    fn load(&mut self, files: &Files, report: &mut Report) {
-        for Handle { file, parameter, settings, instead, stand_in } in std::mem::take(&mut self.handles) {
-            let params = &mut Params::of_file(&file, files, report);
-            let picture = self.get(params, parameter, &file.name, settings, &instead);
-            self.loaded.insert(Arc::as_ptr(&stand_in).addr(), picture);
-        }
-    }
-
-    fn check(&self, files: &Files, report: &mut Report) {
-        for Handle { file, parameter, instead, .. } in &self.handles {
-            let params = &mut Params::of_file(file, files, report);
-            let Some((path, _)) = params.open(&file.name) else { continue };
-            match check_name(&path) {
-                Ok(()) => warn_of_format(params, parameter, &path, instead),
-                Err((message, help)) => {
-                    params.error_surely(Diagnostic::error(file.name.span, message).help(help))
-                }
-            }
-        }
-    }
-
-    /// The picture for a stand-in. `None` after an error.
-    pub fn loaded(&self, stand_in: &Arc<MipMap<T>>) -> Option<Arc<MipMap<T>>> {
-        self.loaded.get(&Arc::as_ptr(stand_in).addr()).cloned().flatten()
-    }
-
-    /// The picture named by the parameter `name`. Reports an error and returns `None` without one.
-    fn get(
+    /// The picture in `file`, which the parameter `name` names. Reports an error and returns `None` without one: the directive is
+    /// still valid, as in pbrt-v3. `instead`: what pbrt-v3 does with a picture that it does not read.
+    pub fn get<T: FromColor>(
         &mut self,
         params: &mut Params,
         name: &'static str,
@@ -137,6 +36,36 @@ impl<T: FromColor> Cache<T> {
         settings: Settings,
         instead: &str,
     ) -> Option<Arc<MipMap<T>>> {
+        params.without_rejection(|params| {
+            let (path, made) = if self.fast {
+                self.unread += 1;
+                let (path, _) = params.open(file)?;
+                let made = check_name(&path).map(|()| gray(&settings));
+                (path, made)
+            } else {
+                self.decoded(params, name, file, settings)?
+            };
+            match made {
+                Ok(map) => {
+                    warn_of_format(params, name, &path, instead);
+                    Some(map)
+                }
+                Err((message, help)) => {
+                    params.error_surely(Diagnostic::error(file.span, message).help(help));
+                    None
+                }
+            }
+        })
+    }
+
+    /// The path found, and the picture.
+    fn decoded<T: FromColor>(
+        &mut self,
+        params: &mut Params,
+        name: &str,
+        file: &Text,
+        settings: Settings,
+    ) -> Option<(PathBuf, Made<T>)> {
         let first = params.first_path(file);
         let (path, bytes) = match self.found.get(&first) {
             Some(path) => {
@@ -150,43 +79,40 @@ impl<T: FromColor> Cache<T> {
                     reuse.is_some_and(|reuse| reuse.picture::<MipMap<T>>(&key).is_some())
                 };
                 let (path, bytes) = params.file_unless(file, is_kept)?;
-                self.found.insert(first.clone(), path.clone());
+                self.found.insert(first, path.clone());
                 (path, bytes)
             }
         };
-        let key = Key::new(path, &settings);
-        if !self.known.contains_key(&key) {
-            let made = match kept(params, &key) {
-                Some(map) => Ok(map),
-                None => {
-                    let bytes = match bytes {
-                        Some(bytes) => bytes,
-                        None => params.file(file)?.1,
-                    };
-                    let reported = params.reported();
-                    let made = decode(params, name, &key.path, bytes, &settings);
-                    // Warnings are given when the picture is decoded.
-                    if let (Some(reuse), Ok(map)) = (params.reuse(), &made)
-                        && reported.is_some_and(|reported| params.reported() == Some(reported))
-                    {
-                        reuse.keep_picture(&key, map);
-                    }
-                    made
+        let key = Key::new(path.clone(), &settings);
+        if let Some(made) = T::made(self).get(&key) {
+            return Some((path, made.clone()));
+        }
+        let made = match kept(params, &key) {
+            Some(map) => Ok(map),
+            None => {
+                let bytes = match bytes {
+                    Some(bytes) => bytes,
+                    None => params.file_unless(file, |_| false)?.1?,
+                };
+                let reported = params.reported();
+                let made = decode(params, name, &path, bytes, &settings);
+                // Warnings are given when the picture is decoded.
+                if let (Some(reuse), Ok(map)) = (params.reuse(), &made)
+                    && reported.is_some_and(|reported| params.reported() == Some(reported))
+                {
+                    reuse.keep_picture(&key, map);
                 }
-            };
-            self.known.insert(key.clone(), made);
-        }
-        match &self.known[&key] {
-            Ok(map) => {
-                warn_of_format(params, name, &key.path, instead);
-                Some(map.clone())
+                made
             }
-            Err((message, help)) => {
-                params.error_surely(Diagnostic::error(file.span, message).help(help));
-                None
-            }
-        }
+        };
+        T::made(self).insert(key, made.clone());
+        Some((path, made))
     }
+}
+
+/// The map in place of a picture that cannot be read, as in pbrt-v3.
+pub(crate) fn gray<T: FromColor>(settings: &Settings) -> Arc<MipMap<T>> {
+    Arc::new(MipMap::new(1, 1, vec![T::from_color(Vec3::splat(0.5), settings)], settings.wrap))
 }
 
 /// A picture that an earlier load has decoded. `None` also where memory is short, so that errors are the same as without it.
@@ -215,18 +141,29 @@ type Made<T> = Result<Arc<MipMap<T>>, (String, String)>;
 pub(crate) trait FromColor: Texel + 'static {
     /// Converts a color of the file.
     fn from_color(color: Vec3, settings: &Settings) -> Self;
+
+    /// The pictures of this type so far.
+    fn made(pictures: &mut Pictures) -> &mut HashMap<Key, Made<Self>>;
 }
 
 impl FromColor for Vec3 {
     fn from_color(color: Vec3, settings: &Settings) -> Self {
-        Vec3::from_array(color.to_array().map(|value| settle(value, settings)))
+        Vec3::from_array(color.to_array().map(|value| texel_value(value, settings)))
+    }
+
+    fn made(pictures: &mut Pictures) -> &mut HashMap<Key, Made<Vec3>> {
+        &mut pictures.colors
     }
 }
 
 impl FromColor for f32 {
     /// The luminance, which pbrt-v3 computes before the sRGB conversion.
     fn from_color(color: Vec3, settings: &Settings) -> Self {
-        settle(color.dot(LUMINANCE.as_vec3()), settings)
+        texel_value(color.dot(LUMINANCE.as_vec3()), settings)
+    }
+
+    fn made(pictures: &mut Pictures) -> &mut HashMap<Key, Made<f32>> {
+        &mut pictures.numbers
     }
 }
 
@@ -237,7 +174,7 @@ fn is_too_bright(value: f32) -> bool {
     value.is_finite() && value > LARGEST
 }
 
-fn settle(value: f32, settings: &Settings) -> f32 {
+fn texel_value(value: f32, settings: &Settings) -> f32 {
     let linear = if settings.gamma { linear_from_srgb(value) } else { value };
     let scaled = settings.scale * linear;
     let least = if settings.not_negative { 0.0 } else { -LARGEST };
@@ -329,9 +266,10 @@ fn texels<T: FromColor>(planes: [&[f32]; 3], row: usize, settings: &Settings) ->
         T::from_color(Vec3::select(finite, color, Vec3::ZERO), settings)
     };
     let [mut r, mut g, mut b] = planes.map(|plane| plane.chunks_exact(row));
-    while let (Some(r), Some(g), Some(b)) = match settings.bottom_up {
-        true => (r.next_back(), g.next_back(), b.next_back()),
-        false => (r.next(), g.next(), b.next()),
+    while let (Some(r), Some(g), Some(b)) = if settings.bottom_up {
+        (r.next_back(), g.next_back(), b.next_back())
+    } else {
+        (r.next(), g.next(), b.next())
     } {
         texels.extend(r.iter().zip(g).zip(b).map(|((r, g), b)| convert(Vec3::new(*r, *g, *b))));
     }

@@ -10,7 +10,6 @@ mod header;
 mod stream;
 
 use std::collections::HashMap;
-use std::fmt;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,7 +20,6 @@ use lookat_syntax::{Diagnostic, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
-use crate::files::Files;
 use crate::mesh::{Mesh, note_flat, place};
 use crate::params::Params;
 use crate::ply::header::{Element, Format, Header};
@@ -30,17 +28,11 @@ use crate::ply::stream::Stream;
 /// The largest unpacked size of a compressed file, in bytes.
 const INFLATED_LIMIT: u64 = 4 << 30;
 
-/// A triangle mesh in the space of the file.
+/// A triangle mesh in the space of the file. Its numbers are finite and its indices in range.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlyMesh {
-    /// One position per vertex, all finite.
-    pub positions: Vec<[f64; 3]>,
-    /// One shading normal per vertex, all finite and of any length; empty if the file has none.
-    pub normals: Vec<[f64; 3]>,
-    /// One texture coordinate per vertex, all finite; empty if the file has none.
-    pub uvs: Vec<[f64; 2]>,
-    /// Three indices into `positions` per triangle, all in range. Empty if no face is a triangle or a quad.
-    pub indices: Vec<i32>,
+    /// No triangle if no face is a triangle or a quad.
+    pub mesh: Mesh,
     /// What its author should know.
     pub oddities: Oddities,
 }
@@ -58,28 +50,11 @@ pub struct Oddities {
     pub is_zipped: bool,
 }
 
-impl PlyMesh {
-    /// The bytes of the arrays.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.positions[..])
-            + size_of_val(&self.indices[..])
-            + size_of_val(&self.normals[..])
-            + size_of_val(&self.uvs[..])
-    }
-}
-
 /// The reason why a PLY file is unreadable, as a message. It counts vertices, faces and bytes from 0, as in the file,
 /// and lines from 1.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
 pub struct PlyError(pub String);
-
-impl fmt::Display for PlyError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for PlyError {}
 
 /// Streams a mesh from a PLY file: ascii or binary in either byte order, plain or gzipped.
 ///
@@ -230,18 +205,15 @@ fn quote(word: &[u8]) -> String {
 /// The PLY files of a scene.
 #[derive(Default)]
 pub(crate) struct PlyFiles {
-    /// The uses of each file that are left, by the first path tried.
-    left: HashMap<PathBuf, usize>,
-    /// Files with uses left: the path found, and the mesh in the space of the file.
-    known: HashMap<PathBuf, (PathBuf, PlyMesh, Charge)>,
+    /// True to check only headers.
+    pub fast: bool,
+    /// How many uses of files were not read, because `fast` is set.
+    pub unread: usize,
+    /// The files used so far, by the first path tried: the path found, and the mesh in the space of the file from the second use on.
+    known: HashMap<PathBuf, (PathBuf, Option<(PlyMesh, Charge)>)>,
 }
 
 impl PlyFiles {
-    /// Announces a use of a file.
-    pub fn expect(&mut self, files: &Files, name: &Text) {
-        *self.left.entry(files.beside(&name.value, name.span)).or_default() += 1;
-    }
-
     /// The mesh in a file, in world space. Reports an error and returns `None` without one.
     pub fn mesh(
         &mut self,
@@ -249,56 +221,43 @@ impl PlyFiles {
         name: &Text,
         world_from_object: Transform,
     ) -> Option<Arc<Mesh>> {
+        if self.fast {
+            self.unread += 1;
+            check_file_header(params, name);
+            return Some(Arc::new(Mesh::unread()));
+        }
         let first = params.first_path(name);
-        let left = self.left.get_mut(&first).map_or(0, |left| {
-            *left = left.saturating_sub(1);
-            *left
-        });
-        let (path, file, known) = match self.known.remove(&first) {
-            Some((path, mesh, charge)) => {
-                params.warn_of_path(name, &path);
-                (path, None, Some((mesh, charge)))
+        let (path, file, known) = match self.known.get(&first) {
+            Some((path, Some((mesh, _)))) => {
+                params.warn_of_path(name, path);
+                (path.clone(), None, Some(mesh))
             }
-            None => {
+            _ => {
                 let (path, file) = params.open(name)?;
                 (path, Some(file), None)
             }
         };
         let key = params.mesh_file_key(&path, &world_from_object);
-        let kept = key.as_ref().and_then(|key| params.kept_mesh(key));
-        let keep = |path, mesh, charge| {
-            if left > 0 {
-                self.known.insert(first, (path, mesh, charge));
-            }
-        };
-        if let Some(kept) = kept {
-            if let Some((mesh, charge)) = known {
-                keep(path, mesh, charge);
-            }
-            tell(params, name, &kept.oddities, kept.mesh.triangles());
+        if let Some(kept) = key.as_ref().and_then(|key| params.kept_mesh(key)) {
+            report_oddities(params, name, &kept.oddities, kept.mesh.triangles());
             params.reserve("filename", kept.mesh.bytes())?.keep();
             note_flat(params, "filename", kept.flat, kept.mesh.triangles());
             return Some(kept.mesh);
         }
         let mesh = match known {
-            Some((mesh, charge)) => {
-                keep(path, mesh.clone(), charge);
-                mesh
-            }
+            Some(mesh) => mesh.clone(),
             None => {
-                let mesh = report(params, name, &path, read(file?, params.memory()))?;
-                // A file that does not fit into memory twice is read again.
-                if left > 0
-                    && let Ok(charge) = params.memory().reserve(mesh.bytes() as u64)
-                {
-                    keep(path, mesh.clone(), charge);
-                }
+                let mesh = ok_or_report(params, name, &path, read(file?, params.memory()))?;
+                // Most files are used once. One that does not fit into memory twice is read again.
+                let is_again = self.known.contains_key(&first);
+                let charge =
+                    is_again.then(|| params.memory().reserve(mesh.mesh.bytes() as u64).ok()).flatten();
+                self.known.insert(first, (path, charge.map(|charge| (mesh.clone(), charge))));
                 mesh
             }
         };
-        let PlyMesh { positions, normals, uvs, indices, oddities } = mesh;
-        tell(params, name, &oddities, indices.len() / 3);
-        let mesh = Mesh { positions, indices, normals, uvs, ..Mesh::default() };
+        let PlyMesh { mesh, oddities } = mesh;
+        report_oddities(params, name, &oddities, mesh.triangles());
         let mesh = Arc::new(place(params, mesh, world_from_object)?);
         let flat = mesh.without_area();
         if let (Some(reuse), Some(key)) = (params.reuse(), key) {
@@ -307,19 +266,20 @@ impl PlyFiles {
         note_flat(params, "filename", flat, mesh.triangles());
         Some(mesh)
     }
+}
 
-    /// Reports a file that cannot be opened, or that has a wrong header. Reads no more.
-    pub fn check_header(params: &mut Params, name: &Text) {
-        if let Some((path, file)) = params.open(name) {
-            // Faces are not counted.
-            let oddities = report(params, name, &path, check_header(file));
-            oddities.iter().for_each(|oddities| tell(params, name, oddities, 0));
-        }
+/// Reports a file that cannot be opened, or that has a wrong header. Reads no more.
+fn check_file_header(params: &mut Params, name: &Text) {
+    if let Some((path, file)) = params.open(name)
+        && let Some(oddities) = ok_or_report(params, name, &path, check_header(file))
+    {
+        // Faces are not counted.
+        report_oddities(params, name, &oddities, 0);
     }
 }
 
 /// Reports faces that are left out, data after the last face, and what pbrt-v3 does not read.
-fn tell(params: &mut Params, name: &Text, oddities: &Oddities, triangles: usize) {
+fn report_oddities(params: &mut Params, name: &Text, oddities: &Oddities, triangles: usize) {
     let Oddities { other_faces, goes_on, is_vertex_index, is_zipped } = *oddities;
     if is_zipped {
         let message = format!("pbrt-v3 cannot read {}, which is compressed", name.value);
@@ -348,7 +308,7 @@ fn tell(params: &mut Params, name: &Text, oddities: &Oddities, triangles: usize)
 }
 
 /// What was read. Reports an error.
-fn report<T>(
+fn ok_or_report<T>(
     params: &mut Params,
     name: &Text,
     path: &Path,

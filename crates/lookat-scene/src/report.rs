@@ -27,7 +27,7 @@ pub(crate) struct Report {
     /// True if the last directive of a file is incomplete and may have swallowed the text after it.
     pub incomplete_end: bool,
     /// The reason why an override of the caller does not fit this scene.
-    pub misfit: Option<String>,
+    pub override_error: Option<String>,
     /// True if a part of the current directive is unreadable. Then only problems that do not depend on this part are
     /// reported.
     pub partial: bool,

@@ -16,11 +16,11 @@ use crate::light::{self, Emission};
 use crate::load::LoadOptions;
 use crate::material::MaterialInstance;
 use crate::names::{Names, SymbolKind};
-use crate::options::{Options, Settled};
+use crate::options::{Options, ResolvedOptions};
 use crate::params::Params;
 use crate::report::Report;
 use crate::texture::Textures;
-use crate::transform::{LookAtFault, Transform, out_of_range};
+use crate::transform::{LookAtError, Transform};
 
 pub(crate) use crate::resolve::blocks::{Blocks, Open, home_block};
 
@@ -36,7 +36,7 @@ pub(crate) struct Resolver<'a> {
     definitions: Definitions,
     options: Options,
     /// The options at `WorldBegin`.
-    pub settled: Option<Settled>,
+    pub resolved: Option<ResolvedOptions>,
     pub draft: Draft,
 }
 
@@ -52,8 +52,8 @@ impl<'a> Resolver<'a> {
             state: GraphicsState::new(),
             definitions: Definitions::new(),
             options: Options::default(),
-            settled: None,
-            draft: Draft::default(),
+            resolved: None,
+            draft: Draft::new(load_options.fast),
         }
     }
 
@@ -142,7 +142,7 @@ impl<'a> Resolver<'a> {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
                 let emission = light::emission(params);
                 if emission.is_some_and(|emission| !emission.is_black()) {
-                    self.facts.emissions.entry(at).or_default();
+                    self.facts.emissions.push(at);
                 }
                 self.state.emission = emission.map(|emission| Emission { span: Some(at), ..emission });
             }
@@ -169,7 +169,7 @@ impl<'a> Resolver<'a> {
     pub fn finish(&mut self, file: FileId) {
         match (self.block, self.facts.part) {
             // Resolves the options, so that their errors are reported.
-            (Block::Options, Some((_, first))) => drop(self.settle(first)),
+            (Block::Options, Some((_, first))) => drop(self.resolve_options(first)),
             (Block::World, None) => {
                 self.facts.missing_end = Some(self.files.sources.end(file));
                 self.world_end();
@@ -228,16 +228,16 @@ impl Resolver<'_> {
             }
             Err(fault) => {
                 let help = match fault {
-                    LookAtFault::EyeAtLook => {
+                    LookAtError::EyeAtLook => {
                         "the first three numbers are the eye, the next three the target: make them different"
                     }
-                    LookAtFault::ZeroUp => {
+                    LookAtError::ZeroUp => {
                         "write the direction that is up in the picture, usually 0 1 0 or 0 0 1"
                     }
-                    LookAtFault::UpParallel => {
+                    LookAtError::UpParallel => {
                         "the last three numbers are the direction that is up in the picture: choose one that is not parallel to the view"
                     }
-                    LookAtFault::OutOfRange => "write smaller numbers",
+                    LookAtError::OutOfRange => "write smaller numbers",
                 };
                 Err(Box::new(Diagnostic::error(span, fault.to_string()).help(help)))
             }
@@ -250,7 +250,7 @@ fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>
         return Ok(transform);
     }
     let help = "transformations accumulate: check the ones before it, too";
-    Err(Box::new(Diagnostic::error(at, out_of_range()).help(help)))
+    Err(Box::new(Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help)))
 }
 
 pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {

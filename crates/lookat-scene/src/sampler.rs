@@ -1,7 +1,7 @@
 //! `Sampler`: the sample pattern and the number of samples.
 
 use crate::params::Params;
-use crate::schema::{Effect, Key, Keys, Kind, Range, names};
+use crate::schema::{Effect, Key, Keys, Kind, Range};
 
 /// The most samples per pixel of one picture: sums of more could overflow.
 pub const MAX_SAMPLES: u32 = 1 << 30;
@@ -137,7 +137,7 @@ pub(crate) fn sampler(params: &mut Params) -> Option<Sampler> {
             (SamplerKind::SOBOL, params.take(&PIXEL_SAMPLES))
         }
         "stratified" => stratified(params),
-        _ => return params.unknown_kind(&names(KINDS)),
+        _ => return params.unknown_kind(),
     };
     params.finish().then_some(Sampler { kind, samples_per_pixel: samples as u32 })
 }

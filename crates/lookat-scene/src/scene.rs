@@ -8,8 +8,8 @@ use lookat_image::{MipMap, Texel};
 use lookat_syntax::Span;
 
 use crate::{
-    AnyTexture, Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, MaterialKind, Sampler,
-    Shape, Texture, Transform, Value, Varying,
+    Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, MaterialKind, Sampler, Shape,
+    Texture, Transform, Value, Varying,
 };
 
 /// A scene, ready to render: a view of a world. Lengths are in world units, except for quadrics and curves, which are in
@@ -262,11 +262,11 @@ impl Found {
             return;
         }
         material.bump.iter().for_each(|bump| self.texture(bump));
-        for texture in material.kind.textures() {
-            match texture {
-                AnyTexture::Number(texture) => self.texture(texture),
-                AnyTexture::Color(texture) => self.texture(texture),
-            }
+        for color in material.kind.colors() {
+            self.texture(color);
+        }
+        for number in material.kind.numbers() {
+            self.texture(number);
         }
         if let MaterialKind::Mix(mix) = &material.kind {
             mix.materials.iter().for_each(|part| self.material(part));

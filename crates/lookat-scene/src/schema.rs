@@ -8,8 +8,8 @@ use lookat_syntax::ParamType;
 use crate::{camera, film, filter, integrator, light, material, medium, options, sampler, shape, texture};
 
 pub(crate) use crate::params::value::{
-    Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, GivenTexture, Integers, Name,
-    Needed, Pairs, Triples,
+    Color, ColorTexture, Edges, FloatTexture, Floats, Integers, Name, OptionalFloat, OptionalTexture, Pairs,
+    ParamValue, RequiredInteger, Triples,
 };
 pub(crate) use crate::schema::synonyms::OLDER;
 pub use crate::schema::synonyms::{Synonym, parameter_synonyms, type_synonym};
@@ -141,11 +141,6 @@ impl Unit {
     }
 }
 
-/// The names of types, as a scene writes them.
-pub(crate) fn names(kinds: &[Kind]) -> Vec<&'static str> {
-    kinds.iter().map(|kind| kind.name).collect()
-}
-
 /// What lookat does with a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effect {
@@ -185,7 +180,7 @@ pub(crate) struct Key<T> {
     pub default_words: &'static str,
 }
 
-impl<T: DefaultValue> Key<T> {
+impl<T: ParamValue> Key<T> {
     pub const fn new(name: &'static str, ty: ParamType, default: T, meaning: &'static str) -> Key<T> {
         let (range, unit, effect) = (Range::ALL, Unit::None, Effect::Rendered);
         Key { name, ty, default, range, unit, meaning, effect, default_words: "" }
@@ -210,76 +205,47 @@ impl<T: DefaultValue> Key<T> {
         self.default_words(REQUIRED)
     }
 
+    /// Marks a parameter that lookat ignores, unlike pbrt-v3.
+    pub const fn not_rendered(self) -> Key<T> {
+        self.effect(Effect::NotRendered)
+    }
+
+    /// The same parameter with another type of value.
+    pub fn of<U>(self, default: U) -> Key<U> {
+        let Key { name, ty, range, unit, meaning, effect, default_words, .. } = self;
+        Key { name, ty, default, range, unit, meaning, effect, default_words }
+    }
+
     pub const fn effect(self, effect: Effect) -> Key<T> {
         Key { effect, ..self }
     }
 }
 
-impl Key<f64> {
-    pub const fn float(name: &'static str, default: f64, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Float, default, meaning)
-    }
+/// Constructors of keys: the name, the type of the default as the constructor takes it, the declared type and the value.
+macro_rules! constructors {
+    ($($(#[$doc:meta])* $of:ty: $name:ident($($default:ident: $ty:ty)?) = $declared:ident, $value:expr;)*) => {$(
+        impl Key<$of> {
+            $(#[$doc])*
+            pub const fn $name(name: &'static str, $($default: $ty,)? meaning: &'static str) -> Self {
+                Key::new(name, ParamType::$declared, $value, meaning)
+            }
+        }
+    )*};
 }
 
-impl Key<i32> {
-    pub const fn integer(name: &'static str, default: i32, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Integer, default, meaning)
-    }
-}
-
-impl Key<Needed> {
-    pub const fn needed(name: &'static str, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Integer, Needed, meaning)
-    }
-}
-
-impl Key<Color> {
-    pub const fn color(name: &'static str, default: f32, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Rgb, Color(default), meaning)
-    }
-}
-
-impl Key<FloatTexture> {
-    pub const fn float_texture(name: &'static str, default: f64, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Float, FloatTexture(default), meaning)
-    }
-}
-
-impl Key<GivenTexture> {
-    pub const fn given_texture(name: &'static str, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Float, GivenTexture, meaning)
-    }
-}
-
-impl Key<ColorTexture> {
-    pub const fn color_texture(name: &'static str, default: f32, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Rgb, ColorTexture(Vec3::splat(default)), meaning)
-    }
-}
-
-impl Key<Name> {
-    pub const fn string(name: &'static str, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::String, Name, meaning)
-    }
-}
-
-impl Key<[f64; 3]> {
-    pub const fn point(name: &'static str, default: [f64; 3], meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Point3, default, meaning)
-    }
-}
-
-impl Key<bool> {
-    pub const fn bool(name: &'static str, default: bool, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Bool, default, meaning)
-    }
-}
-
-impl Key<&'static [&'static str]> {
+constructors! {
+    f64: float(default: f64) = Float, default;
+    i32: integer(default: i32) = Integer, default;
+    RequiredInteger: required_integer() = Integer, RequiredInteger;
+    Color: color(default: f32) = Rgb, Color(default);
+    FloatTexture: float_texture(default: f64) = Float, FloatTexture(default);
+    OptionalTexture: optional_texture() = Float, OptionalTexture;
+    ColorTexture: color_texture(default: f32) = Rgb, ColorTexture(Vec3::splat(default));
+    Name: string() = String, Name;
+    [f64; 3]: point(default: [f64; 3]) = Point3, default;
+    bool: bool(default: bool) = Bool, default;
     /// One of the words; the first is the default.
-    pub const fn choice(name: &'static str, words: &'static [&'static str], meaning: &'static str) -> Self {
-        Key::new(name, ParamType::String, words, meaning)
-    }
+    &'static [&'static str]: choice(words: &'static [&'static str]) = String, words;
 }
 
 /// The description of a parameter, for every type of value.
@@ -287,7 +253,7 @@ pub(crate) trait Described {
     fn parameter(&self) -> Parameter;
 }
 
-impl<T: DefaultValue> Described for Key<T> {
+impl<T: ParamValue> Described for Key<T> {
     fn parameter(&self) -> Parameter {
         let default = match self.default_words {
             "" => self.default.words(),

@@ -7,13 +7,13 @@ mod quadric;
 
 use std::sync::Arc;
 
-use lookat_syntax::ParamType;
+use lookat_syntax::{ParamType, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
 use crate::mesh::{self, Mesh, finish, grid, ply_file, triangle_mesh};
-use crate::params::{FileParam, Params};
-use crate::schema::{Floats, Key, Kind, Needed, Range};
+use crate::params::Params;
+use crate::schema::{Floats, Key, Kind, Range, RequiredInteger};
 
 pub use crate::shape::curve::{Curve, CurveKind};
 pub(crate) use crate::shape::quadric::Limits;
@@ -72,7 +72,7 @@ pub(crate) const KINDS: &[Kind] = &[
 pub(crate) enum Geometry {
     Shape(Shape),
     /// A mesh to be read from a file.
-    PlyFile(FileParam),
+    PlyFile(Text),
 }
 
 /// pbrt-v3's MakeShapes. The remaining parameters belong to the material or are unknown. `kept` is the mesh, if an earlier load has
@@ -98,8 +98,10 @@ fn triangles(mesh: Mesh) -> Shape {
     Shape::TriangleMesh(Arc::new(mesh))
 }
 
-const NU: Key<Needed> = Key::needed("nu", "the number of heights along u").within(Range::at_least(2.0));
-const NV: Key<Needed> = Key::needed("nv", "the number of heights along v").within(Range::at_least(2.0));
+const NU: Key<RequiredInteger> =
+    Key::required_integer("nu", "the number of heights along u").within(Range::at_least(2.0));
+const NV: Key<RequiredInteger> =
+    Key::required_integer("nv", "the number of heights along v").within(Range::at_least(2.0));
 const HEIGHTS: Key<Floats> =
     Key::new("Pz", ParamType::Float, Floats, "nu times nv heights, in rows along x").required();
 

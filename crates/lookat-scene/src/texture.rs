@@ -5,19 +5,16 @@ mod mapping;
 mod patterns;
 
 use std::fmt::Debug;
-use std::ops::{Deref, DerefMut, Mul};
+use std::ops::Mul;
 use std::sync::Arc;
 
 use glam::Vec3;
 use lookat_image::Texel;
-use lookat_syntax::ParamType;
 
 use crate::names::{Names, SymbolKind};
 use crate::params::Params;
-use crate::picture::{Cache, FromColor, Pictures};
-use crate::schema::{
-    Color, ColorTexture, DefaultValue, Effect, FloatTexture, GivenTexture, Key, Kind, Name, names,
-};
+use crate::picture::{FromColor, Pictures};
+use crate::schema::{Color, ColorTexture, Key, Kind, Name};
 use crate::transform::Transform;
 
 pub use crate::texture::imagemap::{ImageFilter, ImageMap};
@@ -86,10 +83,10 @@ pub enum Varying<T: Value> {
     Marble(Marble),
 }
 
-/// The textures in a texture: those with values of its own type, and the one that weighs them. The same for `&` and `&mut`.
-macro_rules! parts {
-    ($varying:expr) => {
-        match $varying {
+impl<T: Value> Varying<T> {
+    /// The textures in it: those with values of its own type, and the one that weighs them.
+    pub(crate) fn parts(&self) -> (Vec<&Texture<T>>, Option<&Texture<f64>>) {
+        match self {
             Varying::Mix { textures: [a, b], amount } => (vec![a, b], Some(amount)),
             Varying::Scale([a, b])
             | Varying::Checkerboard(Checkerboard { textures: [a, b], .. })
@@ -102,18 +99,6 @@ macro_rules! parts {
             | Varying::Windy { .. }
             | Varying::Marble(_) => (Vec::new(), None),
         }
-    };
-}
-
-impl<T: Value> Varying<T> {
-    /// The textures in it: those with values of its own type, and the one that weighs them.
-    pub(crate) fn parts(&self) -> (Vec<&Texture<T>>, Option<&Texture<f64>>) {
-        parts!(self)
-    }
-
-    /// The same, to change.
-    pub(crate) fn parts_mut(&mut self) -> (Vec<&mut Texture<T>>, Option<&mut Texture<f64>>) {
-        parts!(self)
     }
 }
 
@@ -157,36 +142,34 @@ impl<T: Value> Texture<T> {
 
     /// A texture that varies. It consists of at most 1,000 textures; one used twice counts twice.
     pub fn varying(texture: Varying<T>) -> Self {
-        let of_two = |[a, b]: [&Self; 2]| {
-            (a.is_filtered() || b.is_filtered(), a.cost().saturating_add(b.cost()).saturating_add(1))
+        let is_filtered = match &texture {
+            Varying::Checkerboard(board) => matches!(board.cells, Cells::Plane { filtered: true, .. }),
+            Varying::Scale(_)
+            | Varying::Mix { .. }
+            | Varying::Dots(_)
+            | Varying::Bilerp(_)
+            | Varying::Uv(_) => false,
+            Varying::ImageMap(_)
+            | Varying::Fbm(_)
+            | Varying::Wrinkled(_)
+            | Varying::Windy { .. }
+            | Varying::Marble(_) => true,
         };
-        let (filtered, cost) = match &texture {
-            Varying::Scale([a, b]) => of_two([a, b]),
-            Varying::Mix { textures: [a, b], amount } => {
-                let (filtered, cost) = of_two([a, b]);
-                (filtered || amount.is_filtered(), cost.saturating_add(amount.cost()))
-            }
-            Varying::Checkerboard(Checkerboard { textures: [a, b], cells }) => {
-                let (filtered, cost) = of_two([a, b]);
-                (filtered || matches!(cells, Cells::Plane { filtered: true, .. }), cost)
-            }
-            Varying::Dots(dots) => of_two([&dots.dots, &dots.around]),
-            Varying::ImageMap(_) => (true, 1),
-            Varying::Bilerp(_) | Varying::Uv(_) => (false, 1),
-            Varying::Fbm(_) | Varying::Wrinkled(_) | Varying::Windy { .. } | Varying::Marble(_) => (true, 1),
-        };
+        let (parts, weight) = texture.parts();
+        let filtered = is_filtered
+            || parts.iter().any(|part| part.is_filtered())
+            || weight.is_some_and(Texture::is_filtered);
+        let costs = parts.iter().map(|part| part.cost()).chain(weight.map(Texture::cost));
+        let cost = costs.fold(1, u32::saturating_add);
         Texture::Varying(Arc::new(Node { texture, filtered, cost }))
     }
 }
 
 const VALUE: Key<Color> = Key::color("value", 1.0, "the value; a number in a float texture");
 
-const fn of_ptex<T: DefaultValue>(key: Key<T>) -> Key<T> {
-    key.effect(Effect::NotRendered)
-}
-
-const PTEX_FILE: Key<Name> = of_ptex(Key::string("filename", "the Ptex file"));
-const PTEX_GAMMA: Key<f64> = of_ptex(Key::float("gamma", 2.2, "the exponent of the values of the file"));
+const PTEX_FILE: Key<Name> = Key::string("filename", "the Ptex file").not_rendered();
+const PTEX_GAMMA: Key<f64> =
+    Key::float("gamma", 2.2, "the exponent of the values of the file").not_rendered();
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("Texture", "constant", "one value everywhere", &[&[&VALUE]]),
@@ -257,7 +240,7 @@ pub(crate) fn product<T: Value>(params: &mut Params, [a, b]: [Texture<T>; 2]) ->
 
 /// pbrt-v3's MakeFloatTexture and MakeSpectrumTexture. `None` for an unsupported texture and after an error.
 pub(crate) fn texture<T: Parameter>(
-    params: &mut TextureParams,
+    params: &mut Params,
     ctm: Transform,
     pictures: &mut Pictures,
 ) -> Option<Texture<T>> {
@@ -295,9 +278,8 @@ fn colors<T: Parameter>(
 }
 
 fn not_rendered<T>(params: &mut Params) -> Option<T> {
-    let names = names(KINDS);
-    if !names.contains(&params.kind()) {
-        return params.unknown_kind(&names);
+    if !params.is_known_kind() {
+        return params.unknown_kind();
     }
     let message = format!(
         "lookat does not support Texture \"{}\": parameters that name it keep their default",
@@ -363,13 +345,7 @@ pub(crate) trait Parameter: Value<Texel: FromColor> {
     fn value(params: &mut Params, key: &Key<Color>) -> Self;
 
     /// Takes a color or a texture. A float texture takes a number or a float texture.
-    fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<Self>;
-
-    /// The pictures with these values.
-    fn pictures(pictures: &Pictures) -> &Cache<Self::Texel>;
-
-    /// The same, to add to them.
-    fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
+    fn texture(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Self>;
 }
 
 impl Parameter for f64 {
@@ -379,16 +355,8 @@ impl Parameter for f64 {
         params.take(&Key::float(key.name, key.default.0.into(), key.meaning))
     }
 
-    fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<f64> {
-        params.float_texture(key.name, key.default.0.x.into())
-    }
-
-    fn pictures(pictures: &Pictures) -> &Cache<f32> {
-        &pictures.numbers
-    }
-
-    fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<f32> {
-        &mut pictures.numbers
+    fn texture(params: &mut Params, key: &Key<ColorTexture>) -> Texture<f64> {
+        params.take(&Key::float_texture(key.name, key.default.0.x.into(), key.meaning))
     }
 }
 
@@ -399,16 +367,8 @@ impl Parameter for Vec3 {
         params.take(key)
     }
 
-    fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<Vec3> {
-        params.take_texture(key)
-    }
-
-    fn pictures(pictures: &Pictures) -> &Cache<Vec3> {
-        &pictures.colors
-    }
-
-    fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<Vec3> {
-        &mut pictures.colors
+    fn texture(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Vec3> {
+        params.take(key)
     }
 }
 
@@ -424,101 +384,5 @@ impl Default for Textures {
             float: Names::new(SymbolKind::FloatTexture),
             spectrum: Names::new(SymbolKind::SpectrumTexture),
         }
-    }
-}
-
-/// Parameters with the textures in scope (pbrt-v3's TextureParams).
-pub(crate) struct TextureParams<'t, 'p> {
-    params: &'t mut Params<'p>,
-    textures: &'t Textures,
-}
-
-impl<'t, 'p> TextureParams<'t, 'p> {
-    pub fn new(params: &'t mut Params<'p>, textures: &'t Textures) -> Self {
-        TextureParams { params, textures }
-    }
-
-    /// Takes a parameter that can name a texture.
-    pub fn take_texture<T: TakeTexture>(&mut self, key: &Key<T>) -> T::Taken {
-        T::take(key, self)
-    }
-
-    /// A color or a named texture.
-    pub fn spectrum_texture(&mut self, name: &'static str, default: Vec3) -> Texture<Vec3> {
-        let Some(texture) = self.texture(name) else {
-            return Texture::Constant(self.spectrum(name, default));
-        };
-        self.ask(name, ParamType::Rgb);
-        let Textures { float, spectrum } = self.textures;
-        let known = self.params.find_texture(spectrum, float, &texture);
-        known.cloned().flatten().unwrap_or(Texture::Constant(default))
-    }
-
-    /// A number or a named texture.
-    pub fn float_texture(&mut self, name: &'static str, default: f64) -> Texture<f64> {
-        self.float_texture_if_given(name).unwrap_or(Texture::Constant(default))
-    }
-
-    /// A number or a named texture, if the parameter is given and has a value.
-    pub fn float_texture_if_given(&mut self, name: &'static str) -> Option<Texture<f64>> {
-        let Some(texture) = self.texture(name) else {
-            return self.float_if_given(name).map(Texture::Constant);
-        };
-        self.ask(name, ParamType::Float);
-        let Textures { float, spectrum } = self.textures;
-        let known = self.params.find_texture(float, spectrum, &texture);
-        known.cloned().flatten()
-    }
-}
-
-impl<'p> Deref for TextureParams<'_, 'p> {
-    type Target = Params<'p>;
-
-    fn deref(&self) -> &Params<'p> {
-        self.params
-    }
-}
-
-impl<'p> DerefMut for TextureParams<'_, 'p> {
-    fn deref_mut(&mut self) -> &mut Params<'p> {
-        self.params
-    }
-}
-
-/// A type of value that can name a texture instead.
-pub(crate) trait TakeTexture: DefaultValue {
-    /// What the constructor gets.
-    type Taken;
-
-    fn take(key: &Key<Self>, params: &mut TextureParams) -> Self::Taken;
-}
-
-impl TakeTexture for FloatTexture {
-    type Taken = Texture<f64>;
-
-    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<f64> {
-        let texture = params.float_texture(key.name, key.default.0);
-        match texture.constant() {
-            Some(value) if !params.check_within(key, value) => Texture::Constant(key.default.0),
-            _ => texture,
-        }
-    }
-}
-
-impl TakeTexture for GivenTexture {
-    type Taken = Option<Texture<f64>>;
-
-    fn take(key: &Key<Self>, params: &mut TextureParams) -> Option<Texture<f64>> {
-        let texture = params.float_texture_if_given(key.name)?;
-        let is_within = texture.constant().is_none_or(|value| params.check_within(key, value));
-        is_within.then_some(texture)
-    }
-}
-
-impl TakeTexture for ColorTexture {
-    type Taken = Texture<Vec3>;
-
-    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<Vec3> {
-        params.spectrum_texture(key.name, key.default.0)
     }
 }

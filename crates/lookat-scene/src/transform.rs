@@ -1,7 +1,5 @@
 //! Transformations between spaces, composed and inverted in `f64`, and angles that look like radians.
 
-use std::error::Error;
-use std::fmt;
 use std::ops::Mul;
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
@@ -26,36 +24,22 @@ pub(crate) fn in_range(values: &[f64]) -> bool {
     values.iter().fold(true, |all, x| all & (x.abs() <= LARGEST))
 }
 
-/// The message about a transformation that is not in the range of computation.
-pub(crate) fn out_of_range() -> String {
-    format!("the transformation or its inverse has entries above {LARGEST:e}")
-}
-
 /// The reason why a `LookAt` is invalid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LookAtFault {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum LookAtError {
     /// The eye equals the target.
+    #[error("the eye and the target of LookAt are the same point")]
     EyeAtLook,
     /// The up vector has length zero.
+    #[error("the up vector of LookAt is zero")]
     ZeroUp,
     /// The up vector is parallel to the view.
+    #[error("the up vector of LookAt is parallel to the view")]
     UpParallel,
     /// The transformation or its inverse has entries above 1e50.
+    #[error("the transformation or its inverse has entries above {LARGEST:e}")]
     OutOfRange,
 }
-
-impl fmt::Display for LookAtFault {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            LookAtFault::EyeAtLook => f.write_str("the eye and the target of LookAt are the same point"),
-            LookAtFault::ZeroUp => f.write_str("the up vector of LookAt is zero"),
-            LookAtFault::UpParallel => f.write_str("the up vector of LookAt is parallel to the view"),
-            LookAtFault::OutOfRange => f.write_str(&out_of_range()),
-        }
-    }
-}
-
-impl Error for LookAtFault {}
 
 impl Transform {
     /// The identity.
@@ -96,13 +80,13 @@ impl Transform {
     ///
     /// The side vector is `cross(up, look - eye)`, normalized last. Compensated differences keep full accuracy even
     /// if `up` is nearly parallel to the view.
-    pub fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Result<Self, LookAtFault> {
+    pub fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Result<Self, LookAtError> {
         let view = look - eye;
         if view == DVec3::ZERO {
-            return Err(LookAtFault::EyeAtLook);
+            return Err(LookAtError::EyeAtLook);
         }
         if up == DVec3::ZERO {
-            return Err(LookAtFault::ZeroUp);
+            return Err(LookAtError::ZeroUp);
         }
         let rest = rounded_off(look, eye, view);
         // Scaled by powers of two, which is exact.
@@ -110,7 +94,7 @@ impl Transform {
         let (view, rest) = (view * scale, rest * scale);
         let side = cross_exact(up, view) + up.cross(rest);
         if side.length() <= 4e-16 * up.length() * view.length() {
-            return Err(LookAtFault::UpParallel);
+            return Err(LookAtError::UpParallel);
         }
         let (right, forward) = (side.normalize(), view.normalize());
         let up = cross_exact(forward, right).normalize();
@@ -120,7 +104,7 @@ impl Transform {
             DMat4::from_cols(r.x_axis.extend(0.0), r.y_axis.extend(0.0), r.z_axis.extend(0.0), t.extend(1.0))
         };
         let placed = Transform { m: columns(to_camera, -(to_camera * eye)), inv: columns(rotation, eye) };
-        placed.in_range().then_some(placed).ok_or(LookAtFault::OutOfRange)
+        placed.in_range().then_some(placed).ok_or(LookAtError::OutOfRange)
     }
 
     /// From a matrix. `None` if it is singular or not affine.
@@ -183,6 +167,21 @@ impl Transform {
     /// Transforms a surface normal by the inverse transpose. Does not normalize.
     pub fn normal(&self, n: DVec3) -> DVec3 {
         DMat3::from_mat4(self.inv).transpose() * n
+    }
+
+    /// The vectors that the axes become.
+    pub(crate) fn axes(&self) -> [DVec3; 3] {
+        [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| self.vector(axis))
+    }
+
+    /// The factor of all lengths, for a rotation with a uniform scale and no shear. `None` for others. `tolerance` is relative.
+    pub(crate) fn uniform_scale(&self, tolerance: f64) -> Option<f64> {
+        let [x, y, z] = self.axes();
+        let scale = libm::cbrt(DMat3::from_cols(x, y, z).determinant().abs());
+        let is_right = |a: DVec3, b: DVec3| {
+            (a.length() / scale - 1.0).abs() < tolerance && a.dot(b).abs() < tolerance * scale * scale
+        };
+        (is_right(x, y) && is_right(y, z) && is_right(z, x)).then_some(scale)
     }
 
     /// True if it swaps handedness.
@@ -300,9 +299,9 @@ mod tests {
         #[test]
         fn a_view_without_meaning_is_refused() {
             let (p, q) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0));
-            assert_eq!(Transform::look_at(p, p, DVec3::Z), Err(LookAtFault::EyeAtLook));
-            assert_eq!(Transform::look_at(p, q, DVec3::splat(3.0)), Err(LookAtFault::UpParallel));
-            assert_eq!(Transform::look_at(p, q, DVec3::ZERO), Err(LookAtFault::ZeroUp));
+            assert_eq!(Transform::look_at(p, p, DVec3::Z), Err(LookAtError::EyeAtLook));
+            assert_eq!(Transform::look_at(p, q, DVec3::splat(3.0)), Err(LookAtError::UpParallel));
+            assert_eq!(Transform::look_at(p, q, DVec3::ZERO), Err(LookAtError::ZeroUp));
         }
 
         #[test]

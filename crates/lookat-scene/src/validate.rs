@@ -1,9 +1,7 @@
 //! Whether a scene built in code keeps the promises of a scene.
 
 use std::collections::HashSet;
-use std::error::Error;
 use std::f64::consts::TAU;
-use std::fmt;
 use std::sync::Arc;
 
 use glam::{DVec2, Vec3};
@@ -16,49 +14,34 @@ use crate::sampler::MOST_NESTED;
 use crate::shape::Limits;
 use crate::transform::in_range;
 use crate::{
-    AnyTexture, Camera, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, Film, Filter, FilterKind,
-    ImageFilter, Integrator, Lens, Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix,
-    Octaves, Primitive, Projection, Quadric, QuadricForm, Sampler, SamplerKind, Scene, Shape, Texture, Value,
-    Varying, View, color,
+    Camera, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, Film, Filter, FilterKind, ImageFilter,
+    Integrator, Lens, Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix, Octaves,
+    Primitive, Projection, Quadric, QuadricForm, Sampler, SamplerKind, Scene, Shape, Texture, Value, Varying,
+    View, color,
 };
 
 /// A promise that a scene breaks.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Invalid {
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {message}")]
+pub struct InvalidField {
     /// The field, for example `world.primitives[2].shape`.
     pub field: String,
     /// What is wrong with it.
     pub message: &'static str,
 }
 
-impl fmt::Display for Invalid {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}: {}", self.field, self.message)
-    }
-}
-
-impl Error for Invalid {}
-
 /// All promises that a scene breaks.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Faults(pub Vec<Invalid>);
+#[derive(Debug, Clone, Default, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.0.iter().map(InvalidField::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct InvalidScene(pub Vec<InvalidField>);
 
-impl Faults {
+impl InvalidScene {
     fn check(&mut self, is_right: bool, field: &str, message: &'static str) {
         if !is_right {
-            self.0.push(Invalid { field: field.to_owned(), message });
+            self.0.push(InvalidField { field: field.to_owned(), message });
         }
     }
 }
-
-impl fmt::Display for Faults {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let lines: Vec<String> = self.0.iter().map(Invalid::to_string).collect();
-        f.write_str(&lines.join("\n"))
-    }
-}
-
-impl Error for Faults {}
 
 impl Scene {
     /// Checks the promises of a scene, which one built in code may break: transformations are invertible, lengths and counts are
@@ -69,10 +52,10 @@ impl Scene {
     /// # Errors
     ///
     /// All broken promises.
-    pub fn validate(&self) -> Result<(), Faults> {
-        let mut found = Faults::default();
+    pub fn validate(&self) -> Result<(), InvalidScene> {
+        let mut found = InvalidScene::default();
         view_faults(&self.view, &mut found);
-        let list = |primitives: &[Primitive], place: &str, found: &mut Faults| {
+        let list = |primitives: &[Primitive], place: &str, found: &mut InvalidScene| {
             for (index, primitive) in primitives.iter().enumerate() {
                 primitive_faults(primitive, &format!("{place}primitives[{index}]"), found);
             }
@@ -102,7 +85,7 @@ fn has_samples(samples: u32) -> bool {
     (1..=MOST_NESTED as u32).contains(&samples)
 }
 
-fn primitive_faults(primitive: &Primitive, place: &str, found: &mut Faults) {
+fn primitive_faults(primitive: &Primitive, place: &str, found: &mut InvalidScene) {
     let is_right = match &primitive.shape {
         Shape::Quadric(quadric) => is_quadric(quadric),
         Shape::Curve(curve) => is_curve(curve),
@@ -113,7 +96,7 @@ fn primitive_faults(primitive: &Primitive, place: &str, found: &mut Faults) {
     let is_right = primitive.shape.is_mirrored().is_none_or(|is_mirrored| is_mirrored == primitive.mirrored);
     found.check(is_right, &format!("{place}.mirrored"), "the transformation of the shape says otherwise");
     let (material, field) = (&primitive.material, format!("{place}.material"));
-    let is_visited = is_bounded(material);
+    let is_visited = !matches!(&material.kind, MaterialKind::Mix(mix) if mix.parts() > Mix::MOST);
     found.check(is_visited, &field, "a mix has too many parts");
     found.check(!is_visited || is_material(material), &field, "a color, an index or a part is out of range");
     found.check(!is_visited || has_textures(material), &field, TEXTURE);
@@ -160,7 +143,7 @@ fn is_map(map: &MipMap<Vec3>) -> bool {
 }
 
 /// Adds the promises that a view breaks.
-fn view_faults(view: &View, found: &mut Faults) {
+fn view_faults(view: &View, found: &mut InvalidScene) {
     found.check(view.camera.world_from_camera.in_range(), "view.camera.world_from_camera", NO_TRANSFORM);
     found.check(is_camera(&view.camera), "view.camera", "its numbers are out of range");
     found.check(is_film(&view.film), "view.film", "its size, crop window or limits are out of range");
@@ -274,43 +257,24 @@ fn is_quadric(quadric: &Quadric) -> bool {
 
 /// True if the textures of a material, and of the parts of a mix, have numbers in range and are not too many.
 fn has_textures(material: &Material) -> bool {
-    let is_right = |texture: &AnyTexture| match texture {
-        AnyTexture::Number(texture) => is_texture(texture),
-        AnyTexture::Color(texture) => is_texture(texture),
-    };
-    let parts = match material.kind() {
-        MaterialKind::Mix(mix) => &mix.materials[..],
-        _ => &[],
-    };
-    material.kind().textures().iter().all(is_right)
-        && material.bump().is_none_or(is_texture)
-        && parts.iter().all(|part| has_textures(part))
-}
-
-/// True if it has not too many parts, and its parts no more: then they can be visited.
-fn is_bounded(material: &Material) -> bool {
-    !matches!(material.kind(), MaterialKind::Mix(mix) if mix.parts() > Mix::MOST)
+    material.kind.colors().into_iter().all(is_texture)
+        && material.kind.numbers().into_iter().chain(material.bump()).all(is_texture)
+        && parts(material).iter().all(|part| has_textures(part))
 }
 
 /// True if reflectances and indices of refraction that are constant are in range, and so are the parts of a mix.
 fn is_material(material: &Material) -> bool {
-    let share = |texture: &Texture<Vec3>| texture.constant().is_none_or(|color| color.min_element() >= 0.0);
-    match material.kind() {
-        MaterialKind::Matte(m) => share(&m.kd),
-        MaterialKind::Plastic(m) => share(&m.kd) && share(&m.ks),
-        MaterialKind::Translucent(m) => [&m.kd, &m.ks, &m.reflect, &m.transmit].into_iter().all(share),
-        MaterialKind::Glass(m) => {
-            share(&m.kr) && share(&m.kt) && m.eta.constant().is_none_or(|eta| eta > 0.0)
-        }
-        MaterialKind::Mirror(m) => share(&m.kr),
-        MaterialKind::Substrate(m) => share(&m.kd) && share(&m.ks),
-        MaterialKind::Uber(m) => [&m.kd, &m.ks, &m.kr, &m.kt, &m.opacity].into_iter().all(share),
-        MaterialKind::Mix(m) => {
-            let is_surface = |part: &Material| !matches!(part.kind(), MaterialKind::None);
-            m.materials.iter().all(|part| is_surface(part) && is_material(part))
-        }
-        MaterialKind::Metal(_) | MaterialKind::None => true,
-    }
+    let kind = &material.kind;
+    let is_share = |share: &Texture<Vec3>| share.constant().is_none_or(|color| color.min_element() >= 0.0);
+    let is_surface = |part: &Arc<Material>| !matches!(part.kind, MaterialKind::None) && is_material(part);
+    (matches!(kind, MaterialKind::Metal(_)) || kind.colors().into_iter().all(is_share))
+        && kind.index().and_then(Texture::constant).is_none_or(|index| index > 0.0)
+        && parts(material).iter().all(is_surface)
+}
+
+/// The parts of a mix.
+fn parts(material: &Material) -> &[Arc<Material>] {
+    if let MaterialKind::Mix(mix) = &material.kind { &mix.materials } else { &[] }
 }
 
 /// True if all numbers of a texture, and of the textures below it, are in range, and if those are not too many.

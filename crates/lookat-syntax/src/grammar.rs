@@ -2,7 +2,7 @@
 //! every mistake.
 
 use crate::advice::{V4_DIRECTIVES, advice, is_gone, surplus, synonym};
-use crate::token::{Fault, Input, Parsing, blank, found, is_keyword, number, shown, word};
+use crate::token::{Input, Parsing, SyntaxError, blank, found, is_keyword, number, shown, word};
 use crate::{Diagnostic, Directive, FileId, ParamType, Span, Statement, Values, nearest};
 
 /// The result of [`parse`], or one block of a [`Parser`].
@@ -285,7 +285,7 @@ impl<'a> Reader<'a> {
         self.span(start[..start.len() - rest.len()].trim_ascii_end())
     }
 
-    pub(crate) fn report(&mut self, fault: Fault<'a>) {
+    pub(crate) fn report(&mut self, fault: SyntaxError<'a>) {
         // After the memory limit, a fault is only a consequence of unread text.
         if self.exhausted.is_some() {
             return;
@@ -319,11 +319,11 @@ impl<'a> Reader<'a> {
     }
 
     /// The fault of a value in the place of a directive.
-    fn stray(&self, start: Input<'a>, before: Option<&Statement>) -> Fault<'a> {
+    fn stray(&self, start: Input<'a>, before: Option<&Statement>) -> SyntaxError<'a> {
         let (at, found) = found(start);
         let is_number = number(at).is_ok();
         let found = if is_number { format!("the number {}", shown(at)) } else { found };
-        let fault = Fault::new(at, format!("expected a directive, found {found}"));
+        let fault = SyntaxError::new(at, format!("expected a directive, found {found}"));
         // A value on a later line does not belong to that directive.
         let is_beside = |before: &&Statement| {
             let between = &self.text[before.span.end as usize..self.offset(start)];
@@ -355,29 +355,29 @@ impl<'a> Reader<'a> {
                 let (rest, _) = self.entity(input, keyword)?;
                 self.diagnostics.truncate(reported);
                 let all = &self.statement[..self.statement.len() - rest.len()];
-                Fault { at: all.trim_ascii_end(), ..fault }.replace_with("").fail()
+                SyntaxError { at: all.trim_ascii_end(), ..fault }.replace_with("").fail()
             }
             _ => fault.fail(),
         }
     }
 
-    pub(crate) fn unknown_directive(&mut self, keyword: Input<'a>) -> Fault<'a> {
+    pub(crate) fn unknown_directive(&mut self, keyword: Input<'a>) -> SyntaxError<'a> {
         let name = shown(keyword);
         if V4_DIRECTIVES.contains(&name.as_str()) {
             self.v4_marks.push(self.span(keyword));
-            return Fault::new(keyword, format!("{name} is a directive of pbrt-v4, not of pbrt-v3"))
+            return SyntaxError::new(keyword, format!("{name} is a directive of pbrt-v4, not of pbrt-v3"))
                 .help("lookat reads the pbrt-v3 format only");
         }
         self.unknown += 1;
-        let fault = Fault::new(keyword, format!("unknown directive `{name}`"));
+        let fault = SyntaxError::new(keyword, format!("unknown directive `{name}`"));
         if self.unknown > MAX_UNKNOWN {
             return fault.help("further unknown directives are not reported; is this a pbrt-v3 scene?");
         }
-        match synonym(&name) {
-            Some((_, "", advice)) => return fault.help(*advice),
+        if let Some(synonym) = synonym(&name) {
+            let error = fault.help(synonym.advice);
             // The type and the parameters stay.
-            Some((_, directive, advice)) => return fault.help(*advice).replace_with(*directive),
-            None => {}
+            let is_renamed = !synonym.directive.is_empty();
+            return if is_renamed { error.replace_with(synonym.directive) } else { error };
         }
         if let Some(known) = nearest(&name, Directive::KEYWORDS) {
             return fault.help(format!("did you mean `{known}`?")).replace_with(known);

@@ -6,14 +6,14 @@ use crate::advice::V4_DIRECTIVES;
 use crate::grammar::{MAX_UNKNOWN, Reader};
 use crate::param::{ParamType, Values};
 use crate::token::{
-    Fault, Input, Parsing, blank, is_blank, is_declaration, is_delimiter, is_keyword, quoted, separator,
-    shown, unclosed, with_point, word,
+    Input, Parsing, SyntaxError, blank, is_blank, is_declaration, is_delimiter, is_keyword, quoted,
+    separator, shown, unclosed, with_point, word,
 };
 use crate::{Diagnostic, Spanned, Text};
 
 impl<'a> Reader<'a> {
     /// Reports a fault that ends the current statement, and returns the text from the next directive on.
-    pub(crate) fn recover(&mut self, fault: Fault<'a>) -> Input<'a> {
+    pub(crate) fn recover(&mut self, fault: SyntaxError<'a>) -> Input<'a> {
         let from = &self.text[self.offset(fault.at)..];
         self.report(fault);
         let rest = next_directive(self.statement, from, self.unknown <= MAX_UNKNOWN);
@@ -43,7 +43,7 @@ fn next_directive<'a>(start: Input<'a>, from: Input<'a>, at_lines: bool) -> Inpu
         if next.is_empty() {
             return next;
         }
-        input = match take_while1::<_, _, Fault>(|byte: u8| {
+        input = match take_while1::<_, _, SyntaxError>(|byte: u8| {
             !is_blank(byte) && !matches!(byte, b'"' | b'[' | b']')
         })(next)
         {
@@ -73,7 +73,9 @@ impl<'a> Reader<'a> {
         }
         let (rest, ()) = whole_list(start)?;
         let all = &start[..start.len() - rest.len()];
-        self.report(Fault::new(all, "a list inside a list").help("put all values in one pair of brackets"));
+        self.report(
+            SyntaxError::new(all, "a list inside a list").help("put all values in one pair of brackets"),
+        );
         Ok((rest, true))
     }
 
@@ -110,8 +112,8 @@ impl<'a> Reader<'a> {
             return input;
         }
         let fault = match stray {
-            b']' => Fault::new(&input[..1], "unexpected `]`").help("no list is open here: delete it"),
-            _ => Fault::new(&input[..1], "unexpected `,`").help("separate parameters by spaces only"),
+            b']' => SyntaxError::new(&input[..1], "unexpected `]`").help("no list is open here: delete it"),
+            _ => SyntaxError::new(&input[..1], "unexpected `,`").help("separate parameters by spaces only"),
         };
         self.report(fault);
         next
@@ -142,7 +144,7 @@ impl<'a> Reader<'a> {
             return None;
         }
         let values = String::from_utf8_lossy(&all[1..end]);
-        let fault = Fault::new(all, "a list takes square brackets");
+        let fault = SyntaxError::new(all, "a list takes square brackets");
         self.report(fault.help("use square brackets").replace_with(format!("[{values}]")));
         Some(rest)
     }
@@ -155,7 +157,7 @@ impl<'a> Reader<'a> {
         }
         let values = &start[..start.len() - end.len()];
         let replacement = format!("[{}", String::from_utf8_lossy(values));
-        let fault = Fault::new(values, "the opening bracket of this list is missing");
+        let fault = SyntaxError::new(values, "the opening bracket of this list is missing");
         self.report(fault.help("add `[`").replace_with(replacement));
         Ok((&close[1..], true))
     }
@@ -312,7 +314,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reports a missing quote and returns the intended string.
-    fn mended(&mut self, fault: Fault<'a>, inner: Input<'a>) -> Text {
+    fn mended(&mut self, fault: SyntaxError<'a>, inner: Input<'a>) -> Text {
         let span = self.span(fault.at);
         self.report(fault);
         Spanned { value: String::from_utf8_lossy(inner).into_owned(), span }
@@ -330,14 +332,14 @@ impl<'a> Reader<'a> {
         if !is_beside || is_of_several || is_keyword(word) || is_declaration(next) {
             return None;
         }
-        let fault = Fault::new(word, format!("unexpected `{}` after {}", shown(word), shown(keyword)));
+        let fault = SyntaxError::new(word, format!("unexpected `{}` after {}", shown(word), shown(keyword)));
         self.report(fault.help("delete it"));
         Some(next)
     }
 }
 
 /// The fault of a word with a closing quote and no opening quote.
-pub(crate) fn unopened(input: Input) -> Option<Fault> {
+pub(crate) fn unopened(input: Input) -> Option<SyntaxError> {
     let (rest, name) = word(input).ok()?;
     // A line may have megabytes; the quote is nearby.
     let near = &rest[..rest.len().min(LONGEST_LINE)];
@@ -351,8 +353,8 @@ pub(crate) fn unopened(input: Input) -> Option<Fault> {
 }
 
 /// The fault of a string at `at` that lacks a quote and should contain `inner`.
-fn quote_missing<'a>(which: &str, at: Input<'a>, inner: Input<'a>) -> Fault<'a> {
-    let fault = Fault::new(at, format!("the {which} quote is missing"));
+fn quote_missing<'a>(which: &str, at: Input<'a>, inner: Input<'a>) -> SyntaxError<'a> {
+    let fault = SyntaxError::new(at, format!("the {which} quote is missing"));
     fault.help("add it").replace_with(format!("\"{}\"", String::from_utf8_lossy(inner)))
 }
 

@@ -4,7 +4,8 @@ use crate::grammar::{Commas, Reader};
 use crate::param::{Param, ParamType, Values};
 use crate::recovery::unopened;
 use crate::token::{
-    Fault, Input, Parsing, blank, ends_list, found, is_declaration, number, quoted, shown, unclosed, word,
+    Input, Parsing, SyntaxError, blank, ends_list, found, is_declaration, number, quoted, shown, unclosed,
+    word,
 };
 use crate::{Diagnostic, LongList, Spanned, Text, nearest, numbers};
 
@@ -158,7 +159,8 @@ impl<'a> Reader<'a> {
         };
         let (end, more) = self.more_numbers(rest)?;
         if let (after, true) = self.after_values(end)? {
-            let fault = Fault::new(&input[..input.len() - end.len()], "a value before the list of values");
+            let fault =
+                SyntaxError::new(&input[..input.len() - end.len()], "a value before the list of values");
             self.report(fault.help("delete it"));
             return Ok((after, 1 + more));
         }
@@ -167,7 +169,7 @@ impl<'a> Reader<'a> {
         }
         if !self.has_decimal_commas(values) && more > 0 {
             let all = &input[..input.len() - end.len()];
-            let fault = Fault::new(all, "several values without brackets");
+            let fault = SyntaxError::new(all, "several values without brackets");
             let text = String::from_utf8_lossy(all);
             self.report(fault.help("put them in brackets").replace_with(format!("[{text}]")));
         }
@@ -309,7 +311,7 @@ impl<'a> Reader<'a> {
                     return fault.fail();
                 }
                 let (at, found) = found(input);
-                let fault = Fault::new(at, format!("expected a quoted string, found {found}"));
+                let fault = SyntaxError::new(at, format!("expected a quoted string, found {found}"));
                 let is_plain = |byte: &u8| byte.is_ascii_graphic() && !b"[]\"#\\".contains(byte);
                 if at.is_empty() || !at.iter().all(is_plain) {
                     return fault.fail();
@@ -326,7 +328,7 @@ impl<'a> Reader<'a> {
         let (rest, value) = number(input)?;
         let at = &input[..input.len() - rest.len()];
         if value < f64::from(i32::MIN) || value > f64::from(i32::MAX) {
-            return Fault::new(at, format!("{} is out of range for an integer", shown(at)))
+            return SyntaxError::new(at, format!("{} is out of range for an integer", shown(at)))
                 .help("the range is -2147483648 to 2147483647")
                 .fail();
         }
@@ -388,7 +390,7 @@ fn boolean(input: Input) -> Parsing<bool> {
             "false" => Ok((rest, false)),
             _ => {
                 let text = shown(text.as_bytes());
-                let fault = Fault::new(at, format!("a bool is \"true\" or \"false\", not \"{text}\""));
+                let fault = SyntaxError::new(at, format!("a bool is \"true\" or \"false\", not \"{text}\""));
                 match text.to_ascii_lowercase() {
                     small if small == "true" || small == "false" => {
                         fault.help("write it in lower case").replace_with(format!("\"{small}\""))
@@ -400,7 +402,7 @@ fn boolean(input: Input) -> Parsing<bool> {
         };
     }
     let (at, found) = found(input);
-    let fault = Fault::new(at, format!("expected \"true\" or \"false\" in quotes, found {found}"));
+    let fault = SyntaxError::new(at, format!("expected \"true\" or \"false\" in quotes, found {found}"));
     let meant = match at {
         b"true" | b"1" => "\"true\"",
         b"false" | b"0" => "\"false\"",

@@ -1,24 +1,24 @@
 //! Advice about lights.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::Vec3;
 use lookat_syntax::{Diagnostic, Span};
 
-use crate::advice::{Evidence, warn};
-use crate::draft::Slot;
+use crate::advice::{Summary, warn};
 use crate::report::Report;
 use crate::shape::{Cylinder, Disk, Quadric, QuadricForm, Sphere};
 use crate::texture::Texture;
 use crate::{Emission, Integrator, Light, MaterialKind, Primitive, Shape, Transform};
 
-pub(super) fn darkness(evidence: &Evidence, report: &mut Report) {
-    let Some(integrator) = evidence.integrator() else { return };
+pub(super) fn darkness(summary: &Summary, report: &mut Report) {
+    let Some(integrator) = summary.integrator() else { return };
     if matches!(integrator, Integrator::AmbientOcclusion { .. }) {
         return;
     }
-    let world = &evidence.built.world;
-    let emissions: Vec<Emission> = evidence.drawn.iter().filter_map(|primitive| primitive.emission).collect();
+    let world = &summary.built.world;
+    let emissions: Vec<Emission> = summary.drawn.iter().filter_map(|primitive| primitive.emission).collect();
     let shows_emission_alone = matches!(integrator, Integrator::Path { max_depth: 0, .. });
     let (message, help) = if world.lights.is_empty() && emissions.is_empty() {
         let help = "add a light: LightSource \"infinite\" lights a scene from all sides";
@@ -32,20 +32,19 @@ pub(super) fn darkness(evidence: &Evidence, report: &mut Report) {
     } else {
         return;
     };
-    warn(report, evidence.world(), message, help);
+    warn(report, summary.world(), message, help);
 }
 
-pub(super) fn caustics(evidence: &Evidence, report: &mut Report) {
-    let Some(kind) = evidence.settled.and_then(|settled| settled.substituted.as_ref()) else { return };
+pub(super) fn caustics(summary: &Summary, report: &mut Report) {
+    let Some(kind) = summary.resolved.and_then(|resolved| resolved.replaced_integrator.as_ref()) else {
+        return;
+    };
     let message = format!("lookat renders Integrator \"{}\" with \"path\"", kind.value);
-    let casts_caustics = evidence.built.world.lights.iter().any(Light::is_delta)
-        && evidence.drawn.iter().any(|primitive| is_specular(&primitive.material.kind));
-    report.push(match casts_caustics {
-        true => Diagnostic::warning(kind.span, message).help(
+    let casts_caustics = summary.built.world.lights.iter().any(Light::is_delta)
+        && summary.drawn.iter().any(|primitive| is_specular(&primitive.material.kind));
+    report.push(if casts_caustics { Diagnostic::warning(kind.span, message).help(
             "\"path\" does not find caustics of point, spot and distant lights; for caustics, use a shape with an AreaLightSource",
-        ),
-        false => Diagnostic::note_at(kind.span, message).help("the picture is the same apart from its noise"),
-    });
+        ) } else { Diagnostic::note_at(kind.span, message).help("the picture is the same apart from its noise") });
 }
 
 /// True if a material has specular lobes, which reflect or refract light in single directions.
@@ -61,29 +60,29 @@ fn is_specular(material: &MaterialKind) -> bool {
     }
 }
 
-pub(super) fn hidden_lights(evidence: &Evidence, report: &mut Report) {
-    for at in &evidence.facts.lights_in_objects {
+pub(super) fn hidden_lights(summary: &Summary, report: &mut Report) {
+    for at in &summary.facts.lights_in_objects {
         let message = "a LightSource is not part of an object: it shines once, from where it is defined, and ObjectInstance does not copy it";
         let help = "move it before ObjectBegin; pbrt-v3 renders the same picture";
         warn(report, *at, message, help);
     }
-    let of_objects = evidence.built.objects.iter().flat_map(|object| &object.primitives);
+    let of_objects = summary.built.objects.iter().flat_map(|object| &object.primitives);
     for at in of_objects.filter(|primitive| primitive.light().is_some()).filter_map(|it| it.span) {
         let message =
             "an emissive shape inside an object is visible but lights nothing: move it out of the object";
         report.unsupported(at, message.into());
     }
     let is_curve = |primitive: &&Primitive| matches!(primitive.shape, Shape::Curve(_));
-    let emissive = || evidence.built.world.primitives.iter().filter(|primitive| primitive.light().is_some());
+    let emissive = || summary.built.world.primitives.iter().filter(|primitive| primitive.light().is_some());
     for at in emissive().filter(is_curve).filter_map(|primitive| primitive.span) {
         let message = "an emissive curve is visible but lights nothing: use a mesh or a quadric as a light";
         report.unsupported(at, message.into());
     }
-    if !evidence.settled.is_some_and(|settled| settled.passes_boundaries) {
+    if !summary.resolved.is_some_and(|resolved| resolved.passes_boundaries) {
         return;
     }
     let is_boundary = |primitive: &&&Primitive| matches!(primitive.material.kind, MaterialKind::None);
-    let emissive = evidence.drawn.iter().filter(|primitive| primitive.light().is_some());
+    let emissive = summary.drawn.iter().filter(|primitive| primitive.light().is_some());
     for at in emissive.filter(is_boundary).filter_map(|primitive| primitive.span) {
         let message = "pbrt-v3 lets shadow rays pass this emissive surface without a material, and finds its light by light samples only";
         let help = "write Material \"matte\" \"rgb Kd\" [0 0 0]: lookat and pbrt-v3 then agree";
@@ -91,23 +90,26 @@ pub(super) fn hidden_lights(evidence: &Evidence, report: &mut Report) {
     }
 }
 
-pub(super) fn idle_lights(evidence: &Evidence, report: &mut Report) {
-    let is_drawn = |slot: &Slot| {
-        evidence.built.primitive(*slot).is_some_and(|primitive| !primitive.shape.is_invisible())
-    };
-    let idle = evidence.facts.emissions.iter().filter(|(_, shapes)| !shapes.iter().any(is_drawn));
-    let mut idle: Vec<(Span, bool)> = idle.map(|(at, shapes)| (*at, shapes.is_empty())).collect();
-    idle.sort_by_key(|(at, _)| (at.file, at.start));
-    for (at, is_alone) in idle {
-        let (message, help) = match is_alone {
-            true => (
+pub(super) fn idle_lights(summary: &Summary, report: &mut Report) {
+    // The AreaLightSource of each shape that emits light, and whether the shape can be drawn.
+    let mut is_drawn: HashMap<Span, bool> = HashMap::new();
+    for primitive in summary.built.all() {
+        if let Some(at) = primitive.emission.and_then(|emission| emission.span) {
+            *is_drawn.entry(at).or_default() |= !primitive.shape.is_invisible();
+        }
+    }
+    let idle = summary.facts.emissions.iter().filter(|at| is_drawn.get(at) != Some(&true));
+    for (at, is_alone) in idle.map(|at| (*at, !is_drawn.contains_key(at))) {
+        let (message, help) = if is_alone {
+            (
                 "no shape follows this AreaLightSource: it emits no light",
                 "put it before the shape that emits light, in the same block",
-            ),
-            false => (
+            )
+        } else {
+            (
                 "this AreaLightSource emits no light: nothing of its shapes can be drawn",
                 "it needs a shape with an area",
-            ),
+            )
         };
         warn(report, at, message, help);
     }
@@ -115,8 +117,8 @@ pub(super) fn idle_lights(evidence: &Evidence, report: &mut Report) {
 
 // Meshes that emit light, where pbrt-v3 differs.
 
-pub(super) fn mesh_lights(evidence: &Evidence, report: &mut Report) {
-    for (primitive, emission, at) in evidence.shape_lights() {
+pub(super) fn mesh_lights(summary: &Summary, report: &mut Report) {
+    for (primitive, emission, at) in summary.shape_lights() {
         let Shape::TriangleMesh(mesh) = &primitive.shape else { continue };
         if primitive.reverse_orientation && !emission.two_sided {
             if !mesh.normals.is_empty() {
@@ -139,11 +141,11 @@ pub(super) fn mesh_lights(evidence: &Evidence, report: &mut Report) {
 // `shadowalpha` with light of a sky or a shape. Light of point, spot and distant lights passes by the same amount in
 // pbrt-v3 and lookat.
 
-pub(super) fn shadow_alpha(evidence: &Evidence, report: &mut Report) {
-    let world = &evidence.built.world;
+pub(super) fn shadow_alpha(summary: &Summary, report: &mut Report) {
+    let world = &summary.built.world;
     let has_other = !world.lights.iter().all(Light::is_delta)
         || world.primitives.iter().any(|primitive| primitive.light().is_some());
-    if let Some(at) = evidence.facts.shadow_alpha.filter(|_| has_other) {
+    if let Some(at) = summary.facts.shadow_alpha.filter(|_| has_other) {
         let message = "light of skies and shapes passes \"shadowalpha\" only partly, and by different amounts in pbrt-v3 and lookat";
         warn(report, at, message, "to make holes for all light, use \"alpha\" instead");
     }
@@ -153,8 +155,8 @@ pub(super) fn shadow_alpha(evidence: &Evidence, report: &mut Report) {
 
 const USE_MESH: &str = "use a mesh of the same shape: lookat and pbrt-v3 then agree";
 
-pub(super) fn quadric_lights(evidence: &Evidence, report: &mut Report) {
-    for (primitive, emission, at) in evidence.shape_lights() {
+pub(super) fn quadric_lights(summary: &Summary, report: &mut Report) {
+    for (primitive, emission, at) in summary.shape_lights() {
         let Shape::Quadric(quadric) = &primitive.shape else { continue };
         let name = quadric.form.name();
         if let QuadricForm::Cone(_) | QuadricForm::Paraboloid(_) | QuadricForm::Hyperboloid(_) = quadric.form
@@ -179,9 +181,10 @@ pub(super) fn quadric_lights(evidence: &Evidence, report: &mut Report) {
 /// How pbrt-v3 samples a quadric wrongly, and the way out.
 fn sampling(quadric: &Quadric) -> Option<(String, String)> {
     let scaling = Scaling::of(&quadric.world_from_object, &quadric.form);
-    match counts_as_whole(quadric) {
-        true => Some(partial_light(&quadric.form, scaling)),
-        false => scaled_light(&quadric.form, scaling),
+    if counts_as_whole(quadric) {
+        Some(partial_light(&quadric.form, scaling))
+    } else {
+        scaled_light(&quadric.form, scaling)
     }
 }
 
@@ -285,32 +288,30 @@ const GROWTH: f64 = 1e-4;
 
 impl Scaling {
     pub(super) fn of(world_from_object: &Transform, form: &QuadricForm) -> Self {
-        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| world_from_object.vector(axis));
-        let length = libm::cbrt(DMat3::from_cols(x, y, z).determinant().abs());
-        let is_alike = |a: DVec3, b: DVec3| {
-            (a.length() / length - 1.0).abs() < TOLERANCE && a.dot(b).abs() < TOLERANCE * length * length
-        };
-        if is_alike(x, y) && is_alike(y, z) && is_alike(z, x) {
+        if let Some(length) = world_from_object.uniform_scale(TOLERANCE) {
             let most = if matches!(form, QuadricForm::Sphere(_)) { GROWTH } else { TOLERANCE };
-            return match length - 1.0 > -TOLERANCE && length - 1.0 < most {
-                true => Scaling::Unchanged,
-                false => Scaling::Factor { length: Some(length), area: length * length },
+            return if length - 1.0 > -TOLERANCE && length - 1.0 < most {
+                Scaling::Unchanged
+            } else {
+                Scaling::Factor { length: Some(length), area: length * length }
             };
         }
         if !matches!(form, QuadricForm::Disk(_)) {
             return Scaling::Uneven;
         }
+        let [x, y, _] = world_from_object.axes();
         let area = x.cross(y).length();
-        match (area - 1.0).abs() < 2.0 * TOLERANCE {
-            true => Scaling::Unchanged,
-            false => Scaling::Factor { length: None, area },
+        if (area - 1.0).abs() < 2.0 * TOLERANCE {
+            Scaling::Unchanged
+        } else {
+            Scaling::Factor { length: None, area }
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DMat4;
+    use glam::{DMat3, DMat4};
 
     use super::*;
     use crate::shape::{Disk, Sphere};

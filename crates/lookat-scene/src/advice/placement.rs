@@ -3,16 +3,16 @@
 use glam::DVec3;
 use lookat_syntax::{Diagnostic, Span};
 
-use crate::advice::{Evidence, Rotation, warn};
+use crate::advice::{Rotation, Summary, warn};
 use crate::report::Report;
 use crate::{Integrator, MaterialKind, Transform, transform};
 
 // Scales before the camera, which pbrt-v3 handles badly.
 
 /// Warns of a large world: pbrt-v3 loses hits at small distances in camera units.
-pub(super) fn advise_large_world(evidence: &Evidence, report: &mut Report) {
+pub(super) fn advise_large_world(summary: &Summary, report: &mut Report) {
     const LARGE: f64 = 1000.0;
-    let Some((at, world_from_camera)) = evidence.facts.camera else { return };
+    let Some((at, world_from_camera)) = summary.facts.camera else { return };
     let unit = world_from_camera.vector(DVec3::Z).length();
     if unit * LARGE < 1.0 {
         let times = (1.0 / unit).round();
@@ -24,12 +24,12 @@ pub(super) fn advise_large_world(evidence: &Evidence, report: &mut Report) {
 
 /// Warns of a scale before Camera: pbrt-v3 then passes the BSDF of the first surface a direction that is not
 /// normalized.
-pub(super) fn advise_scale(evidence: &Evidence, report: &mut Report) {
-    if !matches!(evidence.integrator(), Some(Integrator::Path { .. })) {
+pub(super) fn advise_scale(summary: &Summary, report: &mut Report) {
+    if !matches!(summary.integrator(), Some(Integrator::Path { .. })) {
         return;
     }
-    let is_seen = evidence.drawn.iter().any(|primitive| is_glossy(&primitive.material.kind));
-    let camera = evidence.facts.camera.as_ref();
+    let is_seen = summary.drawn.iter().any(|primitive| is_glossy(&primitive.material.kind));
+    let camera = summary.facts.camera.as_ref();
     if let Some((at, _)) = camera.filter(|(_, transform)| is_seen && is_scaled(transform)) {
         let message = "a scale before Camera: pbrt-v3 renders glossy and transparent surfaces too dark or too bright, or crashes";
         let help =
@@ -38,10 +38,9 @@ pub(super) fn advise_scale(evidence: &Evidence, report: &mut Report) {
     }
 }
 
-/// True if the camera transformation scales lengths.
+/// True if the camera transformation is more than a rotation and a translation.
 fn is_scaled(world_from_camera: &Transform) -> bool {
-    let is_other = |axis: &DVec3| (world_from_camera.vector(*axis).length() - 1.0).abs() > 1e-3;
-    [DVec3::X, DVec3::Y, DVec3::Z].iter().any(is_other)
+    !world_from_camera.uniform_scale(1e-3).is_some_and(|scale| (scale - 1.0).abs() < 1e-3)
 }
 
 /// True if a material has glossy lobes.
@@ -53,8 +52,8 @@ fn is_glossy(material: &MaterialKind) -> bool {
     }
 }
 
-pub(super) fn transformations(evidence: &Evidence, report: &mut Report) {
-    let facts = evidence.facts;
+pub(super) fn transformations(summary: &Summary, report: &mut Report) {
+    let facts = summary.facts;
     match (facts.idle_transform, facts.world_begin, facts.camera) {
         (Some(idle), Some(_), Some(_)) => {
             let help = "move it before Camera to place the camera, or after WorldBegin to place shapes";
@@ -85,8 +84,8 @@ pub(super) fn transformations(evidence: &Evidence, report: &mut Report) {
 /// The most rotations for which doubtful ones are reported. Among more, some look doubtful by chance.
 const MANY: usize = 20;
 
-pub(super) fn rotations(evidence: &Evidence, report: &mut Report) {
-    let rotations = &evidence.facts.rotations;
+pub(super) fn rotations(summary: &Summary, report: &mut Report) {
+    let rotations = &summary.facts.rotations;
     rotations.iter().filter_map(angle_last).for_each(|warning| report.push(warning));
     let doubtful = || rotations.iter().filter_map(radians);
     if rotations.len() < MANY * doubtful().count() {

@@ -5,47 +5,48 @@ use std::sync::Arc;
 
 use lookat_syntax::Diagnostic;
 
-use crate::advice::{Evidence, warn};
+use crate::advice::{Summary, warn};
 use crate::report::Report;
 use crate::{CurveKind, Integrator, Light, Material, MaterialKind, Primitive, Shape, Texture, Varying};
 
 /// The most shapes that are named.
 const MOST_NAMED: usize = 3;
 
-pub(super) fn emptiness(evidence: &Evidence, report: &mut Report) {
-    if evidence.settled.is_none() || !evidence.drawn.is_empty() {
+pub(super) fn emptiness(summary: &Summary, report: &mut Report) {
+    if summary.resolved.is_none() || !summary.drawn.is_empty() {
         return;
     }
-    if let Some(passed) = evidence.facts.passed {
+    if let Some(passed) = summary.facts.passed {
         let help =
             "this Integrator ignores shapes without a material: write Material \"matte\" before the shapes";
         warn(report, passed, "no shape has a material: all shapes are invisible", help);
         return;
     }
-    let world = &evidence.built.world;
-    let ignores_lights = matches!(evidence.integrator(), Some(Integrator::AmbientOcclusion { .. }));
-    let picture = match ignores_lights || world.lights.iter().all(Light::is_delta) {
-        true => "the picture is black",
-        false => "only infinite lights are visible",
+    let world = &summary.built.world;
+    let ignores_lights = matches!(summary.integrator(), Some(Integrator::AmbientOcclusion { .. }));
+    let picture = if ignores_lights || world.lights.iter().all(Light::is_delta) {
+        "the picture is black"
+    } else {
+        "only infinite lights are visible"
     };
     let Some(first) = world.shapes().next() else {
-        let help = match evidence.facts.objects.is_empty() {
-            true => {
-                "add a shape: Shape \"sphere\" is a sphere of radius 1 at the origin of the current transformation"
-            }
-            false => "shapes in an object are definitions: place them with ObjectInstance",
+        let help = if summary.facts.objects.is_empty() {
+            "add a shape: Shape \"sphere\" is a sphere of radius 1 at the origin of the current transformation"
+        } else {
+            "shapes in an object are definitions: place them with ObjectInstance"
         };
-        warn(report, evidence.world(), format!("the world has no shapes: {picture}"), help);
+        warn(report, summary.world(), format!("the world has no shapes: {picture}"), help);
         return;
     };
     let message = format!("no shape of the world can be drawn: {picture}");
-    let warning = Diagnostic::warning(evidence.world(), message);
+    let warning = Diagnostic::warning(summary.world(), message);
     let named =
         world.shapes().take(MOST_NAMED).filter_map(|primitive| Some((primitive.span?, why(primitive))));
     let warning = named.fold(warning, |warning, (at, why)| warning.related(at, why));
-    report.push(warning.help(match first.shape.is_empty() {
-        true => "give the mesh triangles",
-        false => "check the corners and the indices: three corners of a triangle lie on a line or coincide",
+    report.push(warning.help(if first.shape.is_empty() {
+        "give the mesh triangles"
+    } else {
+        "check the corners and the indices: three corners of a triangle lie on a line or coincide"
     }));
 }
 
@@ -62,8 +63,8 @@ fn why(primitive: &Primitive) -> String {
 
 // Curves, which pbrt-v3 draws differently. `docs/differences.md` lists all differences.
 
-pub(super) fn curves(evidence: &Evidence, report: &mut Report) {
-    for primitive in &evidence.drawn {
+pub(super) fn curves(summary: &Summary, report: &mut Report) {
+    for primitive in &summary.drawn {
         let (Shape::Curve(curve), Some(at)) = (&primitive.shape, primitive.span) else { continue };
         // A note: every curve has it, and no parameter makes both pictures equal.
         let message = "pbrt-v3 draws curves up to 5 % thinner where they bend, and omits shadows of surfaces closer than 3.5 curve widths";
@@ -79,9 +80,9 @@ pub(super) fn curves(evidence: &Evidence, report: &mut Report) {
     }
 }
 
-pub(super) fn indices(evidence: &Evidence, report: &mut Report) {
+pub(super) fn indices(summary: &Summary, report: &mut Report) {
     let mut known = HashSet::new();
-    evidence.drawn.iter().for_each(|primitive| check(&primitive.material, &mut known, report));
+    summary.drawn.iter().for_each(|primitive| check(&primitive.material, &mut known, report));
 }
 
 /// Warns of values that are an error as a constant.

@@ -199,8 +199,7 @@ element face 3\nproperty list uchar int vertex_indices\nend_header
     let mut before = disk.load(&mut cache, None);
     let map = |loaded: &Loaded| {
         let world = &loaded.scene.as_ref().unwrap().world;
-        let textures = world.primitives[0].material.kind.textures();
-        let crate::AnyTexture::Color(crate::Texture::Varying(node)) = textures[0] else { panic!() };
+        let crate::Texture::Varying(node) = world.primitives[0].material.kind.colors()[0] else { panic!() };
         let Varying::ImageMap(image) = &node.texture else { panic!() };
         image.map.clone()
     };

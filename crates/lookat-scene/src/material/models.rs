@@ -6,8 +6,9 @@ use glam::Vec3;
 use lookat_syntax::{Diagnostic, ParamType};
 
 use crate::material::{Material, MaterialKind, Named, stand_in, subsurface};
-use crate::schema::{ColorTexture, FloatTexture, GivenTexture, Key, Keys, Kind, Name, Range, Unit};
-use crate::texture::{Texture, TextureParams};
+use crate::params::Params;
+use crate::schema::{ColorTexture, FloatTexture, Key, Keys, Kind, Name, OptionalTexture, Range, Unit};
+use crate::texture::Texture;
 
 // `Material "matte"`: Lambertian, or Oren-Nayar with a `sigma` above 0 (PBR 9.2.1).
 
@@ -31,9 +32,9 @@ const SIGMA: Key<FloatTexture> = Key::float_texture(
 
 const MATTE_KEYS: Keys = &[&MATTE_KD, &SIGMA];
 
-pub(super) fn matte(params: &mut TextureParams) -> Matte {
+pub(super) fn matte(params: &mut Params) -> Matte {
     let kd = share(params, &MATTE_KD);
-    let sigma = params.take_texture(&SIGMA);
+    let sigma = params.take(&SIGMA);
     if let Texture::Constant(degrees) = sigma
         && !(0.0..=90.0).contains(&degrees)
     {
@@ -63,7 +64,7 @@ const PLASTIC_ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
 
 const PLASTIC_KEYS: Keys = &[&PLASTIC_KD, &PLASTIC_KS, &PLASTIC_ROUGHNESS, &REMAP];
 
-pub(super) fn plastic(params: &mut TextureParams) -> Plastic {
+pub(super) fn plastic(params: &mut Params) -> Plastic {
     Plastic {
         kd: share(params, &PLASTIC_KD),
         ks: share(params, &PLASTIC_KS),
@@ -98,7 +99,7 @@ const TRANSLUCENT_ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
 const TRANSLUCENT_KEYS: Keys =
     &[&TRANSLUCENT_KD, &TRANSLUCENT_KS, &REFLECT, &TRANSMIT, &TRANSLUCENT_ROUGHNESS, &REMAP];
 
-pub(super) fn translucent(params: &mut TextureParams) -> Translucent {
+pub(super) fn translucent(params: &mut Params) -> Translucent {
     Translucent {
         kd: share(params, &TRANSLUCENT_KD),
         ks: share(params, &TRANSLUCENT_KS),
@@ -132,7 +133,7 @@ const GLASS_ROUGHNESS_V: Key<FloatTexture> = along_v(0.0);
 const GLASS_KEYS: Keys =
     &[&GLASS_KR, &GLASS_KT, &ETA, &INDEX, &GLASS_ROUGHNESS_U, &GLASS_ROUGHNESS_V, &REMAP];
 
-pub(super) fn glass(params: &mut TextureParams) -> Glass {
+pub(super) fn glass(params: &mut Params) -> Glass {
     let [kr, kt] = [&GLASS_KR, &GLASS_KT].map(|key| share(params, key));
     let (roughness, eta) =
         (Roughness::of_two(params, [&GLASS_ROUGHNESS_U, &GLASS_ROUGHNESS_V]), index_of_refraction(params));
@@ -160,7 +161,7 @@ const MIRROR_KR: Key<ColorTexture> = Key::color_texture("Kr", 0.9, "the reflecta
 
 const MIRROR_KEYS: Keys = &[&MIRROR_KR];
 
-pub(super) fn mirror(params: &mut TextureParams) -> Mirror {
+pub(super) fn mirror(params: &mut Params) -> Mirror {
     Mirror { kr: share(params, &MIRROR_KR) }
 }
 
@@ -187,13 +188,13 @@ const fn of_copper(name: &'static str, default: Vec3, meaning: &'static str) -> 
 const METAL_ETA: Key<ColorTexture> = of_copper("eta", COPPER[0], "the index of refraction");
 const K: Key<ColorTexture> = of_copper("k", COPPER[1], "the absorption coefficient");
 const METAL_ROUGHNESS: Key<FloatTexture> = isotropic(0.01);
-const METAL_ROUGHNESS_V: Key<GivenTexture> = given_v("roughness");
+const METAL_ROUGHNESS_V: Key<OptionalTexture> = given_v("roughness");
 
 const METAL_KEYS: Keys = &[&METAL_ETA, &K, &METAL_ROUGHNESS, &GIVEN_U, &METAL_ROUGHNESS_V, &REMAP];
 
-pub(super) fn metal(params: &mut TextureParams) -> Metal {
+pub(super) fn metal(params: &mut Params) -> Metal {
     let [eta, k] = [&METAL_ETA, &K].map(|key| {
-        let (name, value) = (key.name, params.take_texture(key));
+        let (name, value) = (key.name, params.take(key));
         // Spectra may give negative color components.
         if value.constant().is_some_and(|color| color.min_element() < 0.0) && params.was_rgb(name) {
             let message = format!("{name} is negative, which is not physical");
@@ -227,7 +228,7 @@ const SUBSTRATE_ROUGHNESS_V: Key<FloatTexture> = along_v(0.1);
 const SUBSTRATE_KEYS: Keys =
     &[&SUBSTRATE_KD, &SUBSTRATE_KS, &SUBSTRATE_ROUGHNESS_U, &SUBSTRATE_ROUGHNESS_V, &REMAP];
 
-pub(super) fn substrate(params: &mut TextureParams) -> Substrate {
+pub(super) fn substrate(params: &mut Params) -> Substrate {
     Substrate {
         kd: share(params, &SUBSTRATE_KD),
         ks: share(params, &SUBSTRATE_KS),
@@ -264,7 +265,7 @@ const UBER_KT: Key<ColorTexture> = Key::color_texture("Kt", 0.0, "the factor of 
 const OPACITY: Key<ColorTexture> =
     Key::color_texture("opacity", 1.0, "the share of light that meets the surface; the rest passes straight");
 const UBER_ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
-const UBER_ROUGHNESS_V: Key<GivenTexture> = given_v("uroughness");
+const UBER_ROUGHNESS_V: Key<OptionalTexture> = given_v("uroughness");
 
 const UBER_KEYS: Keys = &[
     &UBER_KD,
@@ -280,7 +281,7 @@ const UBER_KEYS: Keys = &[
     &REMAP,
 ];
 
-pub(super) fn uber(params: &mut TextureParams) -> Uber {
+pub(super) fn uber(params: &mut Params) -> Uber {
     Uber {
         kd: share(params, &UBER_KD),
         ks: share(params, &UBER_KS),
@@ -321,7 +322,7 @@ const AMOUNT: Key<ColorTexture> = Key::color_texture("amount", 0.5, "the share o
 
 pub(super) const MIX_KEYS: Keys = &[&FIRST, &SECOND, &AMOUNT];
 
-pub(super) fn mix(params: &mut TextureParams, named: &Named) -> Mix {
+pub(super) fn mix(params: &mut Params, named: &Named) -> Mix {
     let materials = [&FIRST, &SECOND].map(|key| part(params, key, named));
     let amount = share(params, &AMOUNT);
     let mut mix = Mix { materials, amount };
@@ -334,7 +335,7 @@ pub(super) fn mix(params: &mut TextureParams, named: &Named) -> Mix {
 }
 
 /// One of the two materials. After an error it is matte, as in pbrt-v3.
-fn part(params: &mut TextureParams, key: &Key<Name>, named: &Named) -> Arc<Material> {
+fn part(params: &mut Params, key: &Key<Name>, named: &Named) -> Arc<Material> {
     let Some(name) = params.take(key) else {
         let parameter = key.name;
         let help = "write the name of a material that MakeNamedMaterial defines";
@@ -352,24 +353,24 @@ fn part(params: &mut TextureParams, key: &Key<Name>, named: &Named) -> Arc<Mater
     Arc::new(Material::DEFAULT)
 }
 
-const BUMP: Key<GivenTexture> =
-    Key::given_texture("bumpmap", "the height above the surface, which changes the shading normal")
+const BUMP: Key<OptionalTexture> =
+    Key::optional_texture("bumpmap", "the height above the surface, which changes the shading normal")
         .unit(Unit::WorldSpace);
 const INDEX: Key<FloatTexture> =
     Key::float_texture("index", 1.5, "another name of eta").within(Range::above(0.0));
-pub(super) const ETA: Key<GivenTexture> =
-    Key::given_texture("eta", "the index of refraction, inside over outside")
+pub(super) const ETA: Key<OptionalTexture> =
+    Key::optional_texture("eta", "the index of refraction, inside over outside")
         .within(Range::above(0.0))
         .default_words("index");
 
-pub(super) fn bump(params: &mut TextureParams) -> Option<Texture<f64>> {
+pub(super) fn bump(params: &mut Params) -> Option<Texture<f64>> {
     // A constant height of 0 has no effect.
-    params.take_texture(&BUMP).filter(|bump| bump.constant() != Some(0.0))
+    params.take(&BUMP).filter(|bump| bump.constant() != Some(0.0))
 }
 
 /// A reflectance or transmittance. Negative values count as 0, as in pbrt-v3.
-pub(super) fn share(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<Vec3> {
-    let share = params.take_texture(key);
+pub(super) fn share(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Vec3> {
+    let share = params.take(key);
     let name = key.name;
     let Texture::Constant(color) = share else { return share };
     // A spectrum with values up to 1 may give a color above 1, or negative components.
@@ -392,10 +393,10 @@ pub(super) fn share(params: &mut TextureParams, key: &Key<ColorTexture>) -> Text
 }
 
 /// The index of refraction by either name. `eta` has precedence, as in pbrt-v3.
-fn index_of_refraction(params: &mut TextureParams) -> Texture<f64> {
-    let eta = params.take_texture(&ETA);
+fn index_of_refraction(params: &mut Params) -> Texture<f64> {
+    let eta = params.take(&ETA);
     let range = if eta.is_some() { Range::ALL } else { INDEX.range };
-    let index = params.take_texture(&Key { range, ..INDEX });
+    let index = params.take(&Key { range, ..INDEX });
     params.replaced_by("index", &["eta"]);
     eta.unwrap_or(index)
 }
@@ -433,33 +434,29 @@ pub(super) const fn along_v(default: f64) -> Key<FloatTexture> {
     Key::float_texture("vroughness", default, ALONG_V)
 }
 
-const GIVEN_U: Key<GivenTexture> = Key::given_texture("uroughness", ALONG_U).default_words("roughness");
+const GIVEN_U: Key<OptionalTexture> = Key::optional_texture("uroughness", ALONG_U).default_words("roughness");
 
-const fn given_v(default_words: &'static str) -> Key<GivenTexture> {
-    Key::given_texture("vroughness", ALONG_V).default_words(default_words)
+const fn given_v(default_words: &'static str) -> Key<OptionalTexture> {
+    Key::optional_texture("vroughness", ALONG_V).default_words(default_words)
 }
 
 impl Roughness {
     /// `roughness` alone.
-    pub(super) fn isotropic(params: &mut TextureParams, both: &Key<FloatTexture>) -> Self {
-        let u = params.take_texture(both);
+    pub(super) fn isotropic(params: &mut Params, both: &Key<FloatTexture>) -> Self {
+        let u = params.take(both);
         let remap = remap(params, &[(both.name, Some(&u))]);
         Roughness { u, v: None, remap }
     }
 
     /// `uroughness` and `vroughness`.
-    pub(super) fn of_two(params: &mut TextureParams, keys: [&Key<FloatTexture>; 2]) -> Self {
-        let [u, v] = keys.map(|key| params.take_texture(key));
+    pub(super) fn of_two(params: &mut Params, keys: [&Key<FloatTexture>; 2]) -> Self {
+        let [u, v] = keys.map(|key| params.take(key));
         let remap = remap(params, &[(keys[0].name, Some(&u)), (keys[1].name, Some(&v))]);
         Roughness { u, v: Some(v), remap }
     }
 
     /// `roughness`, which `uroughness` and `vroughness` each replace.
-    pub(super) fn of_metal(
-        params: &mut TextureParams,
-        both: &Key<FloatTexture>,
-        v: &Key<GivenTexture>,
-    ) -> Self {
+    pub(super) fn of_metal(params: &mut Params, both: &Key<FloatTexture>, v: &Key<OptionalTexture>) -> Self {
         let (both, [u, v], remap) = of_three(params, both, v);
         params.replaced_by("roughness", &["uroughness", "vroughness"]);
         let is_isotropic = u.is_none() && v.is_none();
@@ -468,11 +465,7 @@ impl Roughness {
     }
 
     /// `roughness` or `uroughness` for u, and `vroughness` for v (default the same as u).
-    pub(super) fn of_uber(
-        params: &mut TextureParams,
-        both: &Key<FloatTexture>,
-        v: &Key<GivenTexture>,
-    ) -> Self {
+    pub(super) fn of_uber(params: &mut Params, both: &Key<FloatTexture>, v: &Key<OptionalTexture>) -> Self {
         let (both, [u, v], remap) = of_three(params, both, v);
         params.replaced_by("roughness", &["uroughness"]);
         Roughness { u: u.unwrap_or(both), v, remap }
@@ -481,12 +474,12 @@ impl Roughness {
 
 /// `roughness`, `uroughness` and `vroughness` if they are given, and `remaproughness`.
 fn of_three(
-    params: &mut TextureParams,
+    params: &mut Params,
     both: &Key<FloatTexture>,
-    v: &Key<GivenTexture>,
+    v: &Key<OptionalTexture>,
 ) -> (Texture<f64>, [Option<Texture<f64>>; 2], bool) {
-    let first = params.take_texture(both);
-    let [along_u, along_v] = [&GIVEN_U, v].map(|key| params.take_texture(key));
+    let first = params.take(both);
+    let [along_u, along_v] = [&GIVEN_U, v].map(|key| params.take(key));
     let all = [(both.name, Some(&first)), (GIVEN_U.name, along_u.as_ref()), (v.name, along_v.as_ref())];
     let remap = remap(params, &all);
     (first, [along_u, along_v], remap)
@@ -494,7 +487,7 @@ fn of_three(
 
 /// Takes `remaproughness`, and warns of roughness outside 0 to 1. Negative values give the narrowest lobe, as in pbrt-v3.
 /// A width above 1 is none that surprises: the conversion gives 1.62 for 1.
-fn remap(params: &mut TextureParams, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
+fn remap(params: &mut Params, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
     let remap = params.take(&REMAP);
     for (name, roughness) in all {
         let value = roughness.and_then(|roughness| roughness.constant()).unwrap_or(0.0);

@@ -7,10 +7,11 @@ use glam::Vec3;
 use crate::material::{
     Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, Uber, share, subsurface,
 };
-use crate::schema::{ColorTexture, Effect, FloatTexture, Key, Keys, Name, Unit};
-use crate::texture::{Texture, TextureParams, Value, product};
+use crate::params::Params;
+use crate::schema::{ColorTexture, FloatTexture, Key, Keys, Name, Unit};
+use crate::texture::{Texture, Value, product};
 
-pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
+pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
     let (replacement, material) = match params.kind() {
         "disney" => disney(params),
         "hair" => ("\"matte\" with the same color", matte(color(params))),
@@ -28,18 +29,18 @@ pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
 }
 
 /// A number. Warns of a texture, and returns the default.
-fn constant(params: &mut TextureParams, key: &Key<FloatTexture>) -> f64 {
-    let texture = params.take_texture(key);
+fn constant(params: &mut Params, key: &Key<FloatTexture>) -> f64 {
+    let texture = params.take(key);
     constant_or(params, key.name, texture, key.default.0)
 }
 
 /// A color of 0 or more. Warns of a texture, and returns the default.
-pub(super) fn constant_color(params: &mut TextureParams, key: &Key<ColorTexture>) -> Vec3 {
-    let texture = params.take_texture(key);
+pub(super) fn constant_color(params: &mut Params, key: &Key<ColorTexture>) -> Vec3 {
+    let texture = params.take(key);
     constant_or(params, key.name, texture, key.default.0).max(Vec3::ZERO)
 }
 
-fn constant_or<T: Value>(params: &mut TextureParams, name: &str, texture: Texture<T>, default: T) -> T {
+fn constant_or<T: Value>(params: &mut Params, name: &str, texture: Texture<T>, default: T) -> T {
     texture.constant().unwrap_or_else(|| {
         let message = format!("lookat ignores this texture of {name}: it uses the default value");
         params.warn(name, &message, &format!("write {name} without a texture"));
@@ -92,7 +93,7 @@ const DIFF_TRANS: Key<FloatTexture> = Key::float_texture(
 );
 
 const fn left_out(name: &'static str, default: f64, meaning: &'static str) -> Key<FloatTexture> {
-    Key::float_texture(name, default, meaning).effect(Effect::NotRendered)
+    Key::float_texture(name, default, meaning).not_rendered()
 }
 
 const SPECULAR_TINT: Key<FloatTexture> =
@@ -105,8 +106,7 @@ const CLEARCOAT_GLOSS: Key<FloatTexture> =
 const FLATNESS: Key<FloatTexture> =
     left_out("flatness", 0.0, "the share of scattering inside a thin sheet in diffuse light");
 const SCATTER_DISTANCE: Key<ColorTexture> =
-    Key::color_texture("scatterdistance", 0.0, "the mean free path of light inside a solid")
-        .effect(Effect::NotRendered);
+    Key::color_texture("scatterdistance", 0.0, "the mean free path of light inside a solid").not_rendered();
 
 pub(in crate::material) const DISNEY_KEYS: Keys = &[
     &DISNEY_COLOR,
@@ -126,14 +126,14 @@ pub(in crate::material) const DISNEY_KEYS: Keys = &[
     &SCATTER_DISTANCE,
 ];
 
-pub(super) fn disney(params: &mut TextureParams) -> (&'static str, MaterialKind) {
+pub(super) fn disney(params: &mut Params) -> (&'static str, MaterialKind) {
     let color = share(params, &DISNEY_COLOR);
     let [metallic, clear] = [&METALLIC, &SPEC_TRANS].map(|key| constant(params, key).clamp(0.0, 1.0));
     let eta = constant(params, &DISNEY_ETA);
     let eta = if eta > 0.0 { eta } else { DISNEY_ETA.default.0 };
     let roughness = roughness(params);
     let is_thin = params.take(&THIN);
-    let difftrans = params.take_texture(&DIFF_TRANS);
+    let difftrans = params.take(&DIFF_TRANS);
     let metal = glossy(gray(0.0), color.clone(), roughness.clone(), INDEX_OF_METAL);
     let (clear_part, diffuse_part) = if is_thin {
         (thin_glass(color.clone()), sheet(params, color, difftrans))
@@ -174,7 +174,7 @@ fn thin_glass(color: Texture<Vec3>) -> MaterialKind {
 }
 
 /// The diffuse part of a thin sheet: `difftrans` from 0 to 2 is twice the part that passes.
-fn sheet(params: &mut TextureParams, kd: Texture<Vec3>, difftrans: Texture<f64>) -> MaterialKind {
+fn sheet(params: &mut Params, kd: Texture<Vec3>, difftrans: Texture<f64>) -> MaterialKind {
     let difftrans = constant_or(params, DIFF_TRANS.name, difftrans, DIFF_TRANS.default.0);
     let passes = (0.5 * difftrans).clamp(0.0, 1.0) as f32;
     let [ks, reflect, transmit] = [0.0, 1.0 - passes, passes].map(gray);
@@ -183,8 +183,8 @@ fn sheet(params: &mut TextureParams, kd: Texture<Vec3>, difftrans: Texture<f64>)
 }
 
 /// The width of the distribution of normals is the square of the roughness, wider along u where it is anisotropic.
-fn roughness(params: &mut TextureParams) -> Roughness {
-    let roughness = params.take_texture(&ROUGHNESS);
+fn roughness(params: &mut Params) -> Roughness {
+    let roughness = params.take(&ROUGHNESS);
     let aspect = (1.0 - 0.9 * constant(params, &ANISOTROPIC).clamp(0.0, 1.0)).sqrt();
     match roughness {
         Texture::Constant(width) => {
@@ -226,17 +226,16 @@ const PHEOMELANIN: Key<FloatTexture> =
     Key::float_texture("pheomelanin", 0.0, "the concentration of the red pigment");
 const BETA_N: Key<FloatTexture> = Key::float_texture("beta_n", 0.3, "the roughness around a hair");
 const BETA_M: Key<FloatTexture> =
-    Key::float_texture("beta_m", 0.3, "the roughness along a hair").effect(Effect::NotRendered);
+    Key::float_texture("beta_m", 0.3, "the roughness along a hair").not_rendered();
 const HAIR_ETA: Key<FloatTexture> =
-    Key::float_texture("eta", 1.55, "the index of refraction inside a hair").effect(Effect::NotRendered);
-const ALPHA: Key<FloatTexture> = Key::float_texture("alpha", 2.0, "the angle of the scales of a hair")
-    .unit(Unit::Degrees)
-    .effect(Effect::NotRendered);
+    Key::float_texture("eta", 1.55, "the index of refraction inside a hair").not_rendered();
+const ALPHA: Key<FloatTexture> =
+    Key::float_texture("alpha", 2.0, "the angle of the scales of a hair").unit(Unit::Degrees).not_rendered();
 
 pub(in crate::material) const HAIR_KEYS: Keys =
     &[&SIGMA_A, &HAIR_COLOR, &EUMELANIN, &PHEOMELANIN, &BETA_N, &BETA_M, &HAIR_ETA, &ALPHA];
 
-pub(super) fn color(params: &mut TextureParams) -> Texture<Vec3> {
+pub(super) fn color(params: &mut Params) -> Texture<Vec3> {
     let color = share(params, &HAIR_COLOR);
     let absorption = absorption(params);
     let beta = constant(params, &BETA_N);
@@ -248,7 +247,7 @@ pub(super) fn color(params: &mut TextureParams) -> Texture<Vec3> {
 }
 
 /// The absorption inside a hair, by default of brown hair.
-fn absorption(params: &mut TextureParams) -> Vec3 {
+fn absorption(params: &mut Params) -> Vec3 {
     const OF_EUMELANIN: Vec3 = Vec3::new(0.419, 0.697, 1.37);
     const OF_PHEOMELANIN: Vec3 = Vec3::new(0.187, 0.4, 1.05);
     let [eumelanin, pheomelanin] =
@@ -274,9 +273,9 @@ struct Albedo {
     transmitted: Vec3,
 }
 
-pub(super) fn fourier(params: &mut TextureParams) -> (&'static str, MaterialKind) {
+pub(super) fn fourier(params: &mut Params) -> (&'static str, MaterialKind) {
     let file = params.take(&FILE).and_then(|name| params.file_if_readable(&name));
-    let Some(albedo) = file.and_then(|(_, bytes)| albedo(&bytes)) else {
+    let Some(albedo) = file.and_then(|bytes| albedo(&bytes)) else {
         return ("gray \"matte\"", matte(gray(0.5)));
     };
     let reflected = Texture::Constant(albedo.reflected);

@@ -72,7 +72,8 @@ impl Params<'_> {
     }
 
     /// Reports an unknown type.
-    pub fn say_unknown_kind(&mut self, known: &[&str], severity: Severity) {
+    pub fn say_unknown_kind(&mut self, severity: Severity) {
+        let known = self.known_kinds();
         let (kind, at) = (self.kind.value.clone(), self.kind.span);
         let name = shown(kind.as_bytes());
         let without = if self.keyword == "Accelerator" { ": pbrt-v3 renders no shapes" } else { "" };

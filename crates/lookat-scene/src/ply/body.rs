@@ -4,7 +4,8 @@ use std::io::Read;
 
 use lookat_syntax::{decimal, digits};
 
-use crate::ply::header::{Element, Format, Header, Kind, Scalar};
+use crate::Mesh;
+use crate::ply::header::{Element, Format, Header, PropertyType, Scalar};
 use crate::ply::stream::{LONGEST, Stream};
 use crate::ply::{PlyError, PlyMesh, quote};
 
@@ -25,7 +26,7 @@ fn read_elements(header: &Header, mut source: impl Source) -> Result<PlyMesh, Pl
     let mut mesh = PlyMesh::default();
     for element in &header.elements {
         match element.name.as_str() {
-            "vertex" => read_vertices(&mut source, element, &mut mesh)?,
+            "vertex" => read_vertices(&mut source, element, &mut mesh.mesh)?,
             "face" => read_faces(&mut source, element, vertex_count, &mut mesh)?,
             _ => skip_rows(&mut source, element)?,
         }
@@ -37,15 +38,15 @@ fn read_elements(header: &Header, mut source: impl Source) -> Result<PlyMesh, Pl
 fn for_rows<S: Source>(
     source: &mut S,
     element: &Element,
-    mut row: impl FnMut(&mut S) -> Result<(), Fault>,
+    mut row: impl FnMut(&mut S) -> Result<(), RowError>,
 ) -> Result<(), PlyError> {
     for index in 0..element.count {
         let start = source.position();
         if let Err(fault) = row(source) {
             let subject = format!("{} {index}", element.noun());
             return Err(PlyError(match fault {
-                Fault::End => format!("the file ends inside {subject} of {}", element.count),
-                Fault::Bad(text) => format!("{}: {subject} {text}", source.place(start)),
+                RowError::End => format!("the file ends inside {subject} of {}", element.count),
+                RowError::Bad(text) => format!("{}: {subject} {text}", source.place(start)),
             }));
         }
     }
@@ -75,7 +76,7 @@ fn skip_rows<S: Source>(source: &mut S, element: &Element) -> Result<(), PlyErro
 enum VertexStep {
     /// The channel in x y z, nx ny nz, u v.
     Channel(usize, Scalar),
-    Skip(Kind),
+    Skip(PropertyType),
 }
 
 /// The vertex properties and their channels.
@@ -95,8 +96,8 @@ fn plan_vertices(element: &Element) -> Result<VertexPlan, PlyError> {
     let number = |name: &str| {
         let index = element.find(name)?;
         match element.properties[index].kind {
-            Kind::One(scalar) => Some((index, scalar)),
-            Kind::List { .. } => None,
+            PropertyType::One(scalar) => Some((index, scalar)),
+            PropertyType::List { .. } => None,
         }
     };
     // Only complete groups are used.
@@ -119,7 +120,7 @@ fn plan_vertices(element: &Element) -> Result<VertexPlan, PlyError> {
     Ok(VertexPlan { steps, has_normals, has_uvs })
 }
 
-fn read_vertices<S: Source>(source: &mut S, element: &Element, mesh: &mut PlyMesh) -> Result<(), PlyError> {
+fn read_vertices<S: Source>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), PlyError> {
     let plan = plan_vertices(element)?;
     let count = element.count.min(MOST_RESERVED) as usize;
     mesh.positions.reserve_exact(count);
@@ -139,7 +140,7 @@ fn read_vertices<S: Source>(source: &mut S, element: &Element, mesh: &mut PlyMes
 
 /// Adds a vertex, if it is finite.
 #[inline]
-fn push_vertex(plan: &VertexPlan, row: [f64; 8], mesh: &mut PlyMesh) -> Result<(), Fault> {
+fn push_vertex(plan: &VertexPlan, row: [f64; 8], mesh: &mut Mesh) -> Result<(), RowError> {
     let [x, y, z, nx, ny, nz, u, v] = row;
     mesh.positions.push(finite([x, y, z], "position")?);
     if plan.has_normals {
@@ -152,17 +153,18 @@ fn push_vertex(plan: &VertexPlan, row: [f64; 8], mesh: &mut PlyMesh) -> Result<(
 }
 
 #[inline]
-fn finite<const N: usize>(values: [f64; N], what: &str) -> Result<[f64; N], Fault> {
+fn finite<const N: usize>(values: [f64; N], what: &str) -> Result<[f64; N], RowError> {
     if values.iter().all(|value| value.is_finite()) {
         return Ok(values);
     }
-    Err(Fault::Bad(format!("has the {what} {values:?}, which is not finite")))
+    Err(RowError::Bad(format!("has the {what} {values:?}, which is not finite")))
 }
 
 /// The index of the vertex list property of faces, and the types of its count and items.
 fn find_corners(element: &Element) -> Result<(usize, Scalar, Scalar), PlyError> {
     let index = element.find("vertex_indices").or_else(|| element.find("vertex_index"));
-    let Some((index, Kind::List { count, item })) = index.map(|i| (i, element.properties[i].kind)) else {
+    let Some((index, PropertyType::List { count, item })) = index.map(|i| (i, element.properties[i].kind))
+    else {
         return Err(PlyError("the faces have no list property `vertex_indices`".into()));
     };
     if !item.is_integer() {
@@ -178,20 +180,20 @@ fn read_faces<S: Source>(
     mesh: &mut PlyMesh,
 ) -> Result<(), PlyError> {
     let (corners, count, item) = find_corners(element)?;
-    mesh.indices.reserve_exact(3 * element.count.min(MOST_RESERVED) as usize);
+    mesh.mesh.indices.reserve_exact(3 * element.count.min(MOST_RESERVED) as usize);
     let (before, after) = (&element.properties[..corners], &element.properties[corners + 1..]);
     for_rows(source, element, |source| {
         before.iter().try_for_each(|property| source.skip_property(property.kind))?;
         match source.length(count)? {
             3 => {
                 let face = source.integers::<3>(item)?;
-                mesh.indices.extend(in_range(face, vertex_count)?);
+                mesh.mesh.indices.extend(in_range(face, vertex_count)?);
             }
             4 => {
                 let face = source.integers::<4>(item)?;
                 let [a, b, c, d] = in_range(face, vertex_count)?;
                 // The diagonal and corner order of pbrt-v3.
-                mesh.indices.extend([a, b, c, d, a, c]);
+                mesh.mesh.indices.extend([a, b, c, d, a, c]);
             }
             length => {
                 source.skip(item, length)?;
@@ -204,18 +206,18 @@ fn read_faces<S: Source>(
 
 /// The corners of a face as indices, if all vertices exist.
 #[inline]
-fn in_range<const N: usize>(face: [i64; N], vertex_count: u64) -> Result<[i32; N], Fault> {
+fn in_range<const N: usize>(face: [i64; N], vertex_count: u64) -> Result<[i32; N], RowError> {
     // A negative index becomes a huge one. There are at most `i32::MAX` vertices.
     match face.iter().find(|&&corner| corner as u64 >= vertex_count) {
         None => Ok(face.map(|corner| corner as i32)),
         Some(corner) => {
-            Err(Fault::Bad(format!("refers to vertex {corner}, but there are {vertex_count} vertices")))
+            Err(RowError::Bad(format!("refers to vertex {corner}, but there are {vertex_count} vertices")))
         }
     }
 }
 
 /// The reason why a row is unreadable.
-pub enum Fault {
+pub enum RowError {
     /// The file ends inside the row.
     End,
     /// Another reason, as a text to follow "vertex 3".
@@ -231,26 +233,26 @@ pub trait Source {
     fn place(&self, row_start: u64) -> String;
 
     /// The next number.
-    fn real(&mut self, scalar: Scalar) -> Result<f64, Fault>;
+    fn real(&mut self, scalar: Scalar) -> Result<f64, RowError>;
 
     /// The next `N` numbers of an integer type.
-    fn integers<const N: usize>(&mut self, scalar: Scalar) -> Result<[i64; N], Fault>;
+    fn integers<const N: usize>(&mut self, scalar: Scalar) -> Result<[i64; N], RowError>;
 
     /// Skips numbers.
-    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Fault>;
+    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), RowError>;
 
     /// The next number as the length of a list.
     #[inline]
-    fn length(&mut self, scalar: Scalar) -> Result<u64, Fault> {
+    fn length(&mut self, scalar: Scalar) -> Result<u64, RowError> {
         let [length] = self.integers(scalar)?;
-        u64::try_from(length).map_err(|_| Fault::Bad(format!("has a list of {length} values")))
+        u64::try_from(length).map_err(|_| RowError::Bad(format!("has a list of {length} values")))
     }
 
     /// Skips a property.
-    fn skip_property(&mut self, kind: Kind) -> Result<(), Fault> {
+    fn skip_property(&mut self, kind: PropertyType) -> Result<(), RowError> {
         match kind {
-            Kind::One(scalar) => self.skip(scalar, 1),
-            Kind::List { count, item } => {
+            PropertyType::One(scalar) => self.skip(scalar, 1),
+            PropertyType::List { count, item } => {
                 let length = self.length(count)?;
                 self.skip(item, length)
             }
@@ -272,10 +274,10 @@ impl<R: Read> Ascii<'_, R> {
         self.0.rest()
     }
 
-    fn word(&mut self) -> Result<&[u8], Fault> {
+    fn word(&mut self) -> Result<&[u8], RowError> {
         while self.rest().is_empty() {
             if !self.0.more() {
-                return Err(Fault::End);
+                return Err(RowError::End);
             }
         }
         Ok(self.0.until(u8::is_ascii_whitespace))
@@ -283,12 +285,12 @@ impl<R: Read> Ascii<'_, R> {
 
     /// Reads a number in any form that Rust accepts.
     #[cold]
-    fn number<T: std::str::FromStr>(&mut self, wanted: &str) -> Result<T, Fault> {
+    fn number<T: std::str::FromStr>(&mut self, wanted: &str) -> Result<T, RowError> {
         let word = self.word()?;
         // A word of the longest length may continue.
         let whole = Some(word).filter(|word| word.len() < LONGEST);
         let parsed = whole.and_then(|word| std::str::from_utf8(word).ok()?.parse().ok());
-        parsed.ok_or_else(|| Fault::Bad(format!("has {} in place of {wanted}", quote(word))))
+        parsed.ok_or_else(|| RowError::Bad(format!("has {} in place of {wanted}", quote(word))))
     }
 }
 
@@ -308,7 +310,7 @@ impl<R: Read> Source for Ascii<'_, R> {
     }
 
     #[inline]
-    fn real(&mut self, _scalar: Scalar) -> Result<f64, Fault> {
+    fn real(&mut self, _scalar: Scalar) -> Result<f64, RowError> {
         let rest = self.rest();
         match decimal(rest) {
             Some((value, length)) if ends(rest, length) => {
@@ -320,7 +322,7 @@ impl<R: Read> Source for Ascii<'_, R> {
     }
 
     #[inline]
-    fn integers<const N: usize>(&mut self, _scalar: Scalar) -> Result<[i64; N], Fault> {
+    fn integers<const N: usize>(&mut self, _scalar: Scalar) -> Result<[i64; N], RowError> {
         let mut integers = [0; N];
         for value in &mut integers {
             let rest = self.rest();
@@ -336,7 +338,7 @@ impl<R: Read> Source for Ascii<'_, R> {
         Ok(integers)
     }
 
-    fn skip(&mut self, _scalar: Scalar, count: u64) -> Result<(), Fault> {
+    fn skip(&mut self, _scalar: Scalar, count: u64) -> Result<(), RowError> {
         (0..count).try_for_each(|_| self.word().map(drop))
     }
 }
@@ -354,20 +356,20 @@ impl<R: Read, const BIG: bool> Source for Binary<'_, R, BIG> {
     }
 
     #[inline]
-    fn real(&mut self, scalar: Scalar) -> Result<f64, Fault> {
-        self.0.take(scalar.size()).map(|bytes| decode_real::<BIG>(scalar, bytes)).ok_or(Fault::End)
+    fn real(&mut self, scalar: Scalar) -> Result<f64, RowError> {
+        self.0.take(scalar.size()).map(|bytes| decode_real::<BIG>(scalar, bytes)).ok_or(RowError::End)
     }
 
     #[inline]
-    fn integers<const N: usize>(&mut self, scalar: Scalar) -> Result<[i64; N], Fault> {
+    fn integers<const N: usize>(&mut self, scalar: Scalar) -> Result<[i64; N], RowError> {
         let size = scalar.size();
-        let bytes = self.0.take(N * size).ok_or(Fault::End)?;
+        let bytes = self.0.take(N * size).ok_or(RowError::End)?;
         Ok(decode_integers::<BIG, N>(scalar, bytes))
     }
 
-    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Fault> {
+    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), RowError> {
         let size = count.checked_mul(scalar.size() as u64);
-        size.is_some_and(|size| self.0.skip(size)).then_some(()).ok_or(Fault::End)
+        size.is_some_and(|size| self.0.skip(size)).then_some(()).ok_or(RowError::End)
     }
 }
 

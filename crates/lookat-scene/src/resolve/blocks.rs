@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
 
 use crate::Transform;
-use crate::advice::{Block, Crossed, Opened};
+use crate::advice::{Block, Opened, OverlappingEnd};
 use crate::names::SymbolKind;
-use crate::options::Settled;
+use crate::options::ResolvedOptions;
 use crate::resolve::{Resolver, Saved};
 
 /// The deepest nesting of blocks.
@@ -68,9 +68,9 @@ impl Resolver<'_> {
     }
 
     /// Resolves the options. They end at `end`.
-    pub(super) fn settle(&mut self, end: Span) -> Settled {
+    pub(super) fn resolve_options(&mut self, end: Span) -> ResolvedOptions {
         let options = std::mem::take(&mut self.options);
-        options.settle(end, self.load_options, &self.files, &mut self.report, &mut self.facts)
+        options.resolve(end, self.load_options, &self.files, &mut self.report, &mut self.facts)
     }
 
     pub(super) fn world_begin(&mut self, at: Span) {
@@ -80,7 +80,7 @@ impl Resolver<'_> {
         self.state.ctm = Transform::IDENTITY;
         self.state.at_start = true;
         self.definitions.coordinate_systems.define_builtin("world", Transform::IDENTITY);
-        self.settled = Some(self.settle(at));
+        self.resolved = Some(self.resolve_options(at));
     }
 
     pub(super) fn world_end(&mut self) {
@@ -102,7 +102,7 @@ impl Resolver<'_> {
             let error = Diagnostic::error(open.at(), format!("more than {MAX_OPEN} blocks are open"))
                 .help(format!("each {begin} needs an {end}: add the missing one"));
             self.report.push(error);
-            *self.blocks.forgiven.entry(end).or_default() += 1;
+            *self.blocks.unmatched_ends.entry(end).or_default() += 1;
         }
         few
     }
@@ -116,11 +116,11 @@ impl Resolver<'_> {
             self.blocks.open.pop().into_iter().for_each(|open| self.restore(open));
             return Ok(());
         }
-        if self.cross(keyword) {
+        if self.close_outer(keyword) {
             // The end of an open object shows the actual mistake.
             match keyword {
-                "AttributeEnd" => self.blocks.crossed = self.blocks.crossed.or(Some(at)),
-                _ => self.facts.crossed.push(Crossed { keyword, at, inner }),
+                "AttributeEnd" => self.blocks.early_end = self.blocks.early_end.or(Some(at)),
+                _ => self.facts.overlapping_ends.push(OverlappingEnd { keyword, at, inner }),
             }
             return Ok(());
         }
@@ -133,7 +133,7 @@ impl Resolver<'_> {
 
     /// Ends the innermost block of a kind although other attribute or object blocks are open inside it. pbrt-v3 keeps
     /// their states on one stack, so the state saved last is restored first.
-    fn cross(&mut self, keyword: &str) -> bool {
+    fn close_outer(&mut self, keyword: &str) -> bool {
         let Some(at) = self.blocks.open.iter().rposition(|open| open.end() == keyword) else { return false };
         let is_state = |open: &Open| matches!(open, Open::Attribute { .. } | Open::Object { .. });
         if !self.blocks.open[at..].iter().all(is_state) {
@@ -152,8 +152,9 @@ impl Resolver<'_> {
     }
 
     pub(super) fn close_nothing(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
-        if let Some(forgiven) = self.blocks.forgiven.get_mut(keyword).filter(|count| **count > 0) {
-            *forgiven -= 1;
+        if let Some(unmatched_ends) = self.blocks.unmatched_ends.get_mut(keyword).filter(|count| **count > 0)
+        {
+            *unmatched_ends -= 1;
             return Ok(());
         }
         let begin = keyword.replace("End", "Begin");
@@ -171,7 +172,7 @@ impl Resolver<'_> {
         for open in self.blocks.open.split_off(depth).into_iter().rev() {
             let end = open.end();
             if end != keyword {
-                *self.blocks.forgiven.entry(end).or_default() += 1;
+                *self.blocks.unmatched_ends.entry(end).or_default() += 1;
             }
             self.restore(open);
         }
@@ -182,9 +183,13 @@ impl Resolver<'_> {
             Open::Attribute { saved, .. } => saved.restore(&mut self.state, &mut self.definitions),
             Open::Transform { saved, .. } => (self.state.ctm, self.state.at_start) = *saved,
             Open::Object { saved, name, at } => {
-                if let Some(crossed) = self.blocks.crossed.take() {
+                if let Some(end) = self.blocks.early_end.take() {
                     let inner = Opened { keywords: ("ObjectBegin", "ObjectEnd"), at };
-                    self.facts.crossed.push(Crossed { keyword: "AttributeEnd", at: crossed, inner });
+                    self.facts.overlapping_ends.push(OverlappingEnd {
+                        keyword: "AttributeEnd",
+                        at: end,
+                        inner,
+                    });
                 }
                 saved.restore(&mut self.state, &mut self.definitions);
                 if let (Some(name), Some(object)) = (name, self.draft.open) {
@@ -277,12 +282,12 @@ impl Resolver<'_> {
         self.blocks.open.iter().find(|open| open.is_object()).map(Open::at)
     }
 
-    /// Ends an object that an AttributeEnd crossed and no ObjectEnd closed, and reports the missing ObjectEnd.
+    /// Ends an object that an AttributeEnd ended early and no ObjectEnd closed, and reports the missing ObjectEnd.
     pub(super) fn end_forgotten_object(&mut self) {
-        if self.blocks.crossed.is_none() || !self.blocks.open.last().is_some_and(Open::is_object) {
+        if self.blocks.early_end.is_none() || !self.blocks.open.last().is_some_and(Open::is_object) {
             return;
         }
-        if let (Some(at), Some(open)) = (self.blocks.crossed.take(), self.blocks.open.pop()) {
+        if let (Some(at), Some(open)) = (self.blocks.early_end.take(), self.blocks.open.pop()) {
             let error = Diagnostic::error(at, "ObjectEnd is missing before this AttributeEnd");
             self.report.push(error.related(open.at(), "the object begins here"));
             self.restore(open);
@@ -295,9 +300,9 @@ impl Resolver<'_> {
 pub(crate) struct Blocks {
     pub open: Vec<Open>,
     /// The first AttributeEnd in the open object that closes a block around the object.
-    pub crossed: Option<Span>,
+    pub early_end: Option<Span>,
     /// Unmatched end directives, counted so that each is reported once.
-    pub forgiven: HashMap<&'static str, usize>,
+    pub unmatched_ends: HashMap<&'static str, usize>,
 }
 
 /// An open block and the state that its end restores.

@@ -15,7 +15,7 @@ use crate::params::Params;
 use crate::picture::Pictures;
 use crate::report::Report;
 use crate::schema::{Effect, Kind, Parameter, Range, kinds, number};
-use crate::texture::{TextureParams, Textures, texture};
+use crate::texture::{Textures, texture};
 use crate::transform::Transform;
 use crate::{filter, integrator, light, material, mesh, sampler, shape};
 
@@ -26,12 +26,14 @@ fn read(kind: &Kind) -> Vec<&'static str> {
     let mut report = Report::default();
     let span = Span { file: FileId(0), start: 0, end: 0 };
     let entity = Entity { name: Text { value: kind.name.into(), span }, params: Vec::new() };
-    let params = &mut Params::new(kind.directive, entity, &files, &mut report);
-    construct(kind, &mut TextureParams::new(params, &Textures::default()));
+    let textures = Textures::default();
+    let params = Params::new(kind.directive, entity, &files, &mut report);
+    let params = &mut params.with_textures(&textures);
+    construct(kind, params);
     params.asked()
 }
 
-fn construct(kind: &Kind, params: &mut TextureParams) {
+fn construct(kind: &Kind, params: &mut Params) {
     let (here, pictures) = (Transform::IDENTITY, &mut Pictures::default());
     match kind.directive {
         "Camera" => drop(camera::camera(params, here, &Film::new([1, 1]), &ViewOverride::default())),

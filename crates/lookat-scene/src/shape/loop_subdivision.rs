@@ -79,11 +79,12 @@ fn check_levels(params: &mut Params, levels: u32, faces: u64) -> Option<()> {
     let bytes = |levels: u32| triangles(levels).saturating_mul(TRIANGLE_BYTES);
     let memory = params.memory();
     let is_indexed = |levels: u32| triangles(levels) <= i32::MAX as u64;
-    let check = |levels: u32| match is_indexed(levels) {
-        true => memory.reserve(bytes(levels)).map(drop).map_err(|shortage| {
-            format!("{levels} levels make {} triangles from {faces}: {shortage}", triangles(levels))
-        }),
-        false => {
+    let check = |levels: u32| {
+        if is_indexed(levels) {
+            memory.reserve(bytes(levels)).map(drop).map_err(|shortage| {
+                format!("{levels} levels make {} triangles from {faces}: {shortage}", triangles(levels))
+            })
+        } else {
             Err(format!("{levels} levels make more than {} triangles from {faces}, the limit", i32::MAX))
         }
     };
@@ -97,23 +98,23 @@ fn check_levels(params: &mut Params, levels: u32, faces: u64) -> Option<()> {
 }
 
 /// Reports a control mesh that is not an orientable manifold. pbrt-v3 fails on these in various ways.
-fn report(params: &mut Params, control: &Mesh, fault: Fault) {
+fn report(params: &mut Params, control: &Mesh, fault: NotManifold) {
     let at = |params: &Params, slot: usize| params.value_place("indices", slot);
     let vertex = |slot: usize| control.indices[slot];
     let next = |slot: usize| slot - slot % 3 + (slot + 1) % 3;
     let error = match fault {
-        Fault::Corner { slot } => {
+        NotManifold::Corner { slot } => {
             let message = format!("a triangle has vertex {} twice", vertex(slot));
             Diagnostic::error(at(params, slot), message).help("delete the triangle")
         }
-        Fault::Crowded { slot, first } => {
+        NotManifold::Crowded { slot, first } => {
             let (a, b) = (vertex(slot), vertex(next(slot)));
             let message = format!("the edge from vertex {a} to vertex {b} has more than two triangles");
             Diagnostic::error(at(params, slot), message)
                 .related(at(params, first), "the first of them")
                 .help("give each of two touching sheets its own vertices")
         }
-        Fault::Reversed { slot, first } => {
+        NotManifold::Reversed { slot, first } => {
             let (a, b) = (vertex(slot), vertex(next(slot)));
             let message = format!(
                 "two triangles have the edge from vertex {a} to vertex {b} in the same direction, so they face opposite sides"
@@ -249,7 +250,7 @@ pub(crate) struct Topology {
 /// The reason why triangles are not an orientable manifold. A slot is an index into the list of vertex indices; the
 /// slot of an edge is its first corner.
 #[derive(Debug, PartialEq)]
-pub(super) enum Fault {
+pub(super) enum NotManifold {
     /// A triangle uses a vertex twice.
     Corner { slot: usize },
     /// An edge has a third triangle.
@@ -269,17 +270,17 @@ fn previous(corner: usize) -> usize {
 
 impl Topology {
     /// Builds the adjacency of triangles. Returns the first fault.
-    pub fn new(faces: Vec<[u32; 3]>, vertices: usize) -> Result<Topology, Fault> {
+    pub fn new(faces: Vec<[u32; 3]>, vertices: usize) -> Result<Topology, NotManifold> {
         let mut starts = vec![NONE; vertices];
         for (at, face) in faces.iter().enumerate() {
             if let Some(k) = (0..3).rev().find(|k| face[..*k].contains(&face[*k])) {
-                return Err(Fault::Corner { slot: 3 * at + k });
+                return Err(NotManifold::Corner { slot: 3 * at + k });
             }
             face.iter().for_each(|vertex| starts[*vertex as usize] = at as u32);
         }
         let mut neighbors = vec![[NONE; 3]; faces.len()];
         // The first fault in the order of the list, not in the order of edges.
-        let mut fault: Option<(usize, Fault)> = None;
+        let mut fault: Option<(usize, NotManifold)> = None;
         for same in edges(&faces).chunk_by(|a, b| a.0 == b.0) {
             match fault_of(same, &faces) {
                 Some(found) if fault.as_ref().is_none_or(|(slot, _)| found.0 < *slot) => fault = Some(found),
@@ -412,11 +413,13 @@ fn edges(faces: &[[u32; 3]]) -> Vec<([u32; 2], usize)> {
 }
 
 /// The fault of a shared edge, and its slot.
-fn fault_of(same: &[([u32; 2], usize)], faces: &[[u32; 3]]) -> Option<(usize, Fault)> {
+fn fault_of(same: &[([u32; 2], usize)], faces: &[[u32; 3]]) -> Option<(usize, NotManifold)> {
     let from = |slot: usize| faces[slot / 3][slot % 3];
     match *same {
-        [(_, first), _, (_, slot), ..] => Some((slot, Fault::Crowded { slot, first })),
-        [(_, first), (_, slot)] if from(first) == from(slot) => Some((slot, Fault::Reversed { slot, first })),
+        [(_, first), _, (_, slot), ..] => Some((slot, NotManifold::Crowded { slot, first })),
+        [(_, first), (_, slot)] if from(first) == from(slot) => {
+            Some((slot, NotManifold::Reversed { slot, first }))
+        }
         _ => None,
     }
 }
@@ -476,9 +479,12 @@ mod tests {
         assert_eq!(fault(&TETRAHEDRON), None);
         // A flap has its back for a neighbor.
         assert_eq!(fault(&[[0, 1, 2], [0, 2, 1]]), None);
-        assert_eq!(fault(&[[0, 1, 2], [3, 4, 3]]), Some(Fault::Corner { slot: 5 }));
-        assert_eq!(fault(&[[0, 1, 2], [1, 0, 3], [4, 0, 1]]), Some(Fault::Crowded { slot: 7, first: 0 }));
-        assert_eq!(fault(&[[0, 1, 2], [0, 1, 3]]), Some(Fault::Reversed { slot: 3, first: 0 }));
+        assert_eq!(fault(&[[0, 1, 2], [3, 4, 3]]), Some(NotManifold::Corner { slot: 5 }));
+        assert_eq!(
+            fault(&[[0, 1, 2], [1, 0, 3], [4, 0, 1]]),
+            Some(NotManifold::Crowded { slot: 7, first: 0 })
+        );
+        assert_eq!(fault(&[[0, 1, 2], [0, 1, 3]]), Some(NotManifold::Reversed { slot: 3, first: 0 }));
     }
 
     /// Two fans that meet in one vertex: the last decides about it, as in pbrt-v3; vertices without triangles stay.

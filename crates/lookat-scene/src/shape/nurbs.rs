@@ -6,7 +6,7 @@ use lookat_syntax::{Diagnostic, ParamType};
 use crate::Transform;
 use crate::mesh::{Mesh, finish, grid};
 use crate::params::Params;
-use crate::schema::{Floats, Given, Key, Kind, Needed, Range, Triples, Unit};
+use crate::schema::{Floats, Key, Kind, OptionalFloat, Range, RequiredInteger, Triples, Unit};
 
 /// The points along each side, as in pbrt-v3.
 const DICED: usize = 30;
@@ -15,21 +15,21 @@ const HIGHEST_ORDER: f64 = 64.0;
 
 /// The parameters of one direction.
 struct Direction {
-    count: Key<Needed>,
-    order: Key<Needed>,
+    count: Key<RequiredInteger>,
+    order: Key<RequiredInteger>,
     knots: Key<Floats>,
-    from: Key<Given>,
-    to: Key<Given>,
+    from: Key<OptionalFloat>,
+    to: Key<OptionalFloat>,
 }
 
 macro_rules! direction {
     ($u:literal) => {
         Direction {
-            count: Key::needed(
+            count: Key::required_integer(
                 concat!("n", $u),
                 concat!("the number of control points along ", $u, ", at least ", $u, "order"),
             ),
-            order: Key::needed(concat!($u, "order"), concat!("the degree along ", $u, " plus 1"))
+            order: Key::required_integer(concat!($u, "order"), concat!("the degree along ", $u, " plus 1"))
                 .within(Range::from_to(2.0, HIGHEST_ORDER)),
             knots: Key::new(
                 concat!($u, "knots"),
@@ -41,14 +41,14 @@ macro_rules! direction {
             from: Key::new(
                 concat!($u, "0"),
                 ParamType::Float,
-                Given,
+                OptionalFloat,
                 concat!("where the surface starts along ", $u, ", less than ", $u, "1"),
             )
             .default_words(concat!("knot number ", $u, "order")),
             to: Key::new(
                 concat!($u, "1"),
                 ParamType::Float,
-                Given,
+                OptionalFloat,
                 concat!("where the surface ends along ", $u),
             )
             .default_words(concat!("knot number n", $u, " + 1")),

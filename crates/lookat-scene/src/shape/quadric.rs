@@ -7,8 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::Transform;
 use crate::params::Params;
-use crate::schema::{Key, Kind, Range, Unit, names};
-use crate::shape::KINDS;
+use crate::schema::{Key, Kind, Range, Unit};
 use crate::transform::LARGEST;
 
 /// A quadric around the z axis of object space, or a part of one.
@@ -92,7 +91,7 @@ pub(super) fn quadric(params: &mut Params, world_from_object: Transform) -> Opti
         "paraboloid" => QuadricForm::Paraboloid(paraboloid(params, &limits)),
         "hyperboloid" => QuadricForm::Hyperboloid(hyperboloid(params, &limits)),
         _ => {
-            params.unknown_kind::<()>(&names(KINDS));
+            params.unknown_kind::<()>();
             params.ignore_rest();
             return None;
         }

@@ -3,7 +3,7 @@
 use crate::params::Params;
 use crate::schema::{Color, ColorTexture, FloatTexture, Key, Keys, Range};
 use crate::texture::mapping::{Mapping, idle, mapping, no_mapping, number};
-use crate::texture::{Parameter, Texture, TextureParams, Value, Varying};
+use crate::texture::{Parameter, Texture, Value, Varying};
 use crate::transform::Transform;
 
 const FIRST_FACTOR: Key<ColorTexture> =
@@ -12,7 +12,7 @@ const SECOND_FACTOR: Key<ColorTexture> = Key { name: "tex2", ..FIRST_FACTOR };
 
 pub(super) const SCALE_KEYS: Keys = &[&FIRST_FACTOR, &SECOND_FACTOR];
 
-pub(super) fn scale<T: Parameter>(params: &mut TextureParams) -> Texture<T> {
+pub(super) fn scale<T: Parameter>(params: &mut Params) -> Texture<T> {
     Texture::product([&FIRST_FACTOR, &SECOND_FACTOR].map(|key| T::texture(params, key)))
 }
 
@@ -30,9 +30,9 @@ const AMOUNT: Key<FloatTexture> = Key::float_texture("amount", 0.5, "the share o
 
 pub(super) const MIX_KEYS: Keys = &[&MIX_TEX1, &MIX_TEX2, &AMOUNT];
 
-pub(super) fn mix<T: Parameter>(params: &mut TextureParams) -> Texture<T> {
+pub(super) fn mix<T: Parameter>(params: &mut Params) -> Texture<T> {
     let textures = [&MIX_TEX1, &MIX_TEX2].map(|key| T::texture(params, key));
-    let amount = params.take_texture(&AMOUNT);
+    let amount = params.take(&AMOUNT);
     match (&textures, &amount) {
         ([Texture::Constant(a), Texture::Constant(b)], Texture::Constant(amount)) => {
             Texture::Constant(T::mix(*a, *b, *amount))
@@ -114,7 +114,7 @@ const AA_MODE: Key<&[&str]> = Key::choice(
 
 pub(super) const CHECKERBOARD_KEYS: Keys = &[&DIMENSION, &CHECKERBOARD_TEX1, &CHECKERBOARD_TEX2, &AA_MODE];
 
-pub(super) fn checkerboard<T: Parameter>(params: &mut TextureParams, ctm: Transform) -> Texture<T> {
+pub(super) fn checkerboard<T: Parameter>(params: &mut Params, ctm: Transform) -> Texture<T> {
     let dimension = params.take(&DIMENSION);
     let textures = [&CHECKERBOARD_TEX1, &CHECKERBOARD_TEX2].map(|key| T::texture(params, key));
     let cells = match dimension {
@@ -162,7 +162,7 @@ const OUTSIDE: Key<ColorTexture> = Key::color_texture(
 
 pub(super) const DOTS_KEYS: Keys = &[&INSIDE, &OUTSIDE];
 
-pub(super) fn dots<T: Parameter>(params: &mut TextureParams, ctm: Transform) -> Texture<T> {
+pub(super) fn dots<T: Parameter>(params: &mut Params, ctm: Transform) -> Texture<T> {
     let around = T::texture(params, &INSIDE);
     let dots = T::texture(params, &OUTSIDE);
     let mapping = mapping(params, ctm);

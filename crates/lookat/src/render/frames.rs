@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use lookat_render::Prepared;
 use lookat_scene::glam::DVec3;
-use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtFault, Projection, Scene, Transform};
+use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtError, Projection, Scene, Transform};
 
 use super::{JsonPicture, charge_memory, picture, picture_file, settings};
 use crate::Failure;
@@ -170,6 +170,6 @@ impl Turntable {
     }
 }
 
-fn around(fault: &LookAtFault) -> String {
+fn around(fault: &LookAtError) -> String {
     format!("--turntable: {fault}; place the camera with --lookat")
 }
