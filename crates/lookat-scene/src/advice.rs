@@ -63,9 +63,13 @@ const WITHOUT_ERRORS: &[Pass] = &[
 
 /// Runs all passes.
 pub(crate) fn advise(summary: &Summary, report: &mut Report) {
-    ALWAYS.iter().for_each(|pass| pass(summary, report));
+    for pass in ALWAYS {
+        pass(summary, report);
+    }
     if !report.has_errors() {
-        WITHOUT_ERRORS.iter().for_each(|pass| pass(summary, report));
+        for pass in WITHOUT_ERRORS {
+            pass(summary, report);
+        }
     }
 }
 

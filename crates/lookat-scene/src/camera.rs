@@ -284,7 +284,7 @@ const SCREEN_WINDOW: Key<Edges> = Key::new(
 const LENS_RADIUS: Key<f64> =
     Key::float("lensradius", 0.0, "the radius of the aperture; 0 is a pinhole").unit(Unit::CameraSpace);
 const FOCAL_DISTANCE: Key<f64> =
-    Key::float("focaldistance", UNFOCUSED, "the distance to the plane of focus along the direction of view")
+    Key::float("focaldistance", UNFOCUSED, "the distance to the plane of focus along the viewing direction")
         .within(Range::above(0.0))
         .unit(Unit::CameraSpace);
 /// As an override; in a scene, a negative radius is a pinhole.
@@ -316,11 +316,10 @@ const REALISTIC: Keys =
     &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("Camera", "perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON])
-        .by_default(),
-    Kind::new("Camera", "orthographic", "parallel rays along +z", &[COMMON, &[&TELECENTRIC]]),
-    Kind::new("Camera", "environment", "all directions around a point", &[COMMON]),
-    Kind::new("Camera", "realistic", "lenses from a file", &[REALISTIC])
+    Kind::new("perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON]).by_default(),
+    Kind::new("orthographic", "parallel rays along +z", &[COMMON, &[&TELECENTRIC]]),
+    Kind::new("environment", "all directions around a point", &[COMMON]),
+    Kind::new("realistic", "lenses from a file", &[REALISTIC])
         .instead("perspective, fov 90, default window, without a lens"),
 ];
 

@@ -92,7 +92,7 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
 fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
     if flat.is_empty() || !flat.len().is_multiple_of(2) {
         let given = if flat.len() == 1 { "1 number".into() } else { format!("{} numbers", flat.len()) };
-        let message = format!("a spectrum takes pairs of wavelength and value; {given} given");
+        let message = format!("a spectrum takes pairs of wavelength and value, found {given}");
         let mut error = Diagnostic::error(at, message);
         error.help = match flat {
             [_, _, _] => Some("declare red, green and blue as \"rgb\"".into()),

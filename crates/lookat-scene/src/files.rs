@@ -120,7 +120,9 @@ impl<'a> Files<'a> {
 
     /// Drops the texts, so that binary contents are never shown.
     pub fn without_texts(mut self) -> Self {
-        self.sources.files.iter_mut().for_each(|source| source.text = Bytes::new());
+        for source in &mut self.sources.files {
+            source.text = Bytes::new();
+        }
         self
     }
 

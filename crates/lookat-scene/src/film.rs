@@ -125,7 +125,6 @@ const FILE_NAME: Key<Name> =
 pub(crate) const DEFAULT_OUTPUT: &str = "pbrt.exr";
 
 pub(crate) const KINDS: &[Kind] = &[Kind::new(
-    "Film",
     "image",
     "a picture file",
     &[&[&X_RESOLUTION, &Y_RESOLUTION, &CROP_WINDOW, &SCALE, &MAX_SAMPLE_LUMINANCE, &FILE_NAME, &DIAGONAL]],
@@ -151,7 +150,7 @@ pub(crate) fn film(params: &mut Params, film_override: &FilmOverride) -> (Film, 
         let message = if scale == 0.0 {
             "scale is 0: the picture is all black"
         } else {
-            "scale is negative: the picture is negative"
+            "scale is negative: all pixel values become negative"
         };
         params.warn("scale", message, "scale multiplies the picture; the default is 1");
     }
@@ -219,13 +218,13 @@ fn crop(
     let bounds = PixelBounds::of_fractions(edges, resolution);
     let [width, height] = resolution;
     if width.max(height) > MAX_SIDE {
-        params.override_error(format!(
-            "{width} x {height} is too large; the limit is {MAX_SIDE} pixels on a side"
-        ));
+        params.report.override_error =
+            Some(format!("{width} x {height} is too large; the limit is {MAX_SIDE} pixels on a side"));
         return ONE;
     }
     if bounds.area() == 0 {
-        params.override_error(format!("the crop window contains no pixel of {width} x {height}"));
+        params.report.override_error =
+            Some(format!("the crop window contains no pixel of {width} x {height}"));
         return ONE;
     }
     if bounds.area() > MAX_PIXELS {
@@ -234,7 +233,7 @@ fn crop(
         if film_override.crop.is_none() && resolution == own {
             params.reject("xresolution", message, Some("render parts with cropwindow"));
         } else {
-            params.override_error(message);
+            params.report.override_error = Some(message);
         }
         return ONE;
     }

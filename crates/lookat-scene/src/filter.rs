@@ -85,21 +85,11 @@ const TWO: Sides = sides(2.0);
 const FOUR: Sides = sides(4.0);
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("PixelFilter", "box", "equal weights", &[&[&HALF.0, &HALF.1]]).by_default(),
-    Kind::new("PixelFilter", "triangle", "weights that fall to 0 at the edge", &[&[&TWO.0, &TWO.1]]),
-    Kind::new(
-        "PixelFilter",
-        "gaussian",
-        "a Gaussian that falls to 0 at the edge",
-        &[&[&TWO.0, &TWO.1, &ALPHA]],
-    ),
-    Kind::new(
-        "PixelFilter",
-        "mitchell",
-        "the cubic filter of Mitchell and Netravali",
-        &[&[&TWO.0, &TWO.1, &B, &C]],
-    ),
-    Kind::new("PixelFilter", "sinc", "a sinc with a Lanczos window", &[&[&FOUR.0, &FOUR.1, &TAU]]),
+    Kind::new("box", "equal weights", &[&[&HALF.0, &HALF.1]]).by_default(),
+    Kind::new("triangle", "weights that fall to 0 at the edge", &[&[&TWO.0, &TWO.1]]),
+    Kind::new("gaussian", "a Gaussian that falls to 0 at the edge", &[&[&TWO.0, &TWO.1, &ALPHA]]),
+    Kind::new("mitchell", "the cubic filter of Mitchell and Netravali", &[&[&TWO.0, &TWO.1, &B, &C]]),
+    Kind::new("sinc", "a sinc with a Lanczos window", &[&[&FOUR.0, &FOUR.1, &TAU]]),
 ];
 
 pub(crate) fn filter(params: &mut Params) -> Option<Filter> {

@@ -68,7 +68,7 @@ const MAX_DEPTH: Key<i32> =
     Key::integer("maxdepth", 5, "the most surfaces of a path; over 20000 counts as 20000")
         .within(Range::at_least(0.0));
 const MIRROR_DEPTH: Key<i32> = Key {
-    meaning: "the most surfaces along mirrors and glass, with the first; 0 counts as 1, over 20000 as 20000",
+    meaning: "the largest number of surfaces along mirrors and glass, including the first; 0 counts as 1, over 20000 as 20000",
     ..MAX_DEPTH
 };
 /// Light that loses a thousandth at each bounce is below `f32` precision after as many bounces.
@@ -95,24 +95,21 @@ const PIXEL_BOUNDS: Key<Integers> =
 const PATH: Keys = &[&MAX_DEPTH, &ROULETTE, &LIGHT_STRATEGY, &PIXEL_BOUNDS];
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("Integrator", "path", "path tracing", &[PATH]).by_default(),
-    Kind::new("Integrator", "volpath", "path tracing; rays pass surfaces without a material", &[PATH]),
+    Kind::new("path", "path tracing", &[PATH]).by_default(),
+    Kind::new("volpath", "path tracing; rays pass surfaces without a material", &[PATH]),
     Kind::new(
-        "Integrator",
         "directlighting",
         "direct light, mirrors and glass",
         &[&[&MIRROR_DEPTH, &DIRECT_STRATEGY, &PIXEL_BOUNDS]],
     ),
     Kind::new(
-        "Integrator",
         "whitted",
         "direct light with one sample of each light, mirrors and glass",
         &[&[&MIRROR_DEPTH, &PIXEL_BOUNDS]],
     ),
     Kind::new(
-        "Integrator",
         "ambientocclusion",
-        "the open part of the sky",
+        "the fraction of the sky that is visible",
         &[&[&COSINE, &NESTED, &PIXEL_BOUNDS]],
     ),
     BDPT,
@@ -223,7 +220,7 @@ const MUTATIONS: Key<i32> =
 const LARGE_STEP: Key<f64> =
     Key::float("largestepprobability", 0.3, "the probability that a mutation is a new path").not_rendered();
 const SIGMA: Key<f64> =
-    Key::float("sigma", 0.01, "the standard deviation of a small mutation, as a share of a dimension")
+    Key::float("sigma", 0.01, "the standard deviation of a small mutation, as a fraction of a dimension")
         .not_rendered();
 const MLT_KEYS: Keys = &[&MAX_DEPTH, &BOOTSTRAP, &CHAINS, &MUTATIONS, &LARGE_STEP, &SIGMA];
 
@@ -242,10 +239,9 @@ const RADIUS: Key<f64> =
     Key::float("radius", 1.0, "the first radius of the search for photons").not_rendered();
 const SPPM_KEYS: Keys = &[&MAX_DEPTH, &ITERATIONS, &SAME_ITERATIONS, &PHOTONS, &WRITE_FREQUENCY, &RADIUS];
 
-const BDPT: Kind =
-    Kind::new("Integrator", "bdpt", "bidirectional path tracing", &[BDPT_KEYS]).instead("path");
-const MLT: Kind = Kind::new("Integrator", "mlt", "Metropolis light transport", &[MLT_KEYS]).instead("path");
-const SPPM: Kind = Kind::new("Integrator", "sppm", "photon mapping", &[SPPM_KEYS]).instead("path");
+const BDPT: Kind = Kind::new("bdpt", "bidirectional path tracing", &[BDPT_KEYS]).instead("path");
+const MLT: Kind = Kind::new("mlt", "Metropolis light transport", &[MLT_KEYS]).instead("path");
+const SPPM: Kind = Kind::new("sppm", "photon mapping", &[SPPM_KEYS]).instead("path");
 
 #[cfg(test)]
 mod tests {

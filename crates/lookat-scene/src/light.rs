@@ -131,18 +131,17 @@ const SAMPLES: Key<i32> =
         .default_words("nsamples");
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("LightSource", "point", "a point that shines equally in all directions", &[POINT_KEYS]),
-    Kind::new("LightSource", "spot", "a point that shines within a cone", &[SPOT_KEYS]),
+    Kind::new("point", "a point that shines equally in all directions", &[POINT_KEYS]),
+    Kind::new("spot", "a point that shines within a cone", &[SPOT_KEYS]),
     Kind::new(
-        "LightSource",
         "goniometric",
-        "a point whose intensity depends on the direction by a picture",
+        "a point whose intensity in each direction comes from a picture",
         &[GONIOMETRIC_KEYS],
     ),
-    Kind::new("LightSource", "projection", "a slide projector", &[PROJECTION_KEYS]),
-    Kind::new("LightSource", "distant", "parallel light from far away", &[DISTANT_KEYS]),
-    Kind::new("LightSource", "infinite", "light from everywhere, or an environment map", &[INFINITE_KEYS]),
-    Kind::new("LightSource", "exinfinite", "another name of infinite", &[INFINITE_KEYS]),
+    Kind::new("projection", "a slide projector", &[PROJECTION_KEYS]),
+    Kind::new("distant", "parallel light from far away", &[DISTANT_KEYS]),
+    Kind::new("infinite", "light from everywhere, or an environment map", &[INFINITE_KEYS]),
+    Kind::new("exinfinite", "another name of infinite", &[INFINITE_KEYS]),
 ];
 
 /// pbrt-v3's MakeLight.
@@ -443,13 +442,8 @@ const TWO_SIDED: Key<bool> =
 const AREA_KEYS: Keys = &[&RADIANCE, &SCALE, &TWO_SIDED, &N_SAMPLES, &SAMPLES];
 
 pub(crate) const AREA_KINDS: &[Kind] = &[
-    Kind::new(
-        "AreaLightSource",
-        "diffuse",
-        "equal radiance in all directions of each surface point",
-        &[AREA_KEYS],
-    ),
-    Kind::new("AreaLightSource", "area", "an old name of diffuse", &[AREA_KEYS]),
+    Kind::new("diffuse", "equal radiance in all directions of each surface point", &[AREA_KEYS]),
+    Kind::new("area", "an old name of diffuse", &[AREA_KEYS]),
 ];
 
 /// pbrt-v3's CreateDiffuseAreaLight.

@@ -218,7 +218,9 @@ impl Loader<'_> {
                 self.append(std::mem::take(&mut rest), parsed.statements.last_mut());
             }
             directives += parsed.statements.len();
-            parsed.statements.into_iter().for_each(|statement| self.statement(statement));
+            for statement in parsed.statements {
+                self.statement(statement);
+            }
         }
         self.open.pop();
         directives

@@ -33,10 +33,8 @@ const COMMON: Keys = &[&TYPE, &ABSORPTION, &SCATTERING, &PRESET, &G, &SCALE];
 
 /// The types, which the parameter "string type" gives.
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("MakeNamedMedium", "homogeneous", "a medium that is equal everywhere", &[COMMON])
-        .instead("empty space"),
+    Kind::new("homogeneous", "a medium with the same density everywhere", &[COMMON]).instead("empty space"),
     Kind::new(
-        "MakeNamedMedium",
         "heterogeneous",
         "a medium whose density varies in a box",
         &[COMMON, &[&NX, &NY, &NZ, &P0, &P1, &DENSITY]],

@@ -167,9 +167,15 @@ impl Mesh {
     /// Transforms the arrays from object space to world space, in place.
     fn place(mut self, transform: Transform) -> Self {
         if transform != Transform::IDENTITY {
-            self.positions.iter_mut().for_each(|p| *p = transform.point(DVec3::from(*p)).into());
-            self.normals.iter_mut().for_each(|n| *n = transform.normal(DVec3::from(*n)).into());
-            self.tangents.iter_mut().for_each(|s| *s = transform.vector(DVec3::from(*s)).into());
+            for p in &mut self.positions {
+                *p = transform.point(DVec3::from(*p)).into();
+            }
+            for n in &mut self.normals {
+                *n = transform.normal(DVec3::from(*n)).into();
+            }
+            for s in &mut self.tangents {
+                *s = transform.vector(DVec3::from(*s)).into();
+            }
         }
         self
     }
@@ -212,13 +218,12 @@ const fn texture_coordinate(name: &'static str, meaning: &'static str) -> Key<Pa
 }
 
 pub(crate) const TRIANGLE_MESH: Kind = Kind::new(
-    "Shape",
     "trianglemesh",
     "triangles with shared vertices",
     &[&[&INDICES, &POSITIONS, &NORMALS, &TANGENTS, &UV, &ST], CUTOUT, &[&FACE_INDICES]],
 );
 pub(crate) const PLY_MESH: Kind =
-    Kind::new("Shape", "plymesh", "triangles and quads from a PLY file", &[&[&FILE_NAME], CUTOUT]);
+    Kind::new("plymesh", "triangles and quads from a PLY file", &[&[&FILE_NAME], CUTOUT]);
 
 /// pbrt-v3's CreateTriangleMeshShape. The lists of a mesh that an earlier load has made are empty.
 pub(crate) fn triangle_mesh(
@@ -263,7 +268,7 @@ pub(crate) fn triangle_mesh(
     let mesh = Arc::new(place(params, mesh, world_from_object)?);
     let flat = mesh.without_area();
     // Other messages are given when the mesh is made.
-    if let (Some(reuse), Some(key)) = (params.reuse(), params.mesh_key.take())
+    if let (Some(reuse), Some(key)) = (params.files.reuse, params.mesh_key.take())
         && reported.is_some_and(|reported| params.reported() == Some(reported))
     {
         reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, oddities: Oddities::default() });
@@ -316,7 +321,7 @@ pub(crate) fn place(params: &mut Params, mesh: Mesh, world_from_object: Transfor
 pub(crate) fn note_flat(params: &mut Params, name: &str, flat: usize, all: usize) {
     if flat > 0 {
         let noun = if all == 1 { "triangle" } else { "triangles" };
-        let message = format!("lookat skips {flat} of {all} {noun} because of zero area");
+        let message = format!("skipped {flat} of {all} {noun}: zero area");
         params.note(name, &message, "their corners are collinear or coincide, so they are invisible");
     }
 }
@@ -351,7 +356,7 @@ fn texture_coordinates(params: &mut Params) -> (&'static str, Vec<[f64; 2]>) {
     }
     let flat = floats.into_iter().flatten().next().map_or_else(Vec::new, |(_, flat)| flat);
     if !flat.len().is_multiple_of(2) {
-        let message = format!("{name} takes pairs of numbers; {} numbers given", flat.len());
+        let message = format!("{name} takes pairs of numbers, found {} numbers", flat.len());
         params.warn(name, &message, "the last one is ignored, as in pbrt-v3");
     }
     (name, flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect())

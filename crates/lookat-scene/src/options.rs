@@ -156,13 +156,11 @@ const MAX_DEPTH: Key<i32> =
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new(
-        "Accelerator",
         "bvh",
         "a bounding volume hierarchy; lookat always builds its own",
         &[&[&SPLIT_METHOD, &MOST_IN_NODE]],
     ),
     Kind::new(
-        "Accelerator",
         "kdtree",
         "a k-d tree; lookat builds its own bounding volume hierarchy",
         &[&[&INTERSECT_COST, &TRAVERSAL_COST, &EMPTY_BONUS, &MOST_IN_LEAF, &MAX_DEPTH]],

@@ -8,11 +8,10 @@ use std::collections::HashSet;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use lookat_image::{Charge, MemoryBudget};
+use lookat_image::Charge;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
-use crate::Transform;
-use crate::cache::{KeptMesh, MeshKey, Reuse};
+use crate::cache::MeshKey;
 use crate::files::{Charged, Files};
 use crate::report::Report;
 use crate::schema::{Key, Parameter, Unit, kinds};
@@ -40,8 +39,8 @@ pub(crate) struct Params<'a> {
     pub mesh_key: Option<MeshKey>,
     /// The textures in scope.
     textures: Option<&'a Textures>,
-    files: &'a Files<'a>,
-    report: &'a mut Report,
+    pub files: &'a Files<'a>,
+    pub report: &'a mut Report,
 }
 
 const SPECTRUM_TYPES: &[ParamType] =
@@ -189,29 +188,14 @@ impl<'a> Params<'a> {
         self.failed = true;
     }
 
-    /// What an earlier load has kept.
-    pub fn reuse(&self) -> Option<Reuse<'a>> {
-        self.files.reuse
-    }
-
     /// How many places have been reported, of all directives. `None` if an unreadable part prevents reports.
     pub fn reported(&self) -> Option<usize> {
         (!self.report.partial).then(|| self.report.count())
     }
 
-    /// A mesh that an earlier load has made. `None` also where memory is short, so that errors are the same as without it.
-    pub fn kept_mesh(&self, key: &MeshKey) -> Option<KeptMesh> {
-        self.files.kept_mesh(key)
-    }
-
-    /// The memory budget.
-    pub fn memory(&self) -> &'a MemoryBudget {
-        &self.files.memory
-    }
-
     /// Reserves the memory of arrays. Reports an error at the parameter and returns `None` if it does not fit.
     pub fn reserve(&mut self, name: &str, bytes: usize) -> Option<Charge> {
-        let reserved = self.memory().reserve(bytes as u64);
+        let reserved = self.files.memory.reserve(bytes as u64);
         let refused = |shortage| {
             let message = format!("the {} is too large: {shortage}", self.kind());
             self.error_surely(Diagnostic::error(self.place(name), message));
@@ -229,11 +213,6 @@ impl<'a> Params<'a> {
         } else {
             self.error(error)
         }
-    }
-
-    /// Reports that an override of the caller does not fit.
-    pub fn override_error(&mut self, message: String) {
-        self.report.override_error = Some(message);
     }
 
     /// Reports something, unless it may come of a part that could not be read.
@@ -279,11 +258,6 @@ impl<'a> Params<'a> {
     /// Warns about a feature that is not rendered.
     pub fn unsupported(&mut self, message: String) {
         self.report.unsupported(self.kind.span, message);
-    }
-
-    /// Gives a note about a type that another one replaces without a change of the picture.
-    pub fn replaced(&mut self, message: String, help: &str) {
-        self.report.push(Diagnostic::note_at(self.kind.span, message).help(help));
     }
 
     /// The types that the directive can have.
@@ -425,11 +399,6 @@ impl Params<'_> {
         Some((path, bytes))
     }
 
-    /// What a mesh in a file depends on.
-    pub fn mesh_file_key(&self, path: &Path, world_from_object: &Transform) -> Option<MeshKey> {
-        self.files.mesh_file_key(path, world_from_object)
-    }
-
     /// Opens a file named by a parameter. Reports a file that it cannot open and returns `None`.
     pub fn open(&mut self, name: &Text) -> Option<(PathBuf, Box<dyn Read>)> {
         let opened = self.files.open_named(&name.value, name.span);
@@ -455,10 +424,5 @@ impl Params<'_> {
         let unreadable = self.files.unreadable("read", name, path, error);
         // Empty names are separate mistakes.
         if name.value.is_empty() { self.error(unreadable) } else { self.error_surely(unreadable) }
-    }
-
-    /// The first path that [`Params::open`] tries. It is equal for names of the same file.
-    pub fn first_path(&self, name: &Text) -> PathBuf {
-        self.files.beside(&name.value, name.span)
     }
 }

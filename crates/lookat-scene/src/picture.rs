@@ -66,14 +66,14 @@ impl Pictures {
         file: &Text,
         settings: Settings,
     ) -> Option<(PathBuf, Made<T>)> {
-        let first = params.first_path(file);
+        let first = params.files.beside(&file.value, file.span);
         let (path, bytes) = match self.found.get(&first) {
             Some(path) => {
                 params.warn_of_path(file, path);
                 (path.clone(), None)
             }
             None => {
-                let reuse = params.reuse();
+                let reuse = params.files.reuse;
                 let is_kept = |path: &Path| {
                     let key = Key::new(path.to_owned(), &settings);
                     reuse.is_some_and(|reuse| reuse.picture::<MipMap<T>>(&key).is_some())
@@ -97,7 +97,7 @@ impl Pictures {
                 let reported = params.reported();
                 let made = decode(params, name, &path, bytes, &settings);
                 // Warnings are given when the picture is decoded.
-                if let (Some(reuse), Ok(map)) = (params.reuse(), &made)
+                if let (Some(reuse), Ok(map)) = (params.files.reuse, &made)
                     && reported.is_some_and(|reported| params.reported() == Some(reported))
                 {
                     reuse.keep_picture(&key, map);
@@ -117,8 +117,8 @@ pub(crate) fn gray<T: FromColor>(settings: &Settings) -> Arc<MipMap<T>> {
 
 /// A picture that an earlier load has decoded. `None` also where memory is short, so that errors are the same as without it.
 fn kept<T: FromColor>(params: &Params, key: &Key) -> Option<Arc<MipMap<T>>> {
-    let map: Arc<MipMap<T>> = params.reuse()?.picture(key)?;
-    let mut charge = params.memory().reserve(4 * map.bytes() as u64).ok()?;
+    let map: Arc<MipMap<T>> = params.files.reuse?.picture(key)?;
+    let mut charge = params.files.memory.reserve(4 * map.bytes() as u64).ok()?;
     charge.resize(map.bytes() as u64).ok()?;
     charge.keep();
     Some(map)
@@ -191,7 +191,7 @@ pub(super) fn decode<T: FromColor>(
 ) -> Made<T> {
     // Escaped for messages.
     let shown = PathBuf::from(shown_path(path));
-    let memory = params.memory();
+    let memory = &params.files.memory;
     let file = PictureFile::of_bytes(&shown, &bytes, memory).map_err(unreadable)?;
     let Window { width, height, .. } = file.placement().data_window;
     let kept = MipMap::<T>::bytes_of(width, height);

@@ -226,7 +226,7 @@ impl PlyFiles {
             check_file_header(params, name);
             return Some(Arc::new(Mesh::unread()));
         }
-        let first = params.first_path(name);
+        let first = params.files.beside(&name.value, name.span);
         let (path, file, known) = match self.known.get(&first) {
             Some((path, Some((mesh, _)))) => {
                 params.warn_of_path(name, path);
@@ -237,8 +237,8 @@ impl PlyFiles {
                 (path, Some(file), None)
             }
         };
-        let key = params.mesh_file_key(&path, &world_from_object);
-        if let Some(kept) = key.as_ref().and_then(|key| params.kept_mesh(key)) {
+        let key = params.files.mesh_file_key(&path, &world_from_object);
+        if let Some(kept) = key.as_ref().and_then(|key| params.files.kept_mesh(key)) {
             report_oddities(params, name, &kept.oddities, kept.mesh.triangles());
             params.reserve("filename", kept.mesh.bytes())?.keep();
             note_flat(params, "filename", kept.flat, kept.mesh.triangles());
@@ -247,11 +247,11 @@ impl PlyFiles {
         let mesh = match known {
             Some(mesh) => mesh.clone(),
             None => {
-                let mesh = ok_or_report(params, name, &path, read(file?, params.memory()))?;
+                let mesh = ok_or_report(params, name, &path, read(file?, &params.files.memory))?;
                 // Most files are used once. One that does not fit into memory twice is read again.
                 let is_again = self.known.contains_key(&first);
                 let charge =
-                    is_again.then(|| params.memory().reserve(mesh.mesh.bytes() as u64).ok()).flatten();
+                    is_again.then(|| params.files.memory.reserve(mesh.mesh.bytes() as u64).ok()).flatten();
                 self.known.insert(first, (path, charge.map(|charge| (mesh.clone(), charge))));
                 mesh
             }
@@ -260,7 +260,7 @@ impl PlyFiles {
         report_oddities(params, name, &oddities, mesh.triangles());
         let mesh = Arc::new(place(params, mesh, world_from_object)?);
         let flat = mesh.without_area();
-        if let (Some(reuse), Some(key)) = (params.reuse(), key) {
+        if let (Some(reuse), Some(key)) = (params.files.reuse, key) {
             reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, oddities });
         }
         note_flat(params, "filename", flat, mesh.triangles());

@@ -45,7 +45,9 @@ impl Report {
     }
 
     pub fn extend(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
-        diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
+        for diagnostic in diagnostics {
+            self.push(diagnostic);
+        }
     }
 
     /// How many places have been reported.
@@ -111,7 +113,9 @@ impl Report {
         explain(&self.undefined, self.symbols.all(), &mut self.diagnostics);
         // Explanations can make two problems equal, so merge them again.
         self.known.clear();
-        std::mem::take(&mut self.diagnostics).into_iter().for_each(|diagnostic| self.push(diagnostic));
+        for diagnostic in std::mem::take(&mut self.diagnostics).into_iter() {
+            self.push(diagnostic);
+        }
         for diagnostic in self.diagnostics.iter_mut().filter(|diagnostic| !diagnostic.places.is_empty()) {
             order_places(diagnostic, sources);
         }

@@ -91,7 +91,9 @@ impl<'a> Resolver<'a> {
                 self.facts.uses_camera_space |= self.block == Block::World && name.value == "camera";
                 // Applies to both times.
                 let known = self.definitions.coordinate_systems.find(&name, &mut self.report);
-                known.into_iter().for_each(|known| self.state.ctm = *known);
+                if let Some(known) = known {
+                    self.state.ctm = *known;
+                }
                 self.facts.placed = None;
             }
             Directive::ActiveTransform(which) => {
@@ -117,7 +119,9 @@ impl<'a> Resolver<'a> {
             Directive::WorldEnd => self.world_end(),
             Directive::NamedMaterial(name) => {
                 let known = self.definitions.materials.find(&name, &mut self.report);
-                known.into_iter().for_each(|known| self.state.material = known.clone());
+                if let Some(known) = known {
+                    self.state.material = known.clone();
+                }
             }
             Directive::MediumInterface { inside, outside } => {
                 for name in [Some(inside), outside].into_iter().flatten().filter(|it| !it.value.is_empty()) {
@@ -254,11 +258,8 @@ fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>
 }
 
 pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
-    let message = if by.contains(&0.0) {
-        "Scale by 0 is not invertible"
-    } else {
-        "Scale by such a small factor is not invertible"
-    };
+    let message =
+        if by.contains(&0.0) { "Scale by 0 is not invertible" } else { "this Scale is too small to invert" };
     Transform::scale(by.into()).ok_or_else(|| {
         Box::new(Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape"))
     })

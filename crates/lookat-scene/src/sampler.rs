@@ -1,5 +1,7 @@
 //! `Sampler`: the sample pattern and the number of samples.
 
+use lookat_syntax::Diagnostic;
+
 use crate::params::Params;
 use crate::schema::{Effect, Key, Keys, Kind, Range};
 
@@ -101,25 +103,18 @@ const DIMENSIONS: Key<i32> =
 const SUBSTITUTED: Keys = &[&PIXEL_SAMPLES, &DIMENSIONS];
 
 pub(crate) const KINDS: &[Kind] = &[
+    Kind::new("halton", "a Halton sequence; lookat uses sobol instead", &[&[&PIXEL_SAMPLES, &PIXEL_CENTER]])
+        .by_default(),
+    Kind::new("sobol", "the Sobol' sequence, scrambled", &[&[&PIXEL_SAMPLES]]),
+    Kind::new("random", "independent samples", &[&[&FEW_PIXEL_SAMPLES]]),
     Kind::new(
-        "Sampler",
-        "halton",
-        "as sobol, whose points lookat takes for these too",
-        &[&[&PIXEL_SAMPLES, &PIXEL_CENTER]],
-    )
-    .by_default(),
-    Kind::new("Sampler", "sobol", "the Sobol' sequence, scrambled", &[&[&PIXEL_SAMPLES]]),
-    Kind::new("Sampler", "random", "independent samples", &[&[&FEW_PIXEL_SAMPLES]]),
-    Kind::new(
-        "Sampler",
         "stratified",
         "one sample in each cell of a grid",
         &[&[&X_SAMPLES, &Y_SAMPLES, &JITTER, &DIMENSIONS]],
     ),
-    Kind::new("Sampler", "02sequence", "a (0, 2)-sequence", &[SUBSTITUTED]).instead("sobol"),
-    Kind::new("Sampler", "lowdiscrepancy", "another name of 02sequence", &[SUBSTITUTED]).instead("sobol"),
-    Kind::new("Sampler", "maxmindist", "points with a maximized minimum distance", &[SUBSTITUTED])
-        .instead("sobol"),
+    Kind::new("02sequence", "a (0, 2)-sequence", &[SUBSTITUTED]).instead("sobol"),
+    Kind::new("lowdiscrepancy", "another name of 02sequence", &[SUBSTITUTED]).instead("sobol"),
+    Kind::new("maxmindist", "points with a maximized minimum distance", &[SUBSTITUTED]).instead("sobol"),
 ];
 
 pub(crate) fn sampler(params: &mut Params) -> Option<Sampler> {
@@ -132,7 +127,8 @@ pub(crate) fn sampler(params: &mut Params) -> Option<Sampler> {
         "sobol" => (SamplerKind::SOBOL, params.take(&PIXEL_SAMPLES)),
         "02sequence" | "lowdiscrepancy" | "maxmindist" => {
             let message = format!("lookat renders Sampler \"{}\" with \"sobol\"", params.kind());
-            params.replaced(message, "the picture is the same apart from its noise");
+            let help = "the picture is the same apart from its noise";
+            params.push(Diagnostic::note_at(params.kind_text().span, message).help(help));
             params.take(&DIMENSIONS);
             (SamplerKind::SOBOL, params.take(&PIXEL_SAMPLES))
         }

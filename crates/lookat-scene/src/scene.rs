@@ -212,7 +212,9 @@ impl World {
     /// The memory of the world.
     pub fn memory(&self) -> Memory {
         let mut found = Found::default();
-        self.shapes().for_each(|primitive| found.primitive(primitive));
+        for primitive in self.shapes() {
+            found.primitive(primitive);
+        }
         for light in &self.lights {
             match light {
                 Light::Environment { map, .. } | Light::Goniometric { map, .. } => found.picture(map),
@@ -252,7 +254,9 @@ impl Found {
             self.meshes.insert(Arc::as_ptr(mesh).addr(), mesh.bytes());
         }
         if let Some(cutout) = &primitive.cutout {
-            cutout.alpha.iter().chain(&cutout.shadow_alpha).for_each(|alpha| self.texture(alpha));
+            for alpha in cutout.alpha.iter().chain(&cutout.shadow_alpha) {
+                self.texture(alpha);
+            }
         }
         self.material(&primitive.material);
     }
@@ -261,7 +265,9 @@ impl Found {
         if !self.materials.insert(Arc::as_ptr(material).addr()) {
             return;
         }
-        material.bump.iter().for_each(|bump| self.texture(bump));
+        if let Some(bump) = &material.bump {
+            self.texture(bump);
+        }
         for color in material.kind.colors() {
             self.texture(color);
         }
@@ -269,7 +275,9 @@ impl Found {
             self.texture(number);
         }
         if let MaterialKind::Mix(mix) = &material.kind {
-            mix.materials.iter().for_each(|part| self.material(part));
+            for part in &mix.materials {
+                self.material(part);
+            }
         }
     }
 
@@ -279,8 +287,12 @@ impl Found {
             self.picture(&image.map);
         }
         let (parts, weight) = node.texture.parts();
-        parts.into_iter().for_each(|part| self.texture(part));
-        weight.into_iter().for_each(|weight| self.texture(weight));
+        for part in parts {
+            self.texture(part);
+        }
+        if let Some(weight) = weight {
+            self.texture(weight);
+        }
     }
 
     fn picture<T: Texel>(&mut self, map: &Arc<MipMap<T>>) {

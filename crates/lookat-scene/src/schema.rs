@@ -2,6 +2,8 @@
 
 mod synonyms;
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
 use lookat_syntax::ParamType;
 
@@ -39,14 +41,9 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// A type that lookat renders. Its parameters are lists, so that types can share some.
-    pub(crate) const fn new(
-        directive: &'static str,
-        name: &'static str,
-        meaning: &'static str,
-        keys: &'static [Keys],
-    ) -> Kind {
-        Kind { directive, name, meaning, instead: "", is_default: false, keys, first: &[] }
+    /// A type that lookat renders. Its parameters are lists, so that types can share some. [`kinds`] adds the directive.
+    pub(crate) const fn new(name: &'static str, meaning: &'static str, keys: &'static [Keys]) -> Kind {
+        Kind { directive: "", name, meaning, instead: "", is_default: false, keys, first: &[] }
     }
 
     /// A type that lookat does not render, and what it renders instead.
@@ -57,11 +54,6 @@ impl Kind {
     /// The type that pbrt-v3 uses if a scene lacks the directive.
     pub(crate) const fn by_default(self) -> Kind {
         Kind { is_default: true, ..self }
-    }
-
-    /// The same type of another directive, with more parameters.
-    pub(crate) const fn of(self, directive: &'static str, first: Keys) -> Kind {
-        Kind { directive, first, is_default: false, ..self }
     }
 
     /// The parameters, in the order of the documentation.
@@ -360,22 +352,35 @@ pub(crate) fn number(value: f64) -> String {
 
 /// Every type, by directive.
 pub fn kinds() -> impl Iterator<Item = &'static Kind> {
-    let options = [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS];
-    let surfaces = [options::KINDS, shape::KINDS, material::KINDS, NAMED_MATERIALS];
-    let others = [light::KINDS, light::AREA_KINDS, texture::KINDS, medium::KINDS];
-    options.into_iter().chain(surfaces).chain(others).flatten()
+    KINDS.iter()
 }
 
-/// The types of materials with a name, which a parameter of MakeNamedMaterial gives.
-const NAMED_MATERIALS: &[Kind] = &{
-    let mut kinds = [material::KINDS[0]; material::KINDS.len()];
-    let mut index = 0;
-    while index < kinds.len() {
-        kinds[index] = material::KINDS[index].of("MakeNamedMaterial", &[&material::TYPE]);
-        index += 1;
-    }
-    kinds
-};
+static KINDS: LazyLock<Vec<Kind>> = LazyLock::new(|| {
+    // A parameter gives the type of a named material.
+    const TYPE: Keys = &[&material::TYPE];
+    let kinds: [(&str, &[Kind], Keys); 13] = [
+        ("Camera", camera::KINDS, &[]),
+        ("Film", film::KINDS, &[]),
+        ("PixelFilter", filter::KINDS, &[]),
+        ("Sampler", sampler::KINDS, &[]),
+        ("Integrator", integrator::KINDS, &[]),
+        ("Accelerator", options::KINDS, &[]),
+        ("Shape", shape::KINDS, &[]),
+        ("Material", material::KINDS, &[]),
+        ("MakeNamedMaterial", material::KINDS, TYPE),
+        ("LightSource", light::KINDS, &[]),
+        ("AreaLightSource", light::AREA_KINDS, &[]),
+        ("Texture", texture::KINDS, &[]),
+        ("MakeNamedMedium", medium::KINDS, &[]),
+    ];
+    let of = |(directive, kinds, first): (_, &'static [Kind], _)| {
+        kinds.iter().map(move |kind| {
+            let is_default = kind.is_default && directive != "MakeNamedMaterial";
+            Kind { directive, first, is_default, ..*kind }
+        })
+    };
+    kinds.into_iter().flat_map(of).collect()
+});
 
 #[cfg(test)]
 mod tests;

@@ -105,12 +105,8 @@ const NV: Key<RequiredInteger> =
 const HEIGHTS: Key<Floats> =
     Key::new("Pz", ParamType::Float, Floats, "nu times nv heights, in rows along x").required();
 
-pub(super) const KIND: Kind = Kind::new(
-    "Shape",
-    "heightfield",
-    "flat triangles over a grid of the unit square",
-    &[&[&NU, &NV, &HEIGHTS]],
-);
+pub(super) const KIND: Kind =
+    Kind::new("heightfield", "flat triangles over a grid of the unit square", &[&[&NU, &NV, &HEIGHTS]]);
 
 /// pbrt-v3's CreateHeightfield: `Pz` has `nv` rows along y, each with `nu` heights along x.
 pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {

@@ -172,44 +172,35 @@ const PTEX_GAMMA: Key<f64> =
     Key::float("gamma", 2.2, "the exponent of the values of the file").not_rendered();
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("Texture", "constant", "one value everywhere", &[&[&VALUE]]),
-    Kind::new("Texture", "scale", "the product of two textures", &[patterns::SCALE_KEYS]),
-    Kind::new("Texture", "mix", "a blend of two textures", &[patterns::MIX_KEYS]),
+    Kind::new("constant", "one value everywhere", &[&[&VALUE]]),
+    Kind::new("scale", "the product of two textures", &[patterns::SCALE_KEYS]),
+    Kind::new("mix", "a blend of two textures", &[patterns::MIX_KEYS]),
     Kind::new(
-        "Texture",
         "bilerp",
         "bilinear interpolation between the corners of the unit square",
         &[patterns::BILERP_KEYS, mapping::KEYS],
     ),
-    Kind::new("Texture", "imagemap", "a picture", &[imagemap::KEYS, mapping::KEYS]),
+    Kind::new("imagemap", "a picture", &[imagemap::KEYS, mapping::KEYS]),
     Kind::new(
-        "Texture",
         "uv",
         "the fractions of the texture coordinates as red and green, for spectrum textures",
         &[mapping::KEYS],
     ),
     Kind::new(
-        "Texture",
         "checkerboard",
         "two alternating textures in unit squares or cubes",
         &[patterns::CHECKERBOARD_KEYS, mapping::KEYS],
     ),
-    Kind::new("Texture", "dots", "round dots at random places", &[patterns::DOTS_KEYS, mapping::KEYS]),
-    Kind::new("Texture", "fbm", "a sum of noise, like clouds", &[patterns::OCTAVES_KEYS]),
+    Kind::new("dots", "round dots at random places", &[patterns::DOTS_KEYS, mapping::KEYS]),
+    Kind::new("fbm", "a sum of noise, like clouds", &[patterns::OCTAVES_KEYS]),
+    Kind::new("wrinkled", "a sum of absolute values of noise, with creases", &[patterns::OCTAVES_KEYS]),
     Kind::new(
-        "Texture",
-        "wrinkled",
-        "a sum of absolute values of noise, with creases",
-        &[patterns::OCTAVES_KEYS],
-    ),
-    Kind::new(
-        "Texture",
         "marble",
         "layers of marble along y, for spectrum textures",
         &[patterns::OCTAVES_KEYS, patterns::MARBLE_KEYS],
     ),
-    Kind::new("Texture", "windy", "the height of waves in the wind", &[]),
-    Kind::new("Texture", "ptex", "a Ptex file", &[&[&PTEX_FILE, &PTEX_GAMMA]])
+    Kind::new("windy", "the height of waves in the wind", &[]),
+    Kind::new("ptex", "a Ptex file", &[&[&PTEX_FILE, &PTEX_GAMMA]])
         .instead("the default of each parameter that names it"),
 ];
 

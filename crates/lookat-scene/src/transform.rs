@@ -254,7 +254,7 @@ pub(crate) fn doubt(name: &str, given: f64) -> Option<(Severity, String, String)
     let is_narrow = name == "fov" && NARROW.contains(&given);
     let narrow = is_narrow.then(|| (given.to_degrees() * 10.0).round() / 10.0);
     let (severity, message) = match common {
-        Some(_) => (Severity::Warning, format!("{name} is {given} degrees: did you mean radians?")),
+        Some(_) => (Severity::Warning, format!("{name} is {given} degrees: this looks like radians")),
         None => (Severity::Note, format!("{name} {given} is a very narrow view")),
     };
     let degrees = common.or(narrow)?;
@@ -370,7 +370,7 @@ mod tests {
             let (_, message, help) = doubt("the angle", -90_f64.to_radians()).unwrap();
             assert!(
                 message.starts_with("the angle is -1.57")
-                    && message.ends_with(" degrees: did you mean radians?")
+                    && message.ends_with(" degrees: this looks like radians")
             );
             assert!(
                 help.starts_with("angles are in degrees: -1.57") && help.ends_with(" rad is -90 degrees")

@@ -105,7 +105,7 @@ impl<'a> Reader<'a> {
     }
 
     fn miscounted(&self, at: Input<'a>, keyword: Input<'a>, wanted: usize, given: usize) -> SyntaxError<'a> {
-        let fault = SyntaxError::new(at, format!("{} takes {wanted} numbers; {given} given", shown(keyword)));
+        let fault = SyntaxError::new(at, format!("{} takes {wanted} numbers, found {given}", shown(keyword)));
         fault.help(match keyword {
             b"Translate" => "write the distances along x, y and z: Translate 0 0 1",
             b"Scale" => "write the factors along x, y and z: Scale 1 1 1",

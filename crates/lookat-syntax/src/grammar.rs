@@ -330,7 +330,7 @@ impl<'a> Reader<'a> {
             !between.contains(&b'\n')
         };
         match before.filter(is_beside).and_then(|before| surplus(&before.directive)) {
-            _ if at == b"]" => fault.help("no list is open here: delete it"),
+            _ if at == b"]" => fault.help("unmatched `]`: delete it"),
             _ if at == b"[" => fault.help("write the parameter before its list: \"rgb Kd\" [.5 .5 .5]"),
             Some(advice) => fault.help(advice),
             None if is_number => fault.help("put several values of one parameter in brackets: [1 2 3]"),

@@ -91,13 +91,13 @@ impl<'a> Reader<'a> {
         let diagnostic = if open {
             Diagnostic::warning(
                 span,
-                format!("{keyword} takes its numbers without brackets; pbrt-v3 stops with an error here"),
+                format!("{keyword} takes numbers without brackets; pbrt-v3 stops with an error here"),
             )
             .help("delete the brackets")
             .fix(span, numbers.trim())
         } else {
             self.faulty = true;
-            Diagnostic::error(span, format!("{keyword} takes its numbers in brackets"))
+            Diagnostic::error(span, format!("{keyword} takes numbers in brackets"))
                 .help("put them in brackets")
                 .fix(span, format!("[{numbers}]"))
         };
@@ -112,7 +112,7 @@ impl<'a> Reader<'a> {
             return input;
         }
         let fault = match stray {
-            b']' => SyntaxError::new(&input[..1], "unexpected `]`").help("no list is open here: delete it"),
+            b']' => SyntaxError::new(&input[..1], "unmatched `]`").help("delete it"),
             _ => SyntaxError::new(&input[..1], "unexpected `,`").help("separate parameters by spaces only"),
         };
         self.report(fault);

@@ -113,8 +113,7 @@ impl<'a> Reader<'a> {
         let Some((ty, name)) = declared else { return Ok((rest, None)) };
         if !self.faulty && count % ty.arity() != 0 {
             let spelling = declaration.value.split_ascii_whitespace().next().unwrap_or_default();
-            let noun = ["", "pairs", "threes"][ty.arity() - 1];
-            let message = format!("\"{spelling}\" takes its numbers in {noun}; {count} given");
+            let message = format!("\"{spelling}\" needs a multiple of {} numbers, found {count}", ty.arity());
             self.diagnostics.push(completed(Diagnostic::error(span, message), ty, count, &values));
             self.faulty = true;
         }
@@ -159,8 +158,7 @@ impl<'a> Reader<'a> {
         };
         let (end, more) = self.more_numbers(rest)?;
         if let (after, true) = self.after_values(end)? {
-            let fault =
-                SyntaxError::new(&input[..input.len() - end.len()], "a value before the list of values");
+            let fault = SyntaxError::new(&input[..input.len() - end.len()], "unexpected value before `[`");
             self.report(fault.help("delete it"));
             return Ok((after, 1 + more));
         }

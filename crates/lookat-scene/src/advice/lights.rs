@@ -21,7 +21,7 @@ pub(super) fn darkness(summary: &Summary, report: &mut Report) {
     let emissions: Vec<Emission> = summary.drawn.iter().filter_map(|primitive| primitive.emission).collect();
     let shows_emission_alone = matches!(integrator, Integrator::Path { max_depth: 0, .. });
     let (message, help) = if world.lights.is_empty() && emissions.is_empty() {
-        let help = "add a light: LightSource \"infinite\" lights a scene from all sides";
+        let help = "add a light: LightSource \"infinite\" illuminates a scene from all directions";
         ("the scene has no lights: the picture is black", help)
     } else if world.lights.iter().all(Light::is_black) && emissions.iter().all(Emission::is_black) {
         let help = "give them a color and a scale above 0";
@@ -68,14 +68,14 @@ pub(super) fn hidden_lights(summary: &Summary, report: &mut Report) {
     }
     let of_objects = summary.built.objects.iter().flat_map(|object| &object.primitives);
     for at in of_objects.filter(|primitive| primitive.light().is_some()).filter_map(|it| it.span) {
-        let message =
-            "an emissive shape inside an object is visible but lights nothing: move it out of the object";
+        let message = "an emissive shape inside an object is visible, but illuminates nothing: move it out of the object";
         report.unsupported(at, message.into());
     }
     let is_curve = |primitive: &&Primitive| matches!(primitive.shape, Shape::Curve(_));
     let emissive = || summary.built.world.primitives.iter().filter(|primitive| primitive.light().is_some());
     for at in emissive().filter(is_curve).filter_map(|primitive| primitive.span) {
-        let message = "an emissive curve is visible but lights nothing: use a mesh or a quadric as a light";
+        let message =
+            "an emissive curve is visible, but illuminates nothing: use a mesh or a quadric as a light";
         report.unsupported(at, message.into());
     }
     if !summary.resolved.is_some_and(|resolved| resolved.passes_boundaries) {
@@ -123,11 +123,10 @@ pub(super) fn mesh_lights(summary: &Summary, report: &mut Report) {
         if primitive.reverse_orientation && !emission.two_sided {
             if !mesh.normals.is_empty() {
                 let message = "pbrt-v3 shows this reversed mesh glowing on one side but sends its light from the other, the side of \"N\"";
-                warn(report, at, message, "leave out ReverseOrientation: \"N\" decides the side that emits");
+                warn(report, at, message, "remove ReverseOrientation: \"N\" decides the side that emits");
             } else if !mesh.tangents.is_empty() {
                 let message = "pbrt-v3 lets this mesh with \"S\" glow as if it had no ReverseOrientation, but sends its light from the reversed side";
-                let help =
-                    "leave out \"S\", or exchange two corners of each triangle instead of ReverseOrientation";
+                let help = "remove \"S\", or swap two corners of each triangle instead of ReverseOrientation";
                 warn(report, at, message, help);
             }
         }
@@ -171,8 +170,7 @@ pub(super) fn quadric_lights(summary: &Summary, report: &mut Report) {
         if primitive.mirrored && !emission.two_sided {
             let message =
                 format!("pbrt-v3 shows this mirrored {name} glowing inward but sends its light outward");
-            let help =
-                "leave out the mirroring Scale, or add \"bool twosided\" \"true\" to the AreaLightSource";
+            let help = "remove the mirroring Scale, or add \"bool twosided\" \"true\" to the AreaLightSource";
             warn(report, at, message, help);
         }
     }

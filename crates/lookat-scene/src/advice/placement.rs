@@ -16,9 +16,8 @@ pub(super) fn advise_large_world(summary: &Summary, report: &mut Report) {
     let unit = world_from_camera.vector(DVec3::Z).length();
     if unit * LARGE < 1.0 {
         let times = (1.0 / unit).round();
-        let message =
-            format!("pbrt-v3 may miss near surfaces: one unit of the world is {times} units of the camera");
-        warn(report, at, message, "leave out the scale before Camera");
+        let message = format!("pbrt-v3 may miss near surfaces: the camera transform scales by {times}");
+        warn(report, at, message, "remove the scale before Camera");
     }
 }
 
@@ -86,10 +85,14 @@ const MANY: usize = 20;
 
 pub(super) fn rotations(summary: &Summary, report: &mut Report) {
     let rotations = &summary.facts.rotations;
-    rotations.iter().filter_map(angle_last).for_each(|warning| report.push(warning));
+    for warning in rotations.iter().filter_map(angle_last) {
+        report.push(warning);
+    }
     let doubtful = || rotations.iter().filter_map(radians);
     if rotations.len() < MANY * doubtful().count() {
-        doubtful().for_each(|doubt| report.push(doubt));
+        for doubt in doubtful() {
+            report.push(doubt);
+        }
     }
 }
 

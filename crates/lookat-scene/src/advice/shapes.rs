@@ -73,8 +73,7 @@ pub(super) fn curves(summary: &Summary, report: &mut Report) {
         if let CurveKind::Ribbon(normals) = &curve.kind
             && normals.windows(2).any(|pair| pair[0] == pair[1])
         {
-            let message =
-                "pbrt-v3 may abort, or leave out parts, where successive normals of a ribbon are equal";
+            let message = "pbrt-v3 may abort or miss parts where successive normals of a ribbon are equal";
             warn(report, at, message, "rotate one of the two normals by a thousandth of a radian");
         }
     }
@@ -82,13 +81,17 @@ pub(super) fn curves(summary: &Summary, report: &mut Report) {
 
 pub(super) fn indices(summary: &Summary, report: &mut Report) {
     let mut known = HashSet::new();
-    summary.drawn.iter().for_each(|primitive| check(&primitive.material, &mut known, report));
+    for primitive in &summary.drawn {
+        check(&primitive.material, &mut known, report);
+    }
 }
 
 /// Warns of values that are an error as a constant.
 fn check(material: &Arc<Material>, known: &mut HashSet<*const Material>, report: &mut Report) {
     if let MaterialKind::Mix(mix) = &material.kind {
-        mix.materials.iter().for_each(|part| check(part, known, report));
+        for part in &mix.materials {
+            check(part, known, report);
+        }
     }
     let Some(Texture::Varying(node)) = material.kind.index() else { return };
     let (Varying::ImageMap(image), Some(at)) = (&node.texture, material.span) else { return };

@@ -492,59 +492,64 @@ fn remap(params: &mut Params, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
     for (name, roughness) in all {
         let value = roughness.and_then(|roughness| roughness.constant()).unwrap_or(0.0);
         let (what, help) = if value < 0.0 {
-            ("negative: the surface is almost smooth", "the usual range is 0 to 1")
+            ("negative: the surface is almost smooth, as in pbrt-v3", "the usual range is 0 to 1")
         } else if value > 1.0 && remap {
-            let help = "the usual range is 0 to 1; if it is a width, write \"bool remaproughness\" \"false\"";
-            ("above 1: the surface is rougher than at 1", help)
+            let help =
+                "write a roughness from 0 to 1; if it is a width, add \"bool remaproughness\" \"false\"";
+            ("above the usual range 0 to 1", help)
         } else {
             continue;
         };
-        params.warn(name, &format!("{name} is {what}, as in pbrt-v3"), help);
+        params.warn(name, &format!("{name} is {what}"), help);
     }
     remap
 }
 
 const BUMP_KEYS: Keys = &[&BUMP];
 
-const fn of(name: &'static str, meaning: &'static str, keys: &'static [Keys]) -> Kind {
-    Kind::new("Material", name, meaning, keys)
-}
-
 pub(crate) const KINDS: &[Kind] = &[
-    of("matte", "a diffuse surface", &[MATTE_KEYS, BUMP_KEYS]).by_default(),
-    of("plastic", "a diffuse base under a glossy coating", &[PLASTIC_KEYS, BUMP_KEYS]),
-    of("translucent", "a thin surface that reflects and transmits", &[TRANSLUCENT_KEYS, BUMP_KEYS]),
-    of("glass", "smooth or rough glass", &[GLASS_KEYS, BUMP_KEYS]),
-    of("mirror", "a perfect mirror", &[MIRROR_KEYS, BUMP_KEYS]),
-    of("hair", "hair and fur", &[stand_in::HAIR_KEYS]).instead("matte of the same color"),
-    of("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
+    Kind::new("matte", "a diffuse surface", &[MATTE_KEYS, BUMP_KEYS]).by_default(),
+    Kind::new("plastic", "a diffuse base under a glossy coating", &[PLASTIC_KEYS, BUMP_KEYS]),
+    Kind::new("translucent", "a thin surface that reflects and transmits", &[TRANSLUCENT_KEYS, BUMP_KEYS]),
+    Kind::new("glass", "smooth or rough glass", &[GLASS_KEYS, BUMP_KEYS]),
+    Kind::new("mirror", "a perfect mirror", &[MIRROR_KEYS, BUMP_KEYS]),
+    Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS]).instead("matte of the same color"),
+    Kind::new("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
         .instead("uber, glass, translucent or their mix, of the same color and roughness"),
-    of("mix", "a blend of two named materials", &[MIX_KEYS]),
-    of("metal", "a rough metal", &[METAL_KEYS, BUMP_KEYS]),
-    of(
+    Kind::new("mix", "a blend of two named materials", &[MIX_KEYS]),
+    Kind::new("metal", "a rough metal", &[METAL_KEYS, BUMP_KEYS]),
+    Kind::new(
         "substrate",
         "a diffuse base under a coating that reflects more at grazing angles",
         &[SUBSTRATE_KEYS, BUMP_KEYS],
     ),
-    of(
+    Kind::new(
         "uber",
         "diffuse, glossy and specular reflection, refraction and opacity in one",
         &[UBER_KEYS, BUMP_KEYS],
     ),
-    of(
+    Kind::new(
         "subsurface",
-        "light that scatters inside, by coefficients",
+        "subsurface scattering from coefficients",
         &[subsurface::COEFFICIENTS, subsurface::SURFACE, BUMP_KEYS],
     )
     .instead("uber with the diffuse color of the coefficients"),
-    of(
+    Kind::new(
         "kdsubsurface",
-        "light that scatters inside, by the diffuse color",
+        "subsurface scattering from the diffuse color",
         &[subsurface::COLOR, subsurface::SURFACE, BUMP_KEYS],
     )
     .instead("uber with the same Kd and index"),
-    of("fourier", "measured or simulated scattering from a file", &[stand_in::FOURIER_KEYS, BUMP_KEYS])
-        .instead("matte or translucent of the same mean color"),
-    of("none", "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt", &[]),
-    of("", "the same as none", &[]),
+    Kind::new(
+        "fourier",
+        "measured or simulated scattering from a file",
+        &[stand_in::FOURIER_KEYS, BUMP_KEYS],
+    )
+    .instead("matte or translucent of the same mean color"),
+    Kind::new(
+        "none",
+        "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt",
+        &[],
+    ),
+    Kind::new("", "the same as none", &[]),
 ];

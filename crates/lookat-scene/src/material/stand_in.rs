@@ -89,7 +89,7 @@ const THIN: Key<bool> = Key::bool("thin", false, "true renders a thin sheet, fal
 const DIFF_TRANS: Key<FloatTexture> = Key::float_texture(
     "difftrans",
     1.0,
-    "twice the share of diffuse light that passes a thin sheet, clamped to 0 to 2",
+    "twice the fraction of diffuse light that a thin sheet transmits, clamped to 0 to 2",
 );
 
 const fn left_out(name: &'static str, default: f64, meaning: &'static str) -> Key<FloatTexture> {

@@ -113,7 +113,9 @@ impl Resolver<'_> {
         };
         let (begin, end) = inner.keywords;
         if end == keyword {
-            self.blocks.open.pop().into_iter().for_each(|open| self.restore(open));
+            if let Some(open) = self.blocks.open.pop() {
+                self.restore(open);
+            }
             return Ok(());
         }
         if self.close_outer(keyword) {
@@ -147,7 +149,9 @@ impl Resolver<'_> {
                 std::mem::swap(outer, inner);
             }
         }
-        self.blocks.open.pop().into_iter().for_each(|open| self.restore(open));
+        if let Some(open) = self.blocks.open.pop() {
+            self.restore(open);
+        }
         true
     }
 

@@ -67,7 +67,6 @@ const fn width(name: &'static str, meaning: &'static str) -> Key<f64> {
 }
 
 pub(super) const KIND: Kind = Kind::new(
-    "Shape",
     "curve",
     "a curve with a width, for hair and grass",
     &[&[&POINTS, &BASIS, &DEGREE, &TYPE, &NORMALS, &WIDTH, &WIDTH_0, &WIDTH_1, &SPLIT_DEPTH]],

@@ -24,7 +24,6 @@ const fn levels(name: &'static str, meaning: &'static str) -> Key<i32> {
 }
 
 pub(super) const KIND: Kind = Kind::new(
-    "Shape",
     "loopsubdiv",
     "a Loop subdivision surface",
     &[&[&N_LEVELS, &LEVELS, &INDICES, &POSITIONS, &SCHEME]],
@@ -77,7 +76,7 @@ fn check_levels(params: &mut Params, levels: u32, faces: u64) -> Option<()> {
     let name = if params.was_taken("levels") { "levels" } else { "nlevels" };
     let triangles = |levels: u32| faces.saturating_mul(4_u64.saturating_pow(levels));
     let bytes = |levels: u32| triangles(levels).saturating_mul(TRIANGLE_BYTES);
-    let memory = params.memory();
+    let memory = &params.files.memory;
     let is_indexed = |levels: u32| triangles(levels) <= i32::MAX as u64;
     let check = |levels: u32| {
         if is_indexed(levels) {
@@ -276,7 +275,9 @@ impl Topology {
             if let Some(k) = (0..3).rev().find(|k| face[..*k].contains(&face[*k])) {
                 return Err(NotManifold::Corner { slot: 3 * at + k });
             }
-            face.iter().for_each(|vertex| starts[*vertex as usize] = at as u32);
+            for vertex in face {
+                starts[*vertex as usize] = at as u32;
+            }
         }
         let mut neighbors = vec![[NONE; 3]; faces.len()];
         // The first fault in the order of the list, not in the order of edges.

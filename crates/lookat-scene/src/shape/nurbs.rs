@@ -72,7 +72,6 @@ const WEIGHTED_POINTS: Key<Floats> = Key::new(
 .default_words("none; a nurbs needs P or Pw");
 
 pub(super) const KIND: Kind = Kind::new(
-    "Shape",
     "nurbs",
     "a rational B-spline surface, diced into 30 by 30 points",
     &[
@@ -204,7 +203,7 @@ fn control_points(params: &mut Params) -> Option<Vec<DVec4>> {
         }
         (None, Some(weighted)) => {
             if !weighted.len().is_multiple_of(4) {
-                let message = format!("Pw takes groups of four numbers; {} numbers given", weighted.len());
+                let message = format!("Pw takes groups of four numbers, found {} numbers", weighted.len());
                 params.reject("Pw", message, None);
             }
             Some(weighted.chunks_exact(4).map(DVec4::from_slice).collect())

@@ -206,7 +206,6 @@ const SPHERE_Z_MIN: Key<f64> = z_min(-1.0).default_words("-radius");
 const SPHERE_Z_MAX: Key<f64> = z_max(1.0).default_words("radius");
 
 pub(super) const SPHERE_KIND: Kind = Kind::new(
-    "Shape",
     "sphere",
     "a sphere around the origin, clipped in z",
     &[&[&SPHERE_RADIUS, &SPHERE_Z_MIN, &SPHERE_Z_MAX, &PHI_MAX]],
@@ -245,7 +244,6 @@ const INNER_RADIUS: Key<f64> = Key::float("innerradius", 0.0, "the radius of the
     .unit(Unit::ObjectSpace);
 
 pub(super) const DISK_KIND: Kind = Kind::new(
-    "Shape",
     "disk",
     "a disk or ring perpendicular to the z axis",
     &[&[&DISK_HEIGHT, &DISK_RADIUS, &INNER_RADIUS, &PHI_MAX]],
@@ -279,7 +277,6 @@ const CYLINDER_Z_MIN: Key<f64> = z_min(-1.0);
 const CYLINDER_Z_MAX: Key<f64> = z_max(1.0);
 
 pub(super) const CYLINDER_KIND: Kind = Kind::new(
-    "Shape",
     "cylinder",
     "a cylinder around the z axis, open at both ends",
     &[&[&CYLINDER_RADIUS, &CYLINDER_Z_MIN, &CYLINDER_Z_MAX, &PHI_MAX]],
@@ -305,7 +302,6 @@ const CONE_HEIGHT: Key<f64> =
     Key::float("height", 1.0, "the z of the tip").within(Range::above(0.0)).unit(Unit::ObjectSpace);
 
 pub(super) const CONE_KIND: Kind = Kind::new(
-    "Shape",
     "cone",
     "a cone around the z axis, open at its base",
     &[&[&CONE_RADIUS, &CONE_HEIGHT, &PHI_MAX]],
@@ -338,7 +334,6 @@ const PARABOLOID_Z_MIN: Key<f64> = z_min(0.0);
 const PARABOLOID_Z_MAX: Key<f64> = z_max(1.0);
 
 pub(super) const PARABOLOID_KIND: Kind = Kind::new(
-    "Shape",
     "paraboloid",
     "a paraboloid around the z axis with its vertex at the origin, open at the top",
     &[&[&PARABOLOID_RADIUS, &PARABOLOID_Z_MIN, &PARABOLOID_Z_MAX, &PHI_MAX]],
@@ -376,7 +371,7 @@ const P2: Key<[f64; 3]> =
     Key::point("p2", [1.0; 3], "the other end, with v = 1, at another z").unit(Unit::ObjectSpace);
 
 pub(super) const HYPERBOLOID_KIND: Kind =
-    Kind::new("Shape", "hyperboloid", "a line segment rotated about the z axis", &[&[&P1, &P2, &PHI_MAX]]);
+    Kind::new("hyperboloid", "a line segment rotated about the z axis", &[&[&P1, &P2, &PHI_MAX]]);
 
 pub(super) fn hyperboloid(params: &mut Params, limits: &Limits) -> Hyperboloid {
     let (p1, p2) = (params.take(&P1), params.take(&P2));
