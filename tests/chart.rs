@@ -224,6 +224,11 @@ fn what_cannot_be_charted_is_refused() {
         "white.png: pixels at the largest value may be clipped",
     );
     refused(&["scene.pbrt", "--methods", "random,sobl"], "did you mean `sobol`?");
+    for name in ["halton", "02sequence", "maxmindist"] {
+        let hint = format!("unknown method `{name}`; lookat renders it as `sobol`; the methods are random,");
+        refused(&["scene.pbrt", "--methods", name], &hint);
+    }
+    refused(&["scene.pbrt", "--methods", "sobol,bdpt"], "lookat renders it as `path`");
     refused(&["scene.pbrt", "--methods", "sobol,random,sobol"], "--methods names sobol twice");
     let name = format!("{}=1,small.exr", "x".repeat(41));
     refused(&["scene.pbrt", "--point", &name], "at most 40 letters");

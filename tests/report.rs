@@ -278,7 +278,7 @@ fn the_table_sorts_by_any_column() {
     let start = page.names(rows);
     assert_eq!(start, json!(["large", STEPS, "bright", "broken", "lost", "even"]));
     assert_eq!(page.names("h2"), start);
-    assert_eq!(page.names(".counts"), json!(["6 scenes: 1 agrees, 4 differ, 1 in trouble"]));
+    assert_eq!(page.names(".counts"), json!(["6 scenes: 1 agrees, 4 differ, 1 failed"]));
 
     let click = |page: &mut Opened, column: &str| {
         let column = json!(column);

@@ -204,11 +204,11 @@ fn every_scene_gets_its_row() {
     let rows: Vec<&str> = out.lines().skip(1).collect();
     for (row, start, end) in [
         (0, "a     agrees ", "identical"),
-        (1, "b     trouble", "unknown directive `Shpae`"),
+        (1, "b     failed", "unknown directive `Shpae`"),
         (2, "c     new    ", "no reference beside it"),
         (3, "d     differs", "1 pixel of the reference is not finite"),
         (4, "e     differs", "the sizes differ: 48x48 and 4x4"),
-        (5, "5 scenes: 1 agrees, 2 differ", "1 without a reference, 1 in trouble"),
+        (5, "5 scenes: 1 agrees, 2 differ", "1 without a reference, 1 failed"),
     ] {
         assert!(rows[row].starts_with(start) && rows[row].ends_with(end), "{out}");
     }
@@ -227,12 +227,12 @@ fn an_update_keeps_the_files_of_all_scenes() {
     folder.change("[.5 .5 .5]", "[.9 .9 .9]");
     let before = std::fs::read(folder.path("a.exr")).unwrap();
     let (status, row) = folder.row(&["--update"]);
-    assert_eq!((status, &row["verdict"]), (2, &"trouble".into()), "{row}");
-    assert!(row["reason"].as_str().unwrap().contains("lookat reads this file for the result"), "{row}");
+    assert_eq!((status, &row["verdict"]), (2, &"failed".into()), "{row}");
+    assert!(row["reason"].as_str().unwrap().contains("this file is an input"), "{row}");
     assert_eq!(std::fs::read(folder.path("a.exr")).unwrap(), before);
     // Nor by the report.
     std::fs::write(folder.path("part.html"), "").unwrap();
     folder.change("WorldBegin", "Include \"part.html\" WorldBegin");
     let (status, _, err) = folder.verify(&["--report", folder.path("part.html").to_str().unwrap()]);
-    assert!(status == 2 && err.contains("lookat reads this file for the result"), "{err}");
+    assert!(status == 2 && err.contains("this file is an input"), "{err}");
 }

@@ -119,7 +119,7 @@ fn what_cannot_be_converted_leaves_nothing_behind() {
         (&["-", "b.png"], "convert does not read standard input"),
         (&["picture.exr", "b.jpg"], "lookat writes exr, png, pfm and tga"),
         (&["picture.exr", "none/b.png"], "there is no folder none"),
-        (&["picture.exr", "./picture.exr"], "lookat reads this file for the result; choose another name"),
+        (&["picture.exr", "./picture.exr"], "this file is an input; choose another name"),
         (&["picture.exr", "b.png", "--crop", "1", "0", "0", "1"], "--crop takes the left, right, top"),
         (&["picture.exr"], "<OUT>"),
     ] {

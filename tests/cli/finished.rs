@@ -56,12 +56,7 @@ fn pictures_of_unknown_origin_stay() {
     let folder = Folder::new();
     for file in ["a.pfm", "a.tga"] {
         assert_eq!(render(&folder, &["-o", file]).status, 0);
-        refused(
-            &folder,
-            file,
-            &["--spp", "64"],
-            &format!("a {} file does not say how it was made", &file[2..]),
-        );
+        refused(&folder, file, &["--spp", "64"], &format!("a {} file stores no render settings", &file[2..]));
         replaced(&folder, file, &["--spp", "64", "--force"]);
     }
     // Without metadata, not even an EXR file.

@@ -15,7 +15,7 @@ fn advised(folder: &Folder, scene: &str, arguments: &[&str]) -> Option<i32> {
     let run = folder.run(&[&["render", "a.pbrt", "--force"], arguments].concat());
     assert_eq!(run.status, 0, "{}", run.err);
     let (_, stops) =
-        run.err.split_once("use --exposure ").or_else(|| run.err.split_once("a.png --exposure "))?;
+        run.err.split_once("try --exposure ").or_else(|| run.err.split_once("a.png --exposure "))?;
     Some(stops.trim().parse().unwrap())
 }
 
@@ -26,7 +26,7 @@ fn the_line_tells_how_bright_the_picture_is() {
     let run = folder.run(&["render", "fine.pbrt", "-o", "a.exr"]);
     let light = line(&run).unwrap();
     assert!(light.starts_with("light: median 0.2, largest ") && run.err.lines().count() == 2, "{}", run.err);
-    assert!(light.contains("; 0 % of pixels black, 0 % clip in 8 bits"), "{light}");
+    assert!(light.contains("; 0 % of pixels black, 0 % clip in an 8-bit file"), "{light}");
     assert_eq!(line(&folder.run(&["render", "fine.pbrt", "-o", "a.exr", "--quiet"])), None);
     let run = folder.run(&["render", "fine.pbrt", "-o", "a.png", "--json", "--exposure", "3"]);
     let light = &json_lines(&run)[0]["picture"]["light"];

@@ -185,6 +185,30 @@ fn black_pictures_are_told() {
     }
 }
 
+/// The line after the summary names the filter, not the light or an exposure.
+#[test]
+fn pictures_without_samples_in_the_filter_blame_the_filter() {
+    let folder = Folder::new();
+    let narrow = |width| {
+        let filter =
+            format!("PixelFilter \"box\" \"float xwidth\" {width} \"float ywidth\" {width} WorldBegin");
+        folder.write("narrow.pbrt", &FINE.replace("WorldBegin", &filter));
+        let render = ["render", "narrow.pbrt", "-o", "a.exr", "--spp", "1"];
+        (folder.run(&render).err, folder.run(&[&render[..], &["--quiet"]].concat()).err)
+    };
+    let filter =
+        "the PixelFilter is narrower than the gaps between samples; set xwidth and ywidth to at least 0.5\n";
+    let (told, quiet) = narrow(0.001);
+    let black = format!("the picture is all black: {filter}");
+    assert!(told.ends_with(&black) && quiet == black, "{told} {quiet}");
+    // A few samples count; the picture is not too dark for that.
+    let (told, quiet) = narrow(0.05);
+    assert!(told.ends_with(filter) && !told.contains("--exposure"), "{told}");
+    assert!(quiet.ends_with(&format!(" pixels are black: {filter}")), "{quiet}");
+    let (told, quiet) = narrow(0.45);
+    assert!(!told.contains("gaps between") && quiet.is_empty(), "{told} {quiet}");
+}
+
 // Elsewhere a name of other case may be that of the file.
 #[cfg(target_os = "linux")]
 #[test]

@@ -25,7 +25,7 @@ fn nothing_is_written_over_its_inputs() {
     ] {
         let run = folder.run(arguments);
         assert_eq!(run.status, 2, "{arguments:?} {}", run.err);
-        assert!(run.err.contains("lookat reads this file for the result"), "{}", run.err);
+        assert!(run.err.contains("this file is an input"), "{}", run.err);
     }
     // Nor is a picture that a scene shows one of the scene.
     let row = |arguments: &[&str]| {
@@ -45,7 +45,7 @@ fn nothing_is_written_over_its_inputs() {
     folder.write("sky.pbrt", &scene.replace("wood.png", "sky.exr"));
     let sky = bytes("sky.exr");
     let out = folder.run(&["verify", ".", "--update"]).out;
-    assert!(out.contains("cannot write ./sky.exr: lookat reads this file for the result"), "{out}");
+    assert!(out.contains("cannot write ./sky.exr: this file is an input"), "{out}");
     assert_eq!(bytes("sky.exr"), sky);
     assert_eq!(["wood.png", "part.pfm", "scene.tga"].map(bytes), before);
 }
@@ -85,8 +85,8 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
     let before = folder.names();
     let long = format!("{}.exr", "n".repeat(252));
     for (file, reason) in [
-        ("o.exr/", "it ends like the name of a folder; write o.exr"),
-        ("o.exr/.", "it ends like the name of a folder; write o.exr"),
+        ("o.exr/", "it ends in a separator; write o.exr"),
+        ("o.exr/.", "it ends in a separator; write o.exr"),
         ("folder.exr", "it is a folder"),
         (&long, "the name is too long"),
         ("none/o.exr", "there is no folder none"),

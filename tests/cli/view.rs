@@ -102,7 +102,7 @@ fn options_that_no_camera_can_have_are_refused() {
     let run = folder.run(&["render", "fine.pbrt", "--lens-radius", "1"]);
     assert!(run.status == 0 && run.err.contains("the lens has no focaldistance"), "{}", run.err);
     let run = folder.run(&["render", "fine.pbrt", "--fov", ".785"]);
-    assert!(run.status == 0 && run.err.contains("did you mean radians?"), "{}", run.err);
+    assert!(run.status == 0 && run.err.contains("this looks like radians"), "{}", run.err);
 }
 
 /// Each picture is the one of its value alone, bit for bit.
@@ -199,13 +199,13 @@ fn several_scenes_are_rendered_one_by_one() {
     assert!(run.status == 2 && run.err.contains("other.exr: 32 x 24 pixels"), "{}", run.err);
 
     let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "a.exr"]);
-    assert!(run.status == 2 && run.err.contains("name an existing folder, or leave out -o"), "{}", run.err);
+    assert!(run.status == 2 && run.err.contains("name an existing folder, or remove -o"), "{}", run.err);
     std::fs::create_dir(folder.path("out")).unwrap();
     let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "out", "--quick"]);
     assert_eq!(run.status, 0, "{}", run.err);
     assert!(folder.path("out/fine.quick.exr").exists() && folder.path("out/other.quick.exr").exists());
     let run = folder.run(&["render", "fine.pbrt", "-"]);
-    assert!(run.status == 2 && run.err.contains("standard input can be read once"), "{}", run.err);
+    assert!(run.status == 2 && run.err.contains("standard input can be read only once"), "{}", run.err);
 }
 
 /// No picture of the command replaces a file that any scene of the command reads, even through a link.
@@ -223,9 +223,7 @@ fn several_scenes_keep_the_files_of_each_other() {
     let refused = |arguments: &[&str], file: &str| {
         let before = std::fs::read(folder.path(file)).unwrap();
         let run = folder.run(&[&["render", "--force"], arguments].concat());
-        let message = format!(
-            "error: cannot write {file}: lookat reads this file for the result; choose another name\n"
-        );
+        let message = format!("error: cannot write {file}: this file is an input; choose another name\n");
         assert!(run.status == 2 && run.err.ends_with(&message), "{arguments:?}: {}", run.err);
         assert_eq!(std::fs::read(folder.path(file)).unwrap(), before);
     };
@@ -258,8 +256,8 @@ fn pipes_are_read_once_and_only_as_scenes() {
     let folder = Folder::new();
     assert!(Command::new("mkfifo").arg(folder.path("pipe.pbrt")).status().unwrap().success());
     for (arguments, message) in [
-        (&["render", "fine.pbrt", "pipe.pbrt"][..], "pipe.pbrt can be read once: render it alone"),
-        (&["render", "pipe.pbrt", "--watch"], "pipe.pbrt can be read once: with --watch, name a file"),
+        (&["render", "fine.pbrt", "pipe.pbrt"][..], "pipe.pbrt can be read only once: render it alone"),
+        (&["render", "pipe.pbrt", "--watch"], "pipe.pbrt can be read only once: with --watch, name a file"),
         (&["view", "pipe.pbrt"], "cannot read pipe.pbrt: it is a pipe or a device, not a file"),
         (&["view", "/dev/zero"], "cannot read /dev/zero: it is a pipe or a device, not a file"),
         (&["bench", "--view", "pipe.pbrt"], "pipe.pbrt: it is a pipe or a device, not a file"),

@@ -15,19 +15,19 @@ const CASES: [(&str, &str, &str); 18] = [
     ("caf\u{fffd}", "agrees", "identical"),
     ("far", "differs", "by more than noise"),
     ("small", "differs", "the sizes differ: 48x48 and 4x4"),
-    ("rare", "undecided", "only few pixels differ, and the reference is brighter there (tail index "),
+    ("rare", "undecided", "only a few pixels differ, and the reference is brighter there (tail index "),
     ("lonely", "new", "no reference beside it"),
     ("texture", "new", "no reference beside the scene, except a picture that the scene uses"),
-    ("reference-link", "trouble", "reference-link.exr is a link to nowhere.exr, where there is no file"),
-    ("reference-folder", "trouble", "reference-folder.exr is a folder, not a file"),
-    ("reference-loop", "trouble", "reference-loop.exr: Too many levels of symbolic links"),
-    ("reference-text", "trouble", "does not match its extension"),
-    ("reference-alpha", "trouble", "the second picture has neither the channels R, G and B nor Y"),
-    ("scene-error", "trouble", "the scene has an error: unknown directive `Shpae`"),
-    ("scene-link", "trouble", "scene-link.pbrt is a link to nowhere.pbrt, where there is no file"),
-    ("scene-folder", "trouble", "scene-folder.pbrt is a folder, not a file"),
-    ("scene-loop", "trouble", "scene-loop.pbrt: Too many levels of symbolic links"),
-    ("scene-pipe", "trouble", "scene-pipe.pbrt is a pipe or a device, not a file"),
+    ("reference-link", "failed", "reference-link.exr is a link to nowhere.exr, where there is no file"),
+    ("reference-folder", "failed", "reference-folder.exr is a folder, not a file"),
+    ("reference-loop", "failed", "reference-loop.exr: Too many levels of symbolic links"),
+    ("reference-text", "failed", "does not match its extension"),
+    ("reference-alpha", "failed", "the second picture has neither the channels R, G and B nor Y"),
+    ("scene-error", "failed", "the scene has an error: unknown directive `Shpae`"),
+    ("scene-link", "failed", "scene-link.pbrt is a link to nowhere.pbrt, where there is no file"),
+    ("scene-folder", "failed", "scene-folder.pbrt is a folder, not a file"),
+    ("scene-loop", "failed", "scene-loop.pbrt: Too many levels of symbolic links"),
+    ("scene-pipe", "failed", "scene-pipe.pbrt is a pipe or a device, not a file"),
 ];
 
 fn troubled() -> Folder {
@@ -124,7 +124,7 @@ fn each_trouble_is_told_in_text_json_and_report() {
         assert_eq!(json["diagnostics"].as_array().unwrap().len(), usize::from(name == "scene-error"));
     }
     assert!(
-        out.ends_with("18 scenes: 3 agree, 2 differ, 1 undecided, 2 without a reference, 10 in trouble\n"),
+        out.ends_with("18 scenes: 3 agree, 2 differ, 1 undecided, 2 without a reference, 10 failed\n"),
         "{out}"
     );
     let quoted = "&quot;";

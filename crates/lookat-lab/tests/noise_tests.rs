@@ -140,7 +140,7 @@ fn a_lamp_that_is_missing_is_a_difference() {
     }
 }
 
-/// Measures false alarms with 200 pairs of seeds for each scene that has a reference. docs/comparing.md has the result of fewer pairs.
+/// Measures false alarms with 200 pairs of seeds for each scene that has a reference. docs/speed-and-accuracy.md has the results.
 #[test]
 #[ignore = "takes half an hour"]
 fn false_alarms_over_the_reference_scenes() {

@@ -105,6 +105,17 @@ impl Curved {
         self.as_sphere().filter(|sphere| sphere.is_whole())?.world_radius
     }
 
+    /// The axes of a whole disk in the world, the last one its normal, and its radius; if it is a circle there.
+    pub fn whole_disk(&self) -> Option<([DVec3; 3], f64)> {
+        let Form::Disk(disk) = &self.form else { return None };
+        let [x, y] = [DVec3::X, DVec3::Y].map(|axis| self.world_from_own * axis);
+        let scale = x.length();
+        let is_round = (y.length() / scale - 1.0).abs() < 1e-12 && (x.dot(y) / (scale * scale)).abs() < 1e-12;
+        let n = self.placed(DVec3::ZERO).1;
+        let x = x / scale;
+        Some(([x, n.cross(x), n], disk.whole()? * scale)).filter(|_| is_round)
+    }
+
     /// The nearest distance at which the ray meets the shape, more than 0 and at most `t_max`.
     ///
     /// A line meets a curved form twice at most. Of a ray that leaves the shape, one of the two is where it starts, and

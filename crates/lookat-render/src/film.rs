@@ -93,6 +93,11 @@ impl Tile {
         self.counts[self.sources.index(self.bounds.place(at))]
     }
 
+    /// Whether samples count for a pixel.
+    pub fn is_reached(&self, at: usize) -> bool {
+        self.so_far(at).has_weight()
+    }
+
     /// What the film holds of a pixel, and the pass that is not merged yet.
     fn so_far(&self, at: usize) -> Sum {
         let mut sum = self.sums[at];

@@ -5,6 +5,7 @@ mod environment;
 mod facing;
 mod leaves;
 mod lune;
+mod parts;
 mod point;
 mod receiver;
 mod sample;
@@ -55,6 +56,9 @@ pub(crate) struct LightTable {
     needs_tree: bool,
     /// The tree, once it has been asked.
     leaves: OnceLock<Leaves>,
+    /// The lights that have too many triangles to sample each; and the tree of these triangles, once it has been asked.
+    finely_split: Vec<usize>,
+    triangles: OnceLock<Leaves>,
 }
 
 /// A light, relative to the origin.
@@ -93,6 +97,7 @@ impl LightTable {
             power_shares,
             beside: choice::beside(&lights),
             needs_tree: choice::needs_tree(&lights),
+            finely_split: parts::finely_split(&lights),
             lights,
             first_sky,
             uneven,
@@ -100,6 +105,7 @@ impl LightTable {
             of_primitive,
             background,
             leaves: OnceLock::new(),
+            triangles: OnceLock::new(),
         }
     }
 

@@ -121,6 +121,8 @@ pub struct Statistics {
     pub least: u32,
     /// The most samples that a pixel has.
     pub most: u32,
+    /// Pixels with samples of which none counts: the filter is narrower than the gaps between samples. These pixels are black.
+    pub unreached: u64,
     /// What became of the target error; `None` without one.
     pub target: Option<Reached>,
 }
@@ -271,12 +273,21 @@ fn run<R>(
 impl Film<'_> {
     /// Adds how many samples the pixels have.
     fn count(&self, statistics: Statistics) -> Statistics {
-        let none = Statistics { samples: 0, samples_in_picture: 0, least: u32::MAX, most: 0, ..statistics };
+        let none = Statistics {
+            samples: 0,
+            samples_in_picture: 0,
+            least: u32::MAX,
+            most: 0,
+            unreached: 0,
+            ..statistics
+        };
         self.tiles.iter().fold(none, |mut sum, tile| {
             let tile = lock(tile);
             sum.samples += tile.counts.iter().copied().map(u64::from).sum::<u64>();
-            for count in (0..tile.bounds.size()).map(|at| tile.count(at)) {
+            for at in 0..tile.bounds.size() {
+                let count = tile.count(at);
                 sum.samples_in_picture += u64::from(count);
+                sum.unreached += u64::from(count > 0 && !tile.is_reached(at));
                 (sum.least, sum.most) = (sum.least.min(count), sum.most.max(count));
             }
             sum
@@ -383,6 +394,30 @@ mod tests {
             errors.iter().all(|error| error.standard_error.iter().all(|x| *x > 0.0 && *x < 1e-4)),
             "{errors:?}"
         );
+    }
+
+    /// A picture that the time ends is as good as one of so many samples: it has the same.
+    #[test]
+    fn time_takes_the_samples_of_a_number_of_samples() {
+        let mut scene = scene(
+            r#"Film "image" "integer xresolution" 16 "integer yresolution" 16 PixelFilter "gaussian"
+            Camera "perspective" Sampler "sobol" "integer pixelsamples" 64 Integrator "path" WorldBegin
+            LightSource "infinite" Translate 0 0 3 Shape "sphere" WorldEnd"#,
+        );
+        let whole =
+            render(&scene, &Settings { threads: 1, ..Settings::default() }, &|_| ControlFlow::Continue(()));
+        let max_samples = Stop::DEFAULT_MAX_SAMPLES_OF_TIME;
+        let stop = Stop::Time { limit: Duration::from_secs(3600), max_samples, adaptive: false };
+        // In place of the clock.
+        let in_time = |progress: Progress| match progress.done < whole.statistics.samples {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
+        };
+        // Textures are filtered for as many samples, since it is 64.
+        scene.view.sampler.samples_per_pixel = 1;
+        let timed = render(&scene, &Settings { threads: 1, stop, ..Settings::default() }, &in_time);
+        assert_eq!(timed.statistics.samples, whole.statistics.samples);
+        assert_eq!(timed.image.rgb().unwrap(), whole.image.rgb().unwrap());
     }
 
     /// No lock of the film is held during the callback, for every way to stop and every kind of layer.

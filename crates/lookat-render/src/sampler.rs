@@ -24,12 +24,10 @@ use sobol::Shuffled;
 pub(crate) const CAMERA_NUMBERS: u32 = 4;
 
 /// The same sampler, but samples of neighboring pixels have nothing in common: where pixels decide about the samples of their neighbors,
-/// errors that cancel would decide, too. It foresees more samples than there are.
+/// errors that cancel would decide, too.
 pub(crate) fn of_single_pixels(sampler: Sampler) -> Sampler {
     match sampler.kind {
-        SamplerKind::Sobol { .. } => {
-            Sampler { samples_per_pixel: sampler.samples_per_pixel.max(sobol::ALONE), ..sampler }
-        }
+        SamplerKind::Sobol { .. } => Sampler { samples_per_pixel: sobol::ALONE, ..sampler },
         SamplerKind::Random | SamplerKind::Stratified { .. } => sampler,
     }
 }
@@ -144,7 +142,8 @@ impl Points {
     #[inline(always)]
     fn shuffle<S: Simd>(&mut self, simd: S) {
         if let SamplerKind::Sobol { .. } = self.kind {
-            self.shuffled = Shuffled::new(simd, 0, (self.seeds, self.indices), self.count);
+            let mask = sobol::pixel_mask(self.count);
+            self.shuffled = Shuffled::new(simd, 0, (self.seeds, self.indices), mask);
         }
     }
 

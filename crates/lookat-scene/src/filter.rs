@@ -59,6 +59,8 @@ impl Filter {
 pub(crate) const ALPHA_RANGE: Range = Range::from_to(1e-6, 1e4);
 pub(crate) const TAU_RANGE: Range = Range::from_to(0.1, 1000.0);
 pub(crate) const RADIUS_RANGE: Range = Range::from_to(1e-3, 100.0);
+/// The largest radius, in pixels, without a warning: four times the largest default.
+const WIDE: f64 = 16.0;
 const ALPHA: Key<f64> = Key::float("alpha", 2.0, "how fast the filter falls off").within(ALPHA_RANGE);
 const B: Key<f64> =
     Key::float("B", 1.0 / 3.0, "B of Mitchell and Netravali").within(MITCHELL_RANGE).default_words("1/3");
@@ -107,6 +109,12 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
             let message =
                 "samples between the pixels count for none: a pixel that no sample reaches is black";
             params.warn(name, message, "0.5 is half a pixel: the least with which all samples count");
+        }
+        if radius > WIDE {
+            let message = format!(
+                "{name} is half the width of the filter: {radius} pixels on each side of a pixel blur the picture and take long to render"
+            );
+            params.warn(name, &message, "write pixels; 0.5 to 4 are usual");
         }
     }
     params.finish().then_some(Filter { radius, kind })

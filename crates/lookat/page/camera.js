@@ -146,7 +146,7 @@ export function roll(camera, angle) {
 }
 
 /**
- * The depth of a point: its distance along the direction of view.
+ * The depth of a point: its distance along the viewing direction.
  * @param {Camera} camera
  * @param {Vector} point
  */

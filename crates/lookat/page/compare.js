@@ -47,7 +47,7 @@ export function makeComparison(display, request, say) {
       : !isNow ? 'The verdict follows when the picture is finished.'
       : agrees === true ? 'agrees: noise explains the differences'
       : agrees === false ? 'differs by more than noise'
-      : 'measured; noise and bias cannot be told apart';
+      : 'measured; undecided between noise and bias';
     const verdict = $('verdict');
     if (isNow && verdict.textContent !== words) say(words);
     verdict.textContent = words;

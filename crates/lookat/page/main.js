@@ -63,7 +63,7 @@ const news = {
     $('film-refused').textContent = filmRefused ?? '';
     [$('undo').disabled, $('redo').disabled, $('discard').disabled] = [!scene.canUndo, !scene.canRedo, !scene.hasUnsaved];
     if (scene.hasLost) {
-      $('edit-refused').textContent = 'Another program has changed the file: the changes of this page are gone.';
+      $('edit-refused').textContent = 'Another program has changed the file: your unsaved changes were discarded.';
       // It shows lines that are gone.
       $('changes').close();
     }

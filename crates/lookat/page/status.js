@@ -30,7 +30,7 @@ export function makeStatus(say) {
     const pace = steps.length > 4 ? `${Math.round(median(steps))} ms per picture, ${arrivals.length} per second` : time(seconds);
     const texts = {
       moving: `moving: ${pace}, ${size}`,
-      growing: `${share}, ${time(seconds)}, about ${time(seconds * (total - done) / done)} to come, ${size}`,
+      growing: `${share}, ${time(seconds)}, about ${time(seconds * (total - done) / done)} left, ${size}`,
       finished: `finished: ${share}, ${time(seconds)}, ${size}`,
     };
     $('samples').textContent = texts[isSmall ? 'moving' : isFinal ? 'finished' : 'growing'];

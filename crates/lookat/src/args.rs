@@ -34,7 +34,7 @@ pub use view_server::View;
 #[derive(Debug, Parser)]
 #[command(name = "lookat", version = env!("LOOKAT_VERSION"))]
 #[command(
-    about = "Renders pbrt-v3 scene files, and says what is wrong with them",
+    about = "Renders pbrt-v3 scene files and reports their problems",
     after_help = "Exit status: 0 success, or a result despite errors with --keep-going; 1 a scene has errors; 2 wrong usage or another failure; 130 interrupted"
 )]
 pub struct Arguments {
@@ -46,7 +46,7 @@ pub struct Arguments {
 pub enum Command {
     /// Render a scene to a picture
     Render(Box<Render>),
-    /// Show a scene in the browser, with a camera to move, while you edit its file
+    /// Show a scene in the browser, interactively, while you edit its file
     View(View),
     /// Report the errors and warnings of scene files, without rendering
     Check(Check),
@@ -58,7 +58,7 @@ pub enum Command {
     Verify(Verify),
     /// Chart error against render time for several methods
     Chart(Chart),
-    /// Test numerical stability where other ray tracing methods fail
+    /// Run numerical stability cases in which common ray tracing methods fail
     Stability(Stability),
     /// Show the size, features and cost of a scene
     Inspect(Inspect),
@@ -86,7 +86,7 @@ pub struct Render {
     /// Scene files; - is standard input
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
-    /// The picture: .exr, .png, .pfm or .tga; with several scenes, a folder [default: the filename of Film; with --quick, .quick is added before the extension]
+    /// The picture file: .exr, .png, .pfm or .tga; with several scenes, a folder [default: the filename of Film; with --quick, .quick is added before the extension]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Samples per pixel, instead of the number in Sampler. With --target-error or --time, the maximum; with
@@ -118,7 +118,7 @@ pub struct Render {
     /// Seed of the random numbers: the same seed gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
-    /// Render a draft: a quarter of the resolution each way unless --resolution is given, one sample per pixel unless --spp is given. Without -o, the name
+    /// Render a draft: a quarter of the width and height unless --resolution is given, one sample per pixel unless --spp is given. Without -o, the name
     /// of the picture gets .quick before its extension, so that the draft does not replace a finished picture
     #[arg(long, conflicts_with_all = ["target_error", "confidence", "time", "adaptive"])]
     pub quick: bool,
@@ -135,7 +135,7 @@ pub struct Render {
     /// Replace a picture that is larger, has more samples, or comes from another program
     #[arg(long)]
     pub force: bool,
-    /// Focus the lens on the point that the picture shows there: a pixel, as in 120,80, or fractions of its size, as in 0.5,0.5
+    /// Focus the lens on what a pixel shows: its position, as in 120,80, or fractions of the picture's size, as in 0.5,0.5
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = focus_place)]
     pub focus: Option<FocusPlace>,
     #[command(flatten)]
@@ -158,7 +158,7 @@ pub struct Render {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Without arguments, it lists all directives and types. Other words are looked up in all directives: a type, a parameter, a word of another program or of photography, as in `lookat explain depth of field`."
+    after_help = "Without arguments, it lists all directives and types. Other words are looked up in all directives: a type, a parameter, or a name from another renderer or from photography, as in `lookat explain depth of field`."
 )]
 pub struct Explain {
     /// A directive, such as Camera, or any other word of the format
@@ -233,7 +233,7 @@ pub struct Check {
     /// Read only the headers of meshes, and no pictures
     #[arg(long)]
     pub fast: bool,
-    /// Also warn about what the picture shows: a camera inside a shape, nothing in view, nothing sharp, lights that light nothing
+    /// Also warn about what the picture shows: a camera inside a shape, nothing in view, nothing sharp, lights without effect
     #[arg(long, conflicts_with = "fast")]
     pub view: bool,
     #[command(flatten)]

@@ -15,7 +15,7 @@ use lookat_lab::chart::{
 use lookat_lab::plot::significant;
 use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::nearest;
-use lookat_scene::{FilmOverride, LoadOptions, Scene};
+use lookat_scene::{FilmOverride, LoadOptions, Scene, kinds};
 
 use crate::Failure;
 use crate::args::{Chart, Other, Report, way_out};
@@ -215,8 +215,11 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
     let mut methods: Vec<&'static Method> = Vec::new();
     for name in names.iter().map(|name| name.trim()) {
         let Some(method) = named(name) else {
-            let hint =
-                nearest(name, known()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+            let hint = match (stand_in(name), nearest(name, known())) {
+                (Some(other), _) => format!("lookat renders it as `{other}`; "),
+                (None, Some(near)) => format!("did you mean `{near}`? "),
+                (None, None) => String::new(),
+            };
             let all = known().collect::<Vec<_>>().join(", ");
             return Err(format!("unknown method `{name}`; {hint}the methods are {all}, or all"));
         };
@@ -226,6 +229,15 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
         methods.push(method);
     }
     Ok(methods)
+}
+
+/// The method that renders a Sampler or Integrator which is no method of its own.
+fn stand_in(name: &str) -> Option<&'static str> {
+    if name == "halton" {
+        return Some("sobol");
+    }
+    let mut kinds = kinds().filter(|kind| ["Sampler", "Integrator"].contains(&kind.directive));
+    Some(kinds.find(|kind| kind.name == name && !kind.instead.is_empty())?.instead)
 }
 
 /// Fails if the name of a point is also the name of a method or of another point.

@@ -226,7 +226,7 @@ impl<'a> Comparison<'a> {
         }
         for line in &self.measurement.metrics {
             let (name, meaning) = (line.metric.name(), line.metric.meaning());
-            let mark = if self.beyond.contains(&line.metric) { "  <- worse than --max" } else { "" };
+            let mark = if self.beyond.contains(&line.metric) { "  <- exceeds --max" } else { "" };
             let remark =
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));

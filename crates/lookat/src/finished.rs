@@ -56,7 +56,7 @@ fn why_kept(file: &Path, new: NewPicture) -> Option<String> {
     }
     if let Some(format @ (Format::Pfm | Format::Tga)) = Format::from_path(file) {
         let name = if format == Format::Pfm { "pfm" } else { "tga" };
-        return Some(format!("a {name} file does not say how it was made"));
+        return Some(format!("a {name} file stores no render settings"));
     }
     let opened = match PictureFile::open(file, &MemoryBudget::default()) {
         Ok(opened) => opened,
@@ -77,7 +77,7 @@ fn why_kept(file: &Path, new: NewPicture) -> Option<String> {
     let slack = if new.is_adaptive { SLACK } else { 0.0 };
     let samples = format!("it has {} samples per pixel", digits(made.samples_per_pixel));
     match new.samples_per_pixel {
-        None => Some(format!("{samples}, and the new picture does not say how many it has")),
+        None => Some(format!("{samples}, and the number of the new picture is unknown")),
         Some(new) if made.samples_per_pixel > new * (1.0 + slack) => {
             Some(format!("{samples}, and the new picture {}", digits(new)))
         }

@@ -92,7 +92,7 @@ pub fn watch() {
     };
     if let Err(error) = on_signal(interrupt) {
         let error = lookat_image::io_reason(&error);
-        crate::say(&format!("warning: cannot watch for Ctrl-C ({error}): it ends lookat without a picture"));
+        crate::say(&format!("warning: cannot handle Ctrl-C ({error}): it will end lookat without a picture"));
     }
     // Writing beyond the largest size of files (`ulimit -f`) is then an error, not the end of the program.
     #[cfg(unix)]

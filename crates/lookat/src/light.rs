@@ -93,16 +93,16 @@ impl JsonLight {
             stops => format!(" with exposure {stops}"),
         };
         crate::say(&format!(
-            "light: median {median}, largest {largest}; {black} of pixels black, {clipped} clip in 8 bits{exposed}{not_finite}"
+            "light: median {median}, largest {largest}; {black} of pixels black, {clipped} clip in an 8-bit file{exposed}{not_finite}"
         ));
         let Some(stops) = self.advised_exposure.filter(|_| advise) else { return };
         let state = if stops > self.exposure { "nearly black" } else { "overexposed" };
         crate::say(&match is_eight_bit(file) {
-            true => format!("the picture is {state}: to show it, use --exposure {stops}"),
+            true => format!("the picture is {state}: try --exposure {stops}"),
             false => {
                 let [from, to] = [file, &file.with_extension("png")].map(|path| quoted(path.as_os_str()));
                 format!(
-                    "as it stands, the picture is {state}: to show it, run lookat convert {from} {to} --exposure {stops}"
+                    "saved unchanged; the picture is {state}: try lookat convert {from} {to} --exposure {stops}"
                 )
             }
         });

@@ -40,7 +40,7 @@ impl Metric {
         (Metric::Ssim, "ssim", "structural similarity of sRGB, at most 1"),
         (Metric::Flip, "flip", "mean FLIP, 0 to 1"),
         (Metric::HdrFlip, "hdr-flip", "mean HDR-FLIP, 0 to 1"),
-        (Metric::NoiseP, "noise-p", "probability of such differences by noise alone"),
+        (Metric::NoiseP, "noise-p", "p-value under noise only"),
     ];
 
     pub fn from_name(name: &str) -> Option<Metric> {

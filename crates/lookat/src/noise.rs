@@ -52,7 +52,7 @@ pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> Stri
 pub fn undecided(agreement: &Agreement, significance: f64) -> String {
     let index = agreement.tail_index(significance);
     format!(
-        "only few pixels differ, and the reference is brighter there (tail index {index:.2}): samples may rarely hit this \
+        "only a few pixels differ, and the reference is brighter there (tail index {index:.2}): samples may rarely hit this \
          light; render more samples per pixel"
     )
 }

@@ -27,10 +27,7 @@ pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
 /// Fails if a result would replace one of its inputs.
 pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), String> {
     match is_among(file, inputs) {
-        true => Err(format!(
-            "cannot write {}: lookat reads this file for the result; choose another name",
-            file.display()
-        )),
+        true => Err(format!("cannot write {}: this file is an input; choose another name", file.display())),
         false => Ok(()),
     }
 }
@@ -77,7 +74,7 @@ pub fn check_folder(file: &Path) -> Result<(), String> {
     let name = file.file_name().unwrap_or_default();
     if !file.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes()) {
         let path = file.with_file_name(name);
-        return cannot(file, &format!("it ends like the name of a folder; write {}", path.display()));
+        return cannot(file, &format!("it ends in a separator; write {}", path.display()));
     }
     let (target, folder) = write_target(file).or_else(|error| cannot(file, &io_reason(&error)))?;
     if !folder.is_dir() {

@@ -43,7 +43,7 @@ use progress::Shown;
 pub use progress::progress_bar;
 use so_far::SoFar;
 pub use summary::Metadata;
-use summary::{JsonPicture, JsonResult, JsonTarget, explain_black, summarize};
+use summary::{JsonPicture, JsonResult, JsonTarget, explain_black, narrow_filter, summarize};
 use written::{Kept, Output, PARTIAL};
 
 /// True once there are samples to write.
@@ -363,7 +363,8 @@ fn picture(
     }
     if is_told {
         summarize(&picture, &rendered);
-        light.inspect(|light| light.print(&file, rendered.complete && least > 0 && !black));
+        let is_shown = rendered.complete && least > 0 && !black && narrow_filter(&rendered).is_none();
+        light.inspect(|light| light.print(&file, is_shown));
         picture.fireflies.iter().flat_map(Fireflies::lines).for_each(|line: String| crate::say(&line));
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);

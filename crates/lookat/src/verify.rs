@@ -47,7 +47,7 @@ impl Verdict {
             Verdict::Agrees => "agrees",
             Verdict::New => "new",
             Verdict::Undecided => "undecided",
-            Verdict::Trouble => "trouble",
+            Verdict::Trouble => "failed",
             Verdict::Differs => "differs",
         }
     }
@@ -58,7 +58,7 @@ impl Verdict {
             Verdict::Agrees if count > 1 => "agree",
             Verdict::Differs if count > 1 => "differ",
             Verdict::New => "without a reference",
-            Verdict::Trouble => "in trouble",
+            Verdict::Trouble => "failed",
             _ => self.word(),
         }
     }

@@ -44,7 +44,7 @@ pub fn view(arguments: &View) -> ExitCode {
 
 fn serve(arguments: &View) -> Result<u8, String> {
     if arguments.scene == Path::new("-") {
-        return Err("standard input can be read once: name a file".into());
+        return Err("standard input can be read only once: name a file".into());
     }
     if let Err(error) = open_file(&arguments.scene) {
         return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)));

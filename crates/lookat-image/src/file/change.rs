@@ -153,7 +153,7 @@ fn give_back(
         }
         placed = text.into();
     }
-    Err(io::Error::other("it is saved all the time"))
+    Err(io::Error::other("other programs keep saving it"))
 }
 
 /// Swaps the names of two files.

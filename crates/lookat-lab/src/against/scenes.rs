@@ -148,7 +148,18 @@ pub fn rows() -> Vec<Row> {
     let whitted = "Integrator \"whitted\" \"integer maxdepth\" 5";
     add("whitted", ROOM_VIEW, whitted, with_sphere("Material \"glass\"\n") + &mirror);
     let second = lamp(DVec3::new(0.5, 0.8, 0.0), [0.1, 0.1], [10, 20, 30]);
-    add("directlighting", ROOM_VIEW, "Integrator \"directlighting\"", with_sphere(MATTE) + &second);
+    let directlighting = "Integrator \"directlighting\"";
+    add("directlighting", ROOM_VIEW, directlighting, with_sphere(MATTE) + &second);
+    // pbrt-v3's `sobol` has too few dimensions for each triangle of 100 quads with `directlighting`.
+    for (name, integrator, count) in [
+        ("whitted", whitted, 10),
+        ("whitted", whitted, 100),
+        ("directlighting", directlighting, 10),
+        ("directlighting-one", "Integrator \"directlighting\" \"string strategy\" \"one\"", 10),
+    ] {
+        let world = shadows.clone() + &mesh_light(count);
+        add(&format!("{name}-mesh-light-{count}"), FLOOR_VIEW, integrator, world);
+    }
 
     for (name, texture) in [
         ("trilinear", format!("\"imagemap\" \"string filename\" \"{TILES}\" \"bool trilinear\" \"true\"")),

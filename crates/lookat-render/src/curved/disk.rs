@@ -20,6 +20,11 @@ impl Disk {
         Disk { radius, inner_radius, sweep }
     }
 
+    /// The radius, if it is whole.
+    pub fn whole(&self) -> Option<f64> {
+        (self.inner_radius == 0.0 && self.sweep.is_whole()).then_some(self.radius)
+    }
+
     /// The distance at which a line meets it, more than 0 and at most `t_max`. One in its plane does not.
     pub fn intersect(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<f64> {
         let t = -o.z / d.z;

@@ -94,6 +94,11 @@ impl Sum {
         DVec4::from(from_fn(value))
     }
 
+    /// Whether the weights are more or less than 0 together.
+    pub fn has_weight(&self) -> bool {
+        self.high[3] != 0 || self.low[3] != 0
+    }
+
     /// The weighted mean: the filtered value of a pixel. 0 without weight.
     pub fn mean(&self, scale: Scale) -> DVec3 {
         let sum = self.weighted(scale);

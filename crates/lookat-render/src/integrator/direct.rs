@@ -21,8 +21,8 @@ use crate::number::{first_lanes, narrow, splat_f32, widen};
 use crate::sampler::Streams;
 use crate::shading::shaded::Shaded;
 
-/// How one light is chosen; as in pbrt-v3.
-const CHOICE: LightChoice = LightChoice::Uniform;
+/// How one light is chosen; in pbrt-v3 with equal probabilities.
+pub(crate) const CHOICE: LightChoice = LightChoice::Spatial;
 
 /// A path is followed into all single directions if the share of each in its sample is more than this. A sample has shares of 1 in all,
 /// which directions have in proportion to what they scatter: so it has less than a thousand paths. What glass reflects twice is followed.
@@ -41,17 +41,23 @@ pub(crate) fn draws(
     // A sky that is not sampled gives its samples to directions, so that the sum is the same for all surfaces.
     let eligible = table.eligible(false);
     let extended = (0..eligible).filter(|light| !table.is_delta(*light));
-    let (samples, scattered): (u32, u32) = match strategy {
+    let chosen = table.chosen_triangles(strategy);
+    let (choices, samples, scattered) = match strategy {
         DirectStrategy::All | DirectStrategy::EachOnce => (
-            total(extended.map(|light| table.samples(light, strategy))),
+            u32::from(chosen > 0),
+            total(extended.map(|light| table.samples(light, strategy).saturating_mul(table.parts(light))))
+                .saturating_add(chosen),
             directions(table, LightSamples::Each(strategy), false),
         ),
-        DirectStrategy::One => (u32::from(table.has_extended()), u32::from(table.has_extended())),
+        DirectStrategy::One => {
+            let has_extended = u32::from(table.has_extended());
+            (u32::from(table.is_choice(CHOICE)), has_extended, has_extended)
+        }
     };
     let mut draws = Vec::new();
     let mut draw =
         |of, numbers| draws.extend((numbers > 0).then_some(Draw { of, numbers, surfaces: 0..depth }));
-    draw("light choice", u32::from(strategy == DirectStrategy::One && table.len() > 1));
+    draw("light choice", choices);
     draw("lights", samples.saturating_mul(2));
     draw("direction", scattered.saturating_add(u32::from(is_specular)).saturating_mul(2));
     draws
@@ -168,8 +174,11 @@ fn numbers(table: &LightTable, strategy: DirectStrategy) -> u32 {
         return 3 + if table.has_extended() { 2 } else { 0 };
     }
     let extended = (0..table.len()).filter(|light| !table.is_delta(*light));
-    let sampled = extended.filter(|light| table.samples(*light, strategy) > 0).count() as u32;
-    2 * (sampled + u32::from(most_samples(table, strategy) > 0))
+    let sampled = extended.filter(|light| table.samples(*light, strategy) > 0);
+    // The samples of a part, and the triangles that are chosen, are nested.
+    let pairs = total(sampled.map(|light| table.parts(light)))
+        .saturating_add(u32::from(most_samples(table, strategy) > 0));
+    pairs.saturating_mul(2) + if table.chosen_triangles(strategy) > 0 { 3 } else { 0 }
 }
 
 fn total(counts: impl Iterator<Item = u32>) -> u32 {
@@ -214,6 +223,32 @@ mod tests {
             for found in extremes(integrator, &world) {
                 let expected = 0.04 + 0.96 / 2.25;
                 assert!((found - expected).abs() < 1e-3, "{integrator}: {expected} {found}");
+            }
+        }
+    }
+
+    /// A point of a floor under squares that are far away, small, and unlike each other: each sample has the light of all, or nearly if
+    /// there are many.
+    #[test]
+    fn each_sample_has_the_light_of_all_triangles() {
+        for (count, integrators, limit) in [(10, &INTEGRATORS[..], 1.05), (100, &INTEGRATORS[..2], 1.5)] {
+            let (mut indices, mut points) = (String::new(), String::new());
+            for i in 0..count {
+                let [x, z] = [0.75, 0.57].map(|step| 100.0 * (f64::from(i) * step).fract() - 50.0);
+                let (y, half) = (20.0 + f64::from(i * 7 % 10) * 8.0, 0.1 + 0.1 * f64::from(i % 3));
+                for [dx, dz] in [[-half, -half], [half, -half], [half, half], [-half, half]] {
+                    points += &format!("{} {y} {} ", x + dx, z + dz);
+                }
+                indices += &[0, 1, 2, 0, 2, 3].map(|corner| (4 * i + corner).to_string() + " ").concat();
+            }
+            let world = format!(
+                "AttributeBegin Translate 0 0 1 Material \"matte\" Shape \"disk\" \"float radius\" 9 AttributeEnd
+                 Rotate -90 1 0 0 AreaLightSource \"diffuse\" \"rgb L\" [1e3 1e3 1e3] \"bool twosided\" \"true\"
+                 Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point P\" [{points}]"
+            );
+            for integrator in integrators {
+                let [most, least] = extremes(integrator, &world);
+                assert!(least > 0.0 && most / least < limit, "{count} {integrator}: {most} {least}");
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
-use lookat_scene::{DirectStrategy, LightChoice};
+use lookat_scene::DirectStrategy;
 
 use super::profiler::Stage;
 use super::tracer::Tracer;
@@ -55,8 +55,9 @@ pub(in crate::integrator) struct Directions<S: Simd> {
 impl<'s> Lighting<'s> {
     /// `part`: what of the BSDFs directions are sampled from.
     pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, part: Part) -> Self {
-        if let LightSamples::One(choice) = lights {
-            table.prepare(choice);
+        match lights {
+            LightSamples::One(choice) => table.prepare(choice),
+            LightSamples::Each(_) => table.prepare_triangles(),
         }
         Lighting {
             table,
@@ -84,11 +85,10 @@ impl<'s> Lighting<'s> {
     /// Chooses lights for surfaces.
     #[inline(always)]
     pub fn sampler<'v, S: Simd>(&'v self, simd: S, at: &'v Receivers<'v, S>) -> LightSampler<'v, S> {
-        let choice = match self.samples {
-            LightSamples::One(choice) => choice,
-            LightSamples::Each(_) => LightChoice::Uniform,
-        };
-        LightSampler::new(simd, self.table, choice, at)
+        match self.samples {
+            LightSamples::One(choice) => LightSampler::new(simd, self.table, choice, at),
+            LightSamples::Each(_) => LightSampler::of_triangles(simd, self.table, at),
+        }
     }
 }
 
@@ -144,15 +144,17 @@ impl<S: Simd> Vertices<'_, S> {
         let Vertices { simd, lighting: Lighting { table, .. }, receivers, .. } = *self;
         vectorized!(simd, {
             let mut sum = Colors::splat(simd, Vec3::ZERO);
+            let eligible = table.eligible_at(simd, receivers);
             for light in 0..table.len() {
-                let count = table.samples(light, strategy);
-                let eligible = table.eligible_at(simd, receivers);
+                let (count, parts) = (table.samples(light, strategy), table.parts(light));
                 let sampled = active & eligible.simd_gt(light as f64);
                 let scattered = active & !sampled;
-                for k in 0..count {
+                // The samples of one part after those of another.
+                for i in 0..u64::from(count) * u64::from(parts) {
                     if !tracer.goes_on() {
                         return sum;
                     }
+                    let (part, k) = (i / u64::from(count), (i % u64::from(count)) as u32);
                     let u = match table.is_delta(light) {
                         true => [0.0.simd_into(simd); 2],
                         false => streams.nested_2d(simd, (count, k)),
@@ -160,7 +162,8 @@ impl<S: Simd> Vertices<'_, S> {
                     if sampled.any_true() {
                         let probability = f64::from(count).simd_into(simd);
                         let light = (light as f64).simd_into(simd);
-                        let chosen = Chosen { is_there: sampled, light, triangle: None, probability };
+                        let triangle = Some((part as f64).simd_into(simd));
+                        let chosen = Chosen { is_there: sampled, light, triangle, probability };
                         let own = self.sampled_light(tracer, u, &chosen);
                         sum = (sum + own).or_wide(sampled, sum);
                     }
@@ -170,6 +173,10 @@ impl<S: Simd> Vertices<'_, S> {
                     }
                 }
             }
+            let chosen = table.chosen_triangles(strategy);
+            if chosen > 0 {
+                sum = sum + self.chosen_triangles(tracer, streams, (chosen, active));
+            }
             let most = most_samples(table, strategy);
             for k in 0..most {
                 if !tracer.goes_on() {
@@ -177,6 +184,34 @@ impl<S: Simd> Vertices<'_, S> {
                 }
                 let u = streams.nested_2d(simd, (most, k));
                 sum = sum + self.by_direction(tracer, u, active);
+            }
+            sum
+        })
+    }
+
+    /// Light from so many triangles, chosen among all lights that have too many to sample each.
+    #[inline(never)]
+    fn chosen_triangles(
+        &self,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        (count, active): (u32, mask64x8<S>),
+    ) -> Colors<S> {
+        let Vertices { simd, sampler, .. } = *self;
+        vectorized!(simd, {
+            let mut sum = Colors::splat(simd, Vec3::ZERO);
+            let number = streams.next_1d(simd);
+            for k in 0..count {
+                if !tracer.goes_on() {
+                    return sum;
+                }
+                // One number for all, in equal steps: each triangle is chosen as often as its share says, but for one time.
+                let mut chosen = sampler.choose((number + f64::from(k)) / f64::from(count), active);
+                chosen.probability *= f64::from(count);
+                let u = streams.nested_2d(simd, (count, k));
+                if chosen.is_there.any_true() {
+                    sum = sum + self.sampled_light(tracer, u, &chosen);
+                }
             }
             sum
         })
@@ -311,7 +346,7 @@ impl<S: Simd> Vertices<'_, S> {
             if is_lit.any_true() {
                 let none: f64x8<S> = 0.0.simd_into(simd);
                 let (mut light, mut density, mut of_light) = (none, none, 0);
-                let (d, by_triangle) = (directions.rays.d, self.sampler.by_triangle());
+                let (d, by_triangle) = (directions.rays.d, self.by_triangle());
                 let mut on_light = Found { is_there: is_lit, d, p: d, n: d, triangle: none, by_triangle };
                 for lane in those(is_lit) {
                     let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
@@ -358,6 +393,11 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
+    /// True if triangles of lights are chosen one by one.
+    fn by_triangle(&self) -> bool {
+        matches!(self.lighting.samples, LightSamples::Each(_)) || self.sampler.by_triangle()
+    }
+
     /// How many samples there are of lights or their triangles, in the mean.
     #[inline(always)]
     fn samples_of(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
@@ -365,8 +405,18 @@ impl<S: Simd> Vertices<'_, S> {
         match *samples {
             LightSamples::One(_) => self.sampler.probability((light, triangle), active),
             LightSamples::Each(strategy) => {
-                let count = |lane: usize| f64::from(table.samples(light[lane] as usize, strategy));
-                f64x8::from_fn(self.simd, count)
+                let chosen = f64::from(table.chosen_triangles(strategy));
+                let mut counts: f64x8<S> = chosen.simd_into(self.simd);
+                if chosen > 0.0 {
+                    counts *= self.sampler.probability((light, triangle), active);
+                }
+                for lane in those(active) {
+                    let number = light[lane] as usize;
+                    if table.parts(number) > 0 {
+                        counts[lane] = f64::from(table.samples(number, strategy));
+                    }
+                }
+                counts
             }
         }
     }

@@ -78,7 +78,7 @@ impl LightTable {
     }
 
     fn leaves(&self) -> &Leaves {
-        self.leaves.get_or_init(|| Leaves::new(&self.lights))
+        self.leaves.get_or_init(|| Leaves::new(&self.lights, |_| true))
     }
 
     /// True if this strategy chooses lights by the tree.
@@ -111,7 +111,8 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
             let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
             if table.asks_tree(choice) {
-                sampler.tree = Some(TreeSampler::new(simd, table, count, at));
+                let (leaves, beside) = (table.leaves(), table.beside.as_slice());
+                sampler.tree = Some(TreeSampler::new(simd, (leaves, beside), (table, count), at));
                 return sampler;
             }
             // Without a choice there is nothing to estimate.
@@ -140,6 +141,20 @@ impl<'v, S: Simd> LightSampler<'v, S> {
                 sampler.estimates.push(estimate);
             }
             sampler
+        })
+    }
+
+    /// Chooses triangles of the lights that have too many to sample each.
+    #[inline(never)]
+    pub fn of_triangles(simd: S, table: &'v LightTable, at: &Receivers<S>) -> Self {
+        vectorized!(simd, {
+            let (rule, count) = (LightChoice::Spatial, table.eligible_at(simd, at));
+            let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
+            let tree = match table.chooses_triangles() {
+                true => Some(TreeSampler::new(simd, (table.triangles(), &[]), (table, count), at)),
+                false => None,
+            };
+            LightSampler { table, rule, count, estimates, total, tree }
         })
     }
 

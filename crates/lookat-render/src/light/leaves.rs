@@ -21,14 +21,16 @@ pub(super) struct Leaf {
 }
 
 impl Leaves {
-    pub fn new(lights: &[SceneLight]) -> Self {
+    /// Those of the lights that `is_held` says.
+    pub fn new(lights: &[SceneLight], is_held: impl Fn(usize) -> bool) -> Self {
         let mut first = vec![0];
         let mut count = 0;
-        for light in lights {
-            count += light.leaves() as u32;
+        for (number, light) in lights.iter().enumerate() {
+            count += if is_held(number) { light.leaves() as u32 } else { 0 };
             first.push(count);
         }
-        Leaves { tree: LightTree::new(count as usize, lights.iter().flat_map(SceneLight::emitters)), first }
+        let held = lights.iter().enumerate().filter(|(number, _)| is_held(*number));
+        Leaves { tree: LightTree::new(count as usize, held.flat_map(|(_, light)| light.emitters())), first }
     }
 
     /// What a leaf is.

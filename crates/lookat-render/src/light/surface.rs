@@ -1,6 +1,7 @@
 //! Light from shapes of the world.
 
 mod mesh;
+mod spherical_disk;
 mod spherical_rectangle;
 mod spherical_triangle;
 #[cfg(test)]
@@ -34,6 +35,8 @@ pub(super) struct SurfaceLight {
     pub number: u32,
     primitive: Primitive,
     pub form: SurfaceForm,
+    /// The axes and the radius of a whole disk.
+    disk: Option<([DVec3; 3], f64)>,
     /// The middle, and how far from it there is something.
     pub center: DVec3,
     pub radius: f64,
@@ -114,6 +117,7 @@ impl SurfaceLight {
         let light = SurfaceLight {
             number,
             primitive: primitive.clone(),
+            disk: traceable.curved(number).and_then(Curved::whole_disk),
             form,
             center,
             radius,
@@ -154,6 +158,9 @@ impl SurfaceLight {
                 self.sample_mesh(simd, mesh, at, (triangles, u))
             }
             SurfaceForm::Curved(shape) => {
+                if let Some(disk) = self.disk {
+                    return self.sample_disk(simd, (shape, disk), at, u);
+                }
                 let Some(radius) = shape.whole_sphere() else {
                     return self.sample_points(simd, shape, (at, leaving), u);
                 };
@@ -296,7 +303,10 @@ impl SurfaceLight {
             SurfaceForm::Mesh(mesh) => {
                 mesh.density(simd, &self.primitive, at, (found.triangle, found.by_triangle))
             }
-            SurfaceForm::Curved(shape) => {
+            SurfaceForm::Curved(shape) => 'density: {
+                if let Some(disk) = self.disk {
+                    break 'density self.disk_density(simd, (shape, disk), at, found);
+                }
                 let mut density = Density::by_area(0.0.simd_into(simd));
                 for lane in those(found.is_there) {
                     density.area[lane] = shape.stretch(found.p.lane(lane));

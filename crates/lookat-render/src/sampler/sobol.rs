@@ -3,29 +3,44 @@
 //! Each pair of dimensions takes the first two dimensions of the sequence, a (0, 2)-sequence, in an order of its own: [`ORDERS`]. So no
 //! pair leaves gaps, however few samples there are, and a pair and the place on the film lie well in four dimensions.
 //!
-//! The samples of all pixels are one sequence, in Morton order of the pixels, so that the errors of neighbors cancel (Ahmed and Wonka,
-//! "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020). Each
-//! 2^16 samples of it have scrambles of their own.
+//! The pixels of aligned squares of 4 x 4 share scrambles, so that the errors of neighbors cancel. Each takes the sequence with a shift of its
+//! own, by bits: [`SHIFTS`]. However many samples have been taken, those of a square of 2 x 2 or 4 x 4 pixels are a net, too, as those of
+//! each pixel are. So nobody needs to know the number of samples in advance.
 
 use std::array::from_fn;
 use std::sync::LazyLock;
 
 use fearless_simd::{Simd, f64x8, prelude::*, u32x8};
+use lookat_scene::MAX_SAMPLES;
 
 use super::Sample;
 use super::hash::{lowbias, mix, of_place, owen_scramble_rev, reversed, units};
-use super::orders::{DIMENSIONS, ORDERS};
+use super::orders::{DIMENSIONS, FIRST_SHARED, ORDERS, SHIFTS};
 use crate::number::LANES;
 
 /// Bits of an index: 2^16 samples share their scrambles.
 const BITS: u32 = 16;
 const MASK: u32 = (1 << BITS) - 1;
 
+/// The highest bits of an index, where pixels share scrambles: they tell the pixels apart.
+const PIXEL_BITS: u32 = SHIFTS[0].len() as u32;
+
 /// What each bit of a reversed index adds to a reversed point.
 type Directions = [u32; BITS as usize];
 
-/// For each dimension as the first of a pair, the directions of both.
-static DIRECTIONS: LazyLock<Vec<[Directions; 2]>> = LazyLock::new(|| ORDERS.iter().map(directions).collect());
+/// For each dimension as the first of a pair, the directions of both: of pixels that share no scrambles, and of pixels that do.
+static DIRECTIONS: LazyLock<[Vec<[Directions; 2]>; 2]> = LazyLock::new(|| {
+    let alone: Vec<[Directions; 2]> = ORDERS.iter().map(directions).collect();
+    let mut shared = alone.clone();
+    for (directions, shifts) in shared[FIRST_SHARED as usize..].iter_mut().zip(&SHIFTS) {
+        for (of_pair, directions) in directions.iter_mut().enumerate() {
+            for (direction, shift) in directions.iter_mut().zip(shifts.iter().rev()) {
+                *direction = shift[of_pair];
+            }
+        }
+    }
+    [alone, shared]
+});
 
 fn directions(order: &[u16; BITS as usize]) -> [Directions; 2] {
     // The direction numbers of the second dimension are the rows of Pascal's triangle modulo 2 (PBR 8.7).
@@ -42,22 +57,23 @@ fn directions(order: &[u16; BITS as usize]) -> [Directions; 2] {
     })
 }
 
-/// With so many samples of a pixel, it shares scrambles with no other one.
+/// With so many samples of a pixel, it shares scrambles with no other one: the sequence goes on for as long.
 pub(super) const ALONE: u32 = 1 << BITS;
 
-/// Bits that tell the samples of a pixel apart, if there are so many.
-fn bits(count: u32) -> u32 {
-    (u32::BITS - count.saturating_sub(1).leading_zeros()).min(BITS)
+/// The bits of an index that tell pixels apart. `count`: how many samples a pixel is to have; [`MAX_SAMPLES`] where that is not known.
+fn pixel_bits(count: u32) -> u32 {
+    if count <= ALONE >> PIXEL_BITS || count == MAX_SAMPLES { PIXEL_BITS } else { 0 }
 }
 
 /// The seed that chooses the scrambles of a sample, and the number of the sample among those with the same seed. `count`: how many samples
 /// its pixel is to have.
 pub(super) fn place((seed, pixel, index): Sample, count: u32) -> (u64, u32) {
-    let bits = bits(count);
+    let pixel_bits = pixel_bits(count);
+    let bits = BITS - pixel_bits;
     let [x, y] = pixel.map(|at| spread(at.cast_unsigned()));
     let pixel = x | y << 1;
-    let seed = of_place(seed, pixel >> (BITS - bits));
-    // Samples beyond `count` have other scrambles.
+    let seed = of_place(seed, pixel >> pixel_bits);
+    // Samples beyond those that can be numbered have other scrambles.
     let seed = if index >> bits == 0 { seed } else { of_place(seed, u64::from(index >> bits)) };
     (seed, ((pixel << bits) as u32 | index & ((1 << bits) - 1)) & MASK)
 }
@@ -74,6 +90,11 @@ fn spread(x: u32) -> u64 {
     STEPS.iter().fold(u64::from(x), |x, (shift, mask)| (x | x << shift) & mask)
 }
 
+/// The bits of a reversed index that tell pixels apart.
+pub(super) fn pixel_mask(count: u32) -> u32 {
+    (1 << pixel_bits(count)) - 1
+}
+
 /// Points of the sequence, shuffled and to be scrambled: what all dimensions share.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Shuffled {
@@ -82,9 +103,8 @@ pub(super) struct Shuffled {
     own_seeds: [u32; LANES],
     /// In reverse.
     indices: [u32; LANES],
-    /// The bits of these that tell the samples of a pixel apart, and how many there are.
-    own_bits: u32,
-    count: u32,
+    /// The bits of these that tell pixels apart; none where they share no scrambles.
+    pixel_mask: u32,
 }
 
 /// True if neighbors share the scrambles of a dimension, so that their errors cancel: for a lens and the first two surfaces. Sharing the
@@ -94,43 +114,41 @@ pub(super) struct Shuffled {
 /// Nor do they share the place on the film. What the filter makes of an edge rises across one pixel and falls across the next. So samples
 /// at complementary places in the two have more noise: 4 to 6 % at 16 samples with a triangle, a gaussian and Mitchell's filter.
 fn is_shared(dimension: u32) -> bool {
-    (2..14).contains(&dimension)
+    (FIRST_SHARED..FIRST_SHARED + SHIFTS.len() as u32).contains(&dimension)
 }
 
 impl Shuffled {
-    /// `turn`: how many times all dimensions have been taken. `count`: how many samples a pixel has.
+    /// `turn`: how many times all dimensions have been taken. `pixel_mask`: the bits of a reversed index that tell pixels apart.
     #[inline(always)]
     pub fn new<S: Simd>(
         simd: S,
         turn: u32,
         (seeds, indices): ([u64; LANES], [u32; LANES]),
-        count: u32,
+        pixel_mask: u32,
     ) -> Self {
         let seeds: [u32; LANES] = from_fn(|lane| mix(seeds[lane] ^ u64::from(turn)) as u32);
         let wide = u32x8::from_slice(simd, &seeds);
         let scramble = lowbias(wide ^ 0x9fb2_b5a1);
-        let shuffled = owen_scramble_rev(reversed(indices.simd_into(simd)), scramble) >> (u32::BITS - BITS);
-        let of_pixel = MASK >> bits(count);
-        let own_seeds = lowbias(wide ^ ((shuffled & of_pixel) * 0x9e37_79b9));
-        Shuffled {
-            seeds,
-            own_seeds: own_seeds.to_array(),
-            indices: shuffled.to_array(),
-            own_bits: !of_pixel,
-            count,
-        }
+        let reversed = reversed(indices.simd_into(simd)) >> (u32::BITS - BITS);
+        let pixels = reversed & pixel_mask;
+        // The pixels that share scrambles take their samples in one order.
+        let shuffled = owen_scramble_rev((reversed ^ pixels) << (u32::BITS - BITS), scramble);
+        let shuffled = shuffled >> (u32::BITS - BITS) ^ pixels;
+        let own_seeds = lowbias(wide ^ (pixels * 0x9e37_79b9));
+        Shuffled { seeds, own_seeds: own_seeds.to_array(), indices: shuffled.to_array(), pixel_mask }
     }
 
     /// The numbers of the first or second dimension of a pair.
     #[inline(always)]
     fn numbers<S: Simd>(&self, simd: S, dimension: u32, of_pair: u32) -> f64x8<S> {
         let (seeds, mask) =
-            if is_shared(dimension) { (&self.seeds, MASK) } else { (&self.own_seeds, self.own_bits) };
+            if is_shared(dimension) { (&self.seeds, MASK) } else { (&self.own_seeds, !self.pixel_mask) };
         let seeds = u32x8::from_slice(simd, seeds);
         let indices = u32x8::from_slice(simd, &self.indices) & mask;
         let own = dimension % DIMENSIONS;
+        let directions = &DIRECTIONS[usize::from(self.pixel_mask != 0)];
         let mut point: u32x8<S> = 0.simd_into(simd);
-        for (bit, direction) in DIRECTIONS[own as usize][of_pair as usize].iter().enumerate() {
+        for (bit, direction) in directions[own as usize][of_pair as usize].iter().enumerate() {
             // All bits where this one is set.
             let is_set = u32x8::splat(simd, 0) - (indices >> bit as u32 & 1);
             point ^= is_set & *direction;
@@ -144,7 +162,7 @@ impl Shuffled {
     fn at<S: Simd>(&self, simd: S, dimension: u32, samples: ([u64; LANES], [u32; LANES])) -> Shuffled {
         match dimension / DIMENSIONS {
             0 => *self,
-            turn => Shuffled::new(simd, turn, samples, self.count),
+            turn => Shuffled::new(simd, turn, samples, self.pixel_mask),
         }
     }
 }
@@ -185,7 +203,7 @@ mod tests {
             let (seed, index) = place((7, pixel, index), count);
             let samples = ([seed; LANES], [index; LANES]);
             baseline!(simd => {
-                let first = Shuffled::new(simd, 0, samples, count);
+                let first = Shuffled::new(simd, 0, samples, pixel_mask(count));
                 pairs(simd, dimension, samples, &first).map(|x| x[3])
             })
         };
@@ -234,21 +252,40 @@ mod tests {
         }
     }
 
-    /// The samples of aligned squares of pixels are nets, too; not their places on the film.
+    /// However many samples there are so far, those of aligned squares of pixels are nets, too; not their places on the film.
     #[test]
     fn squares_of_pixels_are_nets() {
-        let of_square = |dimension| -> Vec<[f64; 2]> {
-            let pixels = (0..16).map(|at| [-4 + at % 4, 8 + at / 4]);
-            pixels.flat_map(|pixel| points(pixel, dimension, 16)).collect()
+        let of_square = |dimension, pixels: u32, bits: u32| -> Vec<[f64; 2]> {
+            let side = pixels.isqrt() as i32;
+            let pixels = (0..side * side).map(|at| [-4 + at % side, 8 + at / side]);
+            pixels.flat_map(|pixel| points(pixel, dimension, 1 << bits)).collect()
         };
         for dimension in [2, 5, 9, 12] {
-            for across in 0..=8 {
-                assert_eq!(filled(&of_square(dimension), [across, 8 - across]), 256, "{dimension}");
+            for (pixels, bits) in (0..6).flat_map(|bits| [(4, bits), (16, bits)]) {
+                let points = of_square(dimension, pixels, bits);
+                let halvings = points.len().ilog2();
+                for across in 0..=halvings {
+                    let filled = filled(&points, [across, halvings - across]);
+                    assert_eq!(filled, points.len(), "{dimension}: {pixels} {bits} {across}");
+                }
             }
         }
         for dimension in [0, 14, 40] {
-            assert!(filled(&of_square(dimension), [4, 4]) < 200, "{dimension}");
+            assert!(filled(&of_square(dimension, 16, 4), [4, 4]) < 200, "{dimension}");
         }
+    }
+
+    /// So a picture that ends with the time has the samples of one with as many.
+    #[test]
+    fn samples_do_not_depend_on_their_number() {
+        let sample = |index| (7, [5, -3], index);
+        for count in [1, 3, 64, 4096] {
+            for index in [0, count / 2, count - 1] {
+                assert_eq!(place(sample(index), count), place(sample(index), MAX_SAMPLES));
+            }
+            assert_eq!(pixel_mask(count), pixel_mask(MAX_SAMPLES));
+        }
+        assert_eq!(pixel_mask(ALONE), 0);
     }
 
     /// A filter weighs samples by their places on the film. So that what it weighs stays even, places and each pair are even together: of

@@ -19,7 +19,7 @@ pub struct LiveView {
 /// How to draw a picture in a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Protocol {
-    /// The best that the terminal is known to have
+    /// The best protocol that the terminal supports
     Auto,
     Kitty,
     Iterm,

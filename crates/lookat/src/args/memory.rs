@@ -6,7 +6,7 @@ use lookat_image::{MemoryBudget, OutOfMemory};
 /// The memory limit of a command.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Memory {
-    /// The most memory to use, such as 2G or 500M [default: three quarters of the memory that the machine and its limits allow]
+    /// Memory limit, such as 2G or 500M [default: three quarters of what the machine and its limits allow]
     #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = size)]
     pub max_memory: Option<u64>,
 }

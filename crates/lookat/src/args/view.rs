@@ -50,9 +50,9 @@ impl ViewOverride {
                 "--fov has no effect on {kind} camera; to see more or less, use --screen-window"
             )),
             (Some(_), Projection::Environment, _) => {
-                Err(format!("--fov has no effect on {kind} camera, which sees all directions; leave it out"))
+                Err(format!("--fov has no effect on {kind} camera, which sees all directions; remove it"))
             }
-            (_, _, Some((option, _))) => Err(format!("{option} has no effect on {kind} camera; leave it out")),
+            (_, _, Some((option, _))) => Err(format!("{option} has no effect on {kind} camera; remove it")),
             _ if self.focal_distance.is_some() && camera.lens.is_none() => Err(
                 "--focal-distance has no effect on a pinhole, which is sharp at all distances; add --lens-radius".into(),
             ),

@@ -22,7 +22,7 @@ pub struct View {
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
-    /// Command of the editor for places that the page names; {file}, {line} and {column} stand for the place [default: VISUAL or
+    /// Editor command for the page's links; {file}, {line} and {column} stand for the place [default: VISUAL or
     /// EDITOR, else a link to VS Code]
     #[arg(long, value_name = "COMMAND")]
     pub editor: Option<String>,

@@ -12,7 +12,7 @@ impl Inspected<'_> {
             ("film", self.film()),
             ("camera", self.camera()),
             ("integrator", self.integrator()),
-            ("numbers", self.numbers()),
+            ("dimensions", self.dimensions()),
             ("shapes", self.shapes()),
             ("tree", self.tree()),
             ("materials", self.inspection.surfaces.as_ref().map_or("not used".into(), materials)),
@@ -38,7 +38,7 @@ impl Inspected<'_> {
         };
         let all = thousands(film.crop.area() * u64::from(samples));
         let each = count(u64::from(samples), "sample");
-        format!("{size}{whole} pixels, {each} each, {all} in all; {} filter", filter_name(self.scene))
+        format!("{size}{whole} pixels, {each} each, {all} in total; {} filter", filter_name(self.scene))
     }
 
     fn camera(&self) -> String {
@@ -57,13 +57,13 @@ impl Inspected<'_> {
     fn integrator(&self) -> String {
         let surfaces = match self.inspection.depth {
             0 => "emitted light only".into(),
-            1 => "over at most 1 surface".into(),
-            depth => format!("over at most {depth} surfaces"),
+            1 => "at most 1 surface".into(),
+            depth => format!("at most {depth} surfaces"),
         };
         format!("{}, {surfaces}", integrator_name(self.scene))
     }
 
-    fn numbers(&self) -> String {
+    fn dimensions(&self) -> String {
         let lens = if self.inspection.has_lens { ", lens 2" } else { "" };
         let drawn = |draw: &Draw| match draw.surfaces.start {
             0 => format!("{} {}", draw.of, thousands(draw.numbers.into())),
@@ -73,9 +73,9 @@ impl Inspected<'_> {
         let at_surface: Vec<String> = draws.map(drawn).collect();
         let at_surface = match at_surface[..] {
             [] => String::new(),
-            _ => format!("; at each surface {}", listed(&at_surface)),
+            _ => format!("; per bounce: {}", listed(&at_surface)),
         };
-        format!("film 2{lens}{at_surface}: at most {} a sample", thousands(self.most_numbers()))
+        format!("film 2{lens}{at_surface}; at most {} per sample", thousands(self.most_numbers()))
     }
 
     fn shapes(&self) -> String {

@@ -41,7 +41,7 @@ fn eye(sight: &Sight) -> String {
 fn in_view(sight: &Sight) -> String {
     let facts = &sight.facts;
     let of_picture =
-        [(facts.shape_share, "shapes"), (facts.emitter_share, "lights"), (facts.sky_share, "nothing else")];
+        [(facts.shape_share, "shapes"), (facts.emitter_share, "lights"), (facts.sky_share, "nothing")];
     let parts: Vec<String> = of_picture
         .iter()
         .filter(|(share, _)| *share > 0.0)
@@ -71,7 +71,11 @@ fn sharp(sight: &Sight, sources: &Sources) -> Option<String> {
     let mut seen: Vec<&ShapeFacts> = sight.facts.shapes.iter().filter(|shape| shape.share > 0.0).collect();
     seen.sort_by(|a, b| b.share.total_cmp(&a.share));
     let blurs: Vec<String> = seen.into_iter().filter_map(blur).take(MOST_LISTED).collect();
-    Some(format!("to a pixel from {} {far}{hyperfocal}; blur in pixels: {}", short(near), blurs.join(", ")))
+    Some(format!(
+        "within a pixel from {} {far}{hyperfocal}; blur in pixels: {}",
+        short(near),
+        blurs.join(", ")
+    ))
 }
 
 fn light(sight: &Sight, sources: &Sources) -> Option<String> {
@@ -84,7 +88,7 @@ fn light(sight: &Sight, sources: &Sources) -> Option<String> {
         .take(MOST_LISTED)
         .map(|light| format!("{} {}", name(sight.light_place(light), sources), share(light.irradiance)))
         .collect();
-    (!parts.is_empty()).then(|| format!("straight on the surfaces in view: {}", parts.join(", ")))
+    (!parts.is_empty()).then(|| format!("direct, on the surfaces in view: {}", parts.join(", ")))
 }
 
 /// What a shape or a light is and its place, such as `plymesh tree.ply (part.pbrt, line 7)`. The scene file is not named.

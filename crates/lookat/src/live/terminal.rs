@@ -30,7 +30,7 @@ impl Terminal {
     /// Fails without a terminal.
     pub fn new(protocol: Protocol) -> Result<Terminal, String> {
         if !io::stderr().is_terminal() {
-            return Err("--show draws in a terminal, and standard error is none; leave out --show".into());
+            return Err("--show draws in a terminal, and standard error is none; remove --show".into());
         }
         let variable = |name: &str| std::env::var(name).ok();
         let protocol = if protocol == Protocol::Auto { protocol::known(&variable) } else { protocol };

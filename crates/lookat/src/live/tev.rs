@@ -94,7 +94,9 @@ impl Tev {
     pub fn wait(&self) {
         if !self.writer.wait(|| true) {
             let address = &self.address;
-            crate::say(&format!("warning: tev at {address} does not read; it lacks the newest picture"));
+            crate::say(&format!(
+                "warning: tev at {address} does not respond; it does not show the newest picture"
+            ));
         }
     }
 }

@@ -33,7 +33,7 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, String> {
         let name =
             if scene == Path::new("-") { "standard input".into() } else { scene.display().to_string() };
         let option = if arguments.live.watch { "with --watch, name a file" } else { "render it alone" };
-        return Err(format!("{name} can be read once: {option}"));
+        return Err(format!("{name} can be read only once: {option}"));
     }
     if let [_] = scenes[..] {
         return Ok(vec![Job { arguments: arguments.clone(), inputs: Rc::default() }]);
@@ -43,7 +43,7 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, String> {
     }
     if let Some(file) = arguments.output.as_ref().filter(|file| !file.is_dir()) {
         return Err(format!(
-            "-o {} names one picture, and there are {} scenes: name an existing folder, or leave out -o{}",
+            "-o {} names one picture, and there are {} scenes: name an existing folder, or remove -o{}",
             file.display(),
             scenes.len(),
             tip_for_render()

@@ -108,7 +108,7 @@ impl Fireflies {
         let percent = |share: f64| format!("{:.1$} %", 100.0 * share, usize::from(share < 0.1));
         let advice = match *loss >= MUCH {
             true => format!(
-                "about {} of the light of the picture comes in such samples: take more of them, or let a larger light give it",
+                "about {} of the picture's light comes from such samples: take more samples, or use a larger light",
                 percent(*loss)
             ),
             false => format!(
@@ -223,7 +223,7 @@ mod tests {
         assert!(text.contains("is a firefly: 1 of its 1024 samples gives"), "{text}");
         assert!(text.contains("sphere") && text.contains("to the light of"), "{text}");
         // Most of the light of this picture comes so.
-        assert!(text.contains("take more of them") && !text.contains("maxsampleluminance"), "{text}");
+        assert!(text.contains("take more samples") && !text.contains("maxsampleluminance"), "{text}");
     }
 
     #[test]

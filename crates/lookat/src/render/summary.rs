@@ -175,6 +175,18 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     }
 }
 
+/// Why most of the picture is black, if the filter is the reason.
+pub(super) fn narrow_filter(rendered: &Rendered) -> Option<String> {
+    let (unreached, all) = (rendered.statistics.unreached, rendered.image.data_window.area());
+    let black = match unreached == all {
+        true => "the picture is all black".into(),
+        false => format!("{unreached} of {all} pixels are black"),
+    };
+    (2 * unreached > all).then(|| {
+        format!("{black}: the PixelFilter is narrower than the gaps between samples; set xwidth and ywidth to at least 0.5")
+    })
+}
+
 /// A picture with less than this share of the emitted radiance shows rounding: corners with a few digits tilt the triangles of a plane
 /// towards each other.
 const RESIDUE: f64 = 1e-9;
@@ -191,14 +203,18 @@ pub(super) fn residue(scene: &Scene) -> f64 {
     RESIDUE * f64::from(radiance.fold(0.0, f32::max)) * scene.view.film.scale
 }
 
-/// Prints the reason why a picture is all black.
+/// Prints the reason why a picture is black, all of it or where the filter leaves out samples.
 pub(super) fn explain_black(
     picture: &JsonPicture,
     rendered: &Rendered,
     (scene, prepared): (&Scene, &mut Prepared),
     sources: &Sources,
 ) {
-    if picture.black && rendered.complete && picture.least_samples > 0 {
+    if !rendered.complete || picture.least_samples == 0 {
+        // The summary says so.
+    } else if let Some(reason) = narrow_filter(rendered) {
+        crate::say(&reason);
+    } else if picture.black {
         let depth = match scene.view.integrator {
             Integrator::Path { max_depth, .. } | Integrator::DirectLighting { max_depth, .. } => max_depth,
             Integrator::AmbientOcclusion { .. } => 1,
@@ -214,7 +230,7 @@ pub(super) fn explain_black(
             true => black.as_deref().unwrap_or(
                 "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov",
             ),
-            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are seen",
+            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are visible",
             false
                 if scene.world.lights.is_empty()
                     && scene.world.shapes().any(|shape| shape.emission.is_some()) =>
@@ -226,7 +242,7 @@ pub(super) fn explain_black(
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
-        crate::say(&format!("{count} samples were infinite or NaN and are used as black"));
+        crate::say(&format!("{count} samples were infinite or NaN and count as black"));
     }
     if rendered.statistics.clamped > 0 {
         let count = rendered.statistics.clamped;
@@ -286,7 +302,7 @@ impl JsonTarget {
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
-            "{} within {error} % of the true brightness, each with {confidence} % confidence; light that no sample found is not covered",
+            "{} within {error} % of the true brightness, per pixel at {confidence} % confidence, except light no sample hit",
             pixels(self.within)
         ));
         if self.at_cap > 0 {

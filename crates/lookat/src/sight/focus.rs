@@ -27,14 +27,14 @@ pub(super) fn blurred(sight: &Sight) -> Option<Diagnostic> {
         return None;
     }
     let message = format!(
-        "the lens blurs everything in view: it focuses at {}, and points in view have circles of {} pixels or more",
+        "the lens blurs everything in view: it focuses at {}, and points in view have circles of confusion of {} pixels or more",
         short(focal),
         short(blur[0].floor())
     );
     let depth = sight.facts.center_depth.or_else(|| sight.facts.median_depth())?;
     let [near, far] = [sight.facts.depths.first()?, sight.facts.depths.last()?];
     let help = format!(
-        "what is in view is {} to {} units away; for a picture that is sharp everywhere, make lensradius smaller",
+        "everything in view is {} to {} units away; for a picture that is sharp everywhere, make lensradius smaller",
         short(*near),
         short(*far)
     );

@@ -50,9 +50,12 @@ fn misplaced(sight: &Sight, light: &LightFacts, look_ats: &mut LookAts) -> Optio
     let placed = CameraPlacement::new(points).world_from_camera().ok()?;
     let message = match light.position {
         Some(position) => {
-            format!("LookAt puts this light at {}, where it lights next to nothing in view", point(position))
+            format!(
+                "LookAt puts this light at {}, where it illuminates almost nothing in view",
+                point(position)
+            )
         }
-        None => "LookAt turns this light, and it lights next to nothing in view".into(),
+        None => "LookAt turns this light, and it illuminates almost nothing in view".into(),
     };
     let eye = DVec3::from_slice(&points[..3]);
     let help =
@@ -122,7 +125,7 @@ fn enclosed(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
     let shape = &sight.facts.shapes[around];
     let warning = Diagnostic::warning(
         sight.light_place(light)?,
-        "this light is inside a shape, and lights nothing in view",
+        "this light is inside a shape and illuminates nothing in view",
     );
     let warning = match shape.span {
         Some(span) => warning.related(span, "this shape is around it"),
@@ -172,7 +175,9 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
     let warning = Diagnostic::warning(
         place,
         match back {
-            true => "this light faces away: the camera sees its back, and its front lights nothing in view",
+            true => {
+                "this light faces away: the camera sees its back, and its front illuminates nothing in view"
+            }
             false => "this light shines away from everything in view",
         },
     );
@@ -200,7 +205,7 @@ fn far(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
         return None;
     }
     let message = format!(
-        "this light gives next to nothing: it is {} units away, and the shapes are {} units large",
+        "this light has almost no effect: it is {} units away, and the shapes are {} units large",
         short(distance),
         short(sight.world_size())
     );

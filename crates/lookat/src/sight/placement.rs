@@ -95,12 +95,12 @@ fn nothing_in_view(sight: &Sight) -> Option<Diagnostic> {
     let middle = sight.in_camera((bounds[0] + bounds[1]) * 0.5);
     let crop = sight.places.crop_window.filter(|_| !sight.is_whole());
     let (message, help) = if -middle.z > middle.truncate().abs().max_element() {
-        ("no shape is in view: they are behind the camera".to_owned(), "turn the camera around")
+        ("no shape is in view: all are behind the camera".to_owned(), "turn the camera around")
     } else if let Some(crop) = crop {
         let help = "choose a part of the picture that shows a shape";
         return Some(Diagnostic::warning(crop, "no shape is in this part of the picture").help(help));
     } else {
-        (format!("no shape is in view: they are {} the picture", side(middle)), "point the camera at them")
+        (format!("no shape is in view: all are {} the picture", side(middle)), "point the camera at them")
     };
     let at = (bounds[0] + bounds[1]) * 0.5;
     let help = format!("{help}: the middle of all shapes is at {}", point(at));
@@ -159,7 +159,7 @@ fn other_way(sight: &Sight) -> Option<Diagnostic> {
         sight.facts.shapes.iter().filter(|shape| !shape.is_thin() && !shape.is_emitter).count();
     let is_odd = bodies(&sight.facts) == 0 && turned.inside.is_none() && 2 * bodies(turned) > bodies_in_all;
     let (span, look_at) = sight.look_at.filter(|_| is_odd)?;
-    let message = "far more is in view the other way round: eye and target may be exchanged";
+    let message = "far more is in view in the opposite direction: eye and target may be swapped";
     let help = "the first three numbers are the eye, the next three the target";
     Some(exchange(Diagnostic::warning(span, message).note(sight.eye()), help, span, &look_at))
 }
@@ -173,7 +173,7 @@ fn with_turn(sight: &Sight, found: Diagnostic) -> Diagnostic {
         return found;
     }
     let help = found.help.as_deref().unwrap_or_default();
-    let help = format!("{help}; if eye and target are exchanged, write them in this order");
+    let help = format!("{help}; if eye and target are swapped, write them in this order");
     exchange(found, &help, span, &look_at)
 }
 

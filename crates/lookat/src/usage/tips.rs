@@ -77,7 +77,7 @@ fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -
     }
     let synonym = SYNONYMS.iter().find(|(other, _)| unknown.strip_prefix("--") == Some(other));
     if let Some((_, own)) = synonym.filter(|(_, own)| option(command, own).is_some()) {
-        return Some(format!("the option is '{own}' here"));
+        return Some(format!("lookat calls this '{own}'"));
     }
     let others = root.get_subcommands().filter(|other| option(other, unknown).is_some());
     let others: Vec<String> = others.map(|other| format!("'lookat {}'", other.get_name())).collect();

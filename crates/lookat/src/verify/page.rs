@@ -191,7 +191,7 @@ fn short(value: f64) -> String {
     text.replace('-', "\u{2212}")
 }
 
-/// "20 scenes: 18 agree, 1 differs, 1 trouble".
+/// "20 scenes: 18 agree, 1 differs, 1 failed".
 fn counts(scenes: &[&PageScene]) -> String {
     let count = |verdict| scenes.iter().filter(|scene| scene.verdict == verdict).count();
     let one = |verdict: Verdict| match count(verdict) {
@@ -373,7 +373,7 @@ mod tests {
         let place = |name: &str| page.find(&format!("<h2>{name}</h2>")).unwrap();
         assert!(place("c") < place("b") && place("b") < place("d") && place("d") < place("a"));
         let counts = "4 scenes: <span class=\"agrees\">1 agrees</span>, <span class=\"differs\">2 differ</span>, \
-                      <span class=\"trouble\">1 in trouble</span></p>";
+                      <span class=\"failed\">1 failed</span></p>";
         assert!(page.contains(counts));
     }
 

@@ -46,7 +46,7 @@ fn look_at_fixes(
 ) -> Result<Vec<Fix>, String> {
     let found = placement.and_then(|placement| Some((placement.span?, placement.points)));
     let (span, own) = found.ok_or(
-        "no LookAt places the camera of this file: write a LookAt in place of Transform or the others before Camera",
+        "no LookAt places the camera in this file: write a LookAt instead of the transformations before Camera",
     )?;
     let list = Span { start: span.start + "LookAt".len() as u32, ..span };
     let text = &sources.file(span.file).text;

@@ -20,7 +20,10 @@ const LAMPS: &str = r#"LightSource "infinite" "rgb L" [.5 .5 .5] LightSource "po
     LightSource "point" "rgb I" [0 0 0] LightSource "infinite" "rgb L" [.1 .1 .1]
     AttributeBegin AreaLightSource "diffuse" Translate 3 0 0 Shape "sphere" AttributeEnd"#;
 
-fn with(lamps: &str, with_sky: bool, check: impl Fn(&LightTable)) {
+/// Bytes of stack: without optimization, the frames of the code for eight points are larger than the stack of a test.
+const STACK: usize = 64 << 20;
+
+fn with(lamps: &str, with_sky: bool, check: impl Fn(&LightTable) + Sync) {
     let text = format!("Film \"image\" Camera \"perspective\" WorldBegin {lamps} Shape \"sphere\" WorldEnd");
     let loaded = load(Path::new("x"), &|_| Ok(text.clone().into()), &LoadOptions::default());
     let mut scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
@@ -32,7 +35,11 @@ fn with(lamps: &str, with_sky: bool, check: impl Fn(&LightTable)) {
     if with_sky {
         Arc::make_mut(&mut scene.world).lights.push(sky);
     }
-    check(&Prepared::new(&scene).lights);
+    let check = || check(&Prepared::new(&scene).lights);
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, check).unwrap();
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    });
 }
 
 /// A point that looks for light: its normals, whether light comes through, and whether it is diffuse.
@@ -250,15 +257,45 @@ fn many() -> String {
     [FEW, beside, &mesh, &(0..40).map(more).collect::<String>()].join(" ")
 }
 
-/// The light in a picture is the same however lights are chosen; and there is less noise where they are chosen by place.
-#[test]
-fn choices_change_no_mean() {
-    for lights in [FEW, &many()] {
-        compare_choices(lights);
+/// A ball of triangles, more than are sampled each where all lights are sampled, close to what it lights; and a mesh of four.
+fn ball() -> String {
+    const AROUND: usize = 8;
+    let at = |i: usize, j: usize| i * AROUND + j % AROUND;
+    let (mut indices, mut p) = (String::new(), String::new());
+    for (i, j) in (0..=AROUND).flat_map(|i| (0..AROUND).map(move |j| (i, j))) {
+        let [out, up] = DVec2::from_angle(PI * i as f64 / AROUND as f64).to_array().map(|x| 0.4 * x);
+        let [x, z] = (DVec2::from_angle(2.0 * PI * j as f64 / AROUND as f64) * up).to_array();
+        p += &format!("{} {} {} ", x - 0.8, out + 0.5, z);
+        if i < AROUND {
+            let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)];
+            if i > 0 {
+                indices += &format!("{a} {b} {d} ");
+            }
+            if i < AROUND - 1 {
+                indices += &format!("{a} {d} {c} ");
+            }
+        }
     }
+    format!(
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [3 2 1] "bool twosided" "true"
+        Shape "trianglemesh" "integer indices" [{indices}] "point P" [{p}]
+        AreaLightSource "diffuse" "rgb L" [8 8 8] "integer nsamples" 2 "bool twosided" "true"
+        Shape "trianglemesh" "integer indices" [0 1 2 1 2 3 4 5 6 5 6 7]
+        "point P" [1 .1 -1 1 .1 1 1 1 -1 1 1 1 -.5 1 1 .5 1 1 -.5 2 1 .5 2 1] AttributeEnd"#
+    )
 }
 
-fn compare_choices(lights: &str) {
+/// The light in a picture is the same however lights are chosen, and whether all are sampled or one; and there is less noise where they are chosen by place.
+#[test]
+fn choices_change_no_mean() {
+    compare_choices(FEW, 0.6);
+    compare_choices(&many(), 0.6);
+    // One of two meshes in view: choices between them matter less than edges.
+    compare_choices(&ball(), 1.0);
+}
+
+/// `less`: the most noise of the better choices, over that of equal probabilities.
+fn compare_choices(lights: &str, less: f64) {
     let mut scene = crate::testing::scene(&format!(
         r#"LookAt 0 1.5 -3 0 0 0 0 1 0 Camera "perspective" "float fov" 40 Film "image" "integer xresolution" 16 "integer yresolution" 12
         Sampler "random" "integer pixelsamples" 16 Integrator "path" WorldBegin
@@ -272,8 +309,8 @@ fn compare_choices(lights: &str) {
         values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64
     };
     // The mean of all pictures, the variance of this mean, and the variance of pixels.
-    let mut looked_at = |light_choice| -> (f64, f64, f64) {
-        scene.view.integrator = Integrator::Path { max_depth: 1, roulette_threshold: 1.0, light_choice };
+    let mut looked_at = |integrator: Integrator| -> (f64, f64, f64) {
+        scene.view.integrator = integrator;
         let picture = |seed| -> Vec<f64> {
             let settings = Settings { seed, ..Settings::default() };
             let rendered = render(&scene, &settings, &|_| ControlFlow::Continue(()));
@@ -287,10 +324,22 @@ fn compare_choices(lights: &str) {
         let noise = (0..pixels).map(of_pixel).sum::<f64>() / pixels as f64;
         (means.iter().sum::<f64>() / PICTURES as f64, variance(&means) / PICTURES as f64, noise)
     };
-    let (expected, uniform, noise) = looked_at(LightChoice::Uniform);
-    for choice in [LightChoice::Power, LightChoice::Spatial] {
-        let (mean, variance, less) = looked_at(choice);
-        assert!((mean - expected).abs() < 4.0 * (variance + uniform).sqrt(), "{choice:?}: {mean} {expected}");
-        assert!(choice == LightChoice::Power || less < 0.6 * noise, "{less} {noise}");
+    let path = |light_choice| Integrator::Path { max_depth: 1, roulette_threshold: 1.0, light_choice };
+    let direct = |strategy| Integrator::DirectLighting { strategy, max_depth: 1 };
+    let (expected, uniform, noise) = looked_at(path(LightChoice::Uniform));
+    for (number, integrator) in [
+        path(LightChoice::Power),
+        path(LightChoice::Spatial),
+        direct(DirectStrategy::One),
+        direct(DirectStrategy::All),
+        direct(DirectStrategy::EachOnce),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let what = format!("{integrator:?}");
+        let (mean, variance, own) = looked_at(integrator);
+        assert!((mean - expected).abs() < 4.0 * (variance + uniform).sqrt(), "{what}: {mean} {expected}");
+        assert!(number == 0 || own < less * noise, "{what}: {own} {noise}");
     }
 }

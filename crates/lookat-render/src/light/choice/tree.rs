@@ -25,16 +25,25 @@ pub(super) struct TreeSampler<'v, S: Simd> {
 impl<'v, S: Simd> TreeSampler<'v, S> {
     /// `count`: how many of the lights there are to sample.
     #[inline(never)]
-    pub fn new(simd: S, table: &'v LightTable, count: f64x8<S>, at: &Receivers<S>) -> Self {
-        vectorized!(simd, Self::estimated(simd, table, count, at))
+    pub fn new(
+        simd: S,
+        (leaves, beside): (&'v Leaves, &'v [usize]),
+        (table, count): (&'v LightTable, f64x8<S>),
+        at: &Receivers<S>,
+    ) -> Self {
+        vectorized!(simd, Self::estimated(simd, (leaves, beside), (table, count), at))
     }
 
     #[inline(always)]
-    fn estimated(simd: S, table: &'v LightTable, count: f64x8<S>, at: &Receivers<S>) -> Self {
-        let leaves = table.leaves();
+    fn estimated(
+        simd: S,
+        (leaves, beside): (&'v Leaves, &'v [usize]),
+        (table, count): (&'v LightTable, f64x8<S>),
+        at: &Receivers<S>,
+    ) -> Self {
         let mut total: f64x8<S> = 0.0.simd_into(simd);
-        let mut estimates = Vec::with_capacity(table.beside.len() + leaves.tree.entries());
-        for number in &table.beside {
+        let mut estimates = Vec::with_capacity(beside.len() + leaves.tree.entries());
+        for number in beside {
             let estimate = table.lights[*number].estimate(simd, at);
             let estimate = count.simd_gt(*number as f64).select(estimate, 0.0.simd_into(simd));
             total += estimate;
@@ -62,7 +71,7 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
                 is_diffuse: diffuse >> lane & 1 == 1,
             },
         );
-        TreeSampler { leaves, beside: &table.beside, estimates, places, total }
+        TreeSampler { leaves, beside, estimates, places, total }
     }
 
     /// A light for each of the points that are active, by a number.

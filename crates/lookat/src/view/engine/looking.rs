@@ -43,7 +43,7 @@ impl Engine {
             (ReferenceFrom::File, _) => references.read(),
             (ReferenceFrom::Picture, Some(picture)) => references.keep(picture),
             (ReferenceFrom::Picture, None) => {
-                references.refused = Some("there is no picture of full size yet".into());
+                references.refused = Some("the picture is not at full size yet".into());
             }
         }
         drop(references);

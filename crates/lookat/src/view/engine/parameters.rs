@@ -73,7 +73,7 @@ fn fixes(
     // The text of a page may not make the program open files.
     let is_closed = matches!(ty, ParamType::Bool | ParamType::Texture) || !parameter.range.is_empty();
     if matches!(values, Values::Words(_)) && !is_closed {
-        return Err(format!("change \"{name}\" in the file: a page names no files"));
+        return Err(format!("change \"{name}\" in the file: the page cannot name files"));
     }
     let words: Vec<String> = match values {
         Values::Numbers(numbers) if numbers.iter().all(|number| number.is_finite()) => {
