@@ -9,13 +9,14 @@ use std::collections::BTreeMap;
 use lookat_syntax::{Diagnostic, EntityKind, Severity, Span, shown};
 
 use crate::draft::Built;
-use crate::names::{SymbolId, SymbolKind, Symbols};
+use crate::facts::{Block, BlockStart, Facts, OverlappingEnd};
 use crate::options::ResolvedOptions;
 use crate::report::Report;
 use crate::sources::Sources;
-use crate::{CameraPlacement, Emission, Integrator, Primitive, Transform};
+use crate::symbols::{SymbolKind, Symbols};
+use crate::{Emission, Integrator, Primitive};
 
-/// What is known about a scene after reading.
+/// A scene after reading: what advice is based on.
 pub(crate) struct Summary<'e> {
     pub facts: &'e Facts,
     pub symbols: &'e Symbols,
@@ -95,103 +96,18 @@ fn warn(report: &mut Report, at: Span, message: impl Into<String>, help: impl In
     report.push(Diagnostic::warning(at, message).help(help));
 }
 
-/// Facts in the order in which the scene is read.
-#[derive(Debug, Default)]
-pub(crate) struct Facts {
-    /// `WorldBegin`.
-    pub world_begin: Option<Span>,
-    /// The end of a scene without `WorldEnd`.
-    pub missing_end: Option<Span>,
-    /// The first directive of a file that other scenes include, and the block that it is a part of.
-    pub part: Option<(Block, Span)>,
-    /// World directives before `WorldBegin`: keyword and place.
-    pub early: Vec<(&'static str, Span)>,
-    /// Directives after `WorldEnd`.
-    pub after_end: Vec<Span>,
-    /// Blocks without an end.
-    pub unclosed: Vec<Opened>,
-    /// Ends of an outer block.
-    pub overlapping_ends: Vec<OverlappingEnd>,
-    /// Options that a later one replaces: kind, place of the later one, place of the first.
-    pub replaced_options: Vec<(EntityKind, Span, Span)>,
-    /// Options that are left to their defaults.
-    pub missing_options: Vec<EntityKind>,
-    /// The types of the lights of the world.
-    pub lights: Vec<Span>,
-    /// The last Camera and its transformation.
-    pub camera: Option<(Span, Transform)>,
-    /// The last `LookAt` that is part of the current transformation.
-    pub placed: Option<CameraPlacement>,
-    /// That of the camera.
-    pub placement: Option<CameraPlacement>,
-    /// True if the world uses the coordinate system of the camera.
-    pub uses_camera_space: bool,
-    /// The first transformation of the options that nothing has used: one after `Camera`, or without `Camera`.
-    pub idle_transform: Option<Span>,
-    /// `Rotate` directives.
-    pub rotations: Vec<Rotation>,
-    /// The first `LookAt` in the world that is in no block.
-    pub look_at_in_world: Option<Span>,
-    /// Directives of motion: keyword and place.
-    pub motion: Vec<(&'static str, Span)>,
-    /// Names that are defined again while a definition is in scope.
-    pub redefined: Vec<(SymbolKind, String, Span)>,
-    /// Objects with shapes: the place of `ObjectBegin`, and the name.
-    pub objects: Vec<(Span, SymbolId)>,
-    /// LightSources inside objects.
-    pub lights_in_objects: Vec<Span>,
-    /// AreaLightSources that are not black.
-    pub emissions: Vec<Span>,
-    /// The first shape without a material, which rays pass through.
-    pub passed: Option<Span>,
-    /// The first shape with `shadowalpha`.
-    pub shadow_alpha: Option<Span>,
-}
-
-/// The block of a directive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Block {
-    Options,
-    World,
-    /// The file after `WorldEnd`.
-    Ended,
-}
-
-/// The start of a block: the keywords of its start and end, and its place.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Opened {
-    pub keywords: (&'static str, &'static str),
-    pub at: Span,
-}
-
-/// An end that closes a block although `inner` is still open inside the block.
-#[derive(Debug)]
-pub(crate) struct OverlappingEnd {
-    pub keyword: &'static str,
-    pub at: Span,
-    pub inner: Opened,
-}
-
-/// The numbers of a `Rotate`: the angle in degrees and the axis.
-#[derive(Debug)]
-pub(crate) struct Rotation {
-    pub angle: f64,
-    pub axis: [f64; 3],
-    pub at: Span,
-}
-
 pub(super) fn blocks(summary: &Summary, report: &mut Report) {
     // Unread text may contain the missing ends.
     let unclosed = if report.incomplete_end { &[] } else { &summary.facts.unclosed[..] };
-    for Opened { keywords: (begin, end), at } in unclosed {
+    for BlockStart { kind, at } in unclosed {
+        let (begin, end) = kind.keywords();
         let help = format!("add {end} before the end of the world block");
         warn(report, *at, format!("this {begin} is not closed"), help);
     }
-    for OverlappingEnd { keyword, at, inner: Opened { keywords: (begin, end), at: opened } } in
-        &summary.facts.overlapping_ends
-    {
+    for OverlappingEnd { keyword, at, inner } in &summary.facts.overlapping_ends {
+        let (begin, end) = inner.kind.keywords();
         let warning = Diagnostic::warning(*at, format!("{keyword} inside the block of {begin}"))
-            .related(*opened, "the block opens here")
+            .related(inner.at, "the block opens here")
             .help(format!("as in pbrt-v3, this closes the outer block and leaves the inner block open: write {end} before this directive"));
         report.push(warning);
     }

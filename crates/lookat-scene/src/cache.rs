@@ -8,14 +8,14 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use bytes::Bytes;
+use lookat_image::Wrap;
 use lookat_syntax::{LongList, ParamType};
 use rayon::prelude::*;
 
-use crate::picture::Key;
-use crate::ply::Oddities;
+use crate::mesh::Oddities;
 use crate::{Mesh, Transform};
 
-/// What tells one version of a file from another.
+/// Tells one version of a file from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Stamp {
     /// The time of the last change, if the system tells it.
@@ -30,7 +30,7 @@ pub struct Stamp {
 /// is read again.
 pub type Stamped<'a> = dyn Fn(&Path) -> Option<Stamp> + 'a;
 
-/// What the last load without errors used. It shares its texts, meshes and pictures with the scene.
+/// The texts, meshes and pictures of the last load without errors. The scene shares them.
 #[derive(Default)]
 pub struct LoadCache {
     pub(crate) kept: Kept,
@@ -41,7 +41,7 @@ pub struct LoadCache {
 pub(crate) struct Kept {
     texts: HashMap<PathBuf, Arc<KeptText>>,
     meshes: HashMap<MeshKey, KeptMesh>,
-    pictures: HashMap<PictureKey, Arc<dyn Any + Send + Sync>>,
+    pictures: HashMap<KeptPictureKey, Arc<dyn Any + Send + Sync>>,
     /// The number of the next list that is new.
     next_list: u64,
 }
@@ -88,12 +88,44 @@ pub(crate) struct KeptMesh {
     pub mesh: Arc<Mesh>,
     /// Triangles without area.
     pub flat: usize,
-    /// Of its file.
+    /// What is odd about its file.
     pub oddities: Oddities,
 }
 
-/// The file, its settings, and the type of the texels.
-type PictureKey = (Key, Stamp, TypeId);
+/// The file and its settings, its version, and the type of the texels.
+type KeptPictureKey = (PictureKey, Stamp, TypeId);
+
+/// The settings for decoding a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PictureSettings {
+    pub wrap: Wrap,
+    /// True to convert from sRGB to linear.
+    pub gamma: bool,
+    /// The factor on the linear values.
+    pub scale: f32,
+    /// True if the first row is the bottom row, as in texture coordinates.
+    pub bottom_up: bool,
+    /// True to clamp negative values to 0, for pictures of light.
+    pub not_negative: bool,
+}
+
+/// The file and its settings. Floats are stored as bits, for comparison.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) struct PictureKey {
+    pub path: PathBuf,
+    wrap: Wrap,
+    gamma: bool,
+    bottom_up: bool,
+    not_negative: bool,
+    scale: u32,
+}
+
+impl PictureKey {
+    pub fn new(path: PathBuf, settings: &PictureSettings) -> Self {
+        let PictureSettings { wrap, gamma, scale, bottom_up, not_negative } = *settings;
+        PictureKey { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() }
+    }
+}
 
 /// The access of a load to what the one before has kept.
 #[derive(Clone, Copy)]
@@ -171,14 +203,14 @@ impl Reuse<'_> {
     }
 
     /// The picture for a key.
-    pub fn picture<T: Any + Send + Sync>(&self, key: &Key) -> Option<Arc<T>> {
+    pub fn picture<T: Any + Send + Sync>(&self, key: &PictureKey) -> Option<Arc<T>> {
         let key = (key.clone(), (self.stamp)(&key.path)?, TypeId::of::<T>());
         let kept = self.old.pictures.get(&key)?.clone();
         self.new.borrow_mut().pictures.insert(key, kept.clone());
         kept.downcast().ok()
     }
 
-    pub fn keep_picture<T: Any + Send + Sync>(&self, key: &Key, picture: &Arc<T>) {
+    pub fn keep_picture<T: Any + Send + Sync>(&self, key: &PictureKey, picture: &Arc<T>) {
         if let Some(stamp) = (self.stamp)(&key.path) {
             let key = (key.clone(), stamp, TypeId::of::<T>());
             self.new.borrow_mut().pictures.insert(key, picture.clone());
@@ -196,7 +228,7 @@ pub(crate) struct KnownLists {
     pub(super) found: HashMap<u32, u64>,
 }
 
-/// So many lists are compared: most are the next one, unless lists are gone or in another order.
+/// The most lists to compare: usually the next one matches, unless lists are gone or in another order.
 const MOST_COMPARED: usize = 64;
 
 impl KnownLists {
@@ -231,7 +263,7 @@ impl KnownLists {
     }
 }
 
-/// Whether a text starts with another. Threads share the work.
+/// True if a text starts with another. Threads share the work.
 fn starts_with(text: &[u8], start: &[u8]) -> bool {
     const GRAIN: usize = 1 << 20;
     let same = |(a, b): (&[u8], &[u8])| a == b;

@@ -5,7 +5,8 @@ use lookat_syntax::{ParamType, Span};
 
 use crate::Film;
 use crate::params::Params;
-use crate::schema::{Edges, Effect, Key, Keys, Kind, Name, Range, Unit};
+use crate::params::value::{Edges, Name};
+use crate::schema::{Effect, Key, Keys, Kind, Range, Unit};
 use crate::transform::{LookAtError, Transform, in_range};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
@@ -77,14 +78,14 @@ impl Camera {
         }
     }
 
-    /// The same camera with a thin lens.
+    /// This camera with a thin lens.
     pub fn with_lens(self, lens: Lens) -> Self {
         Camera { lens: Some(lens), ..self }
     }
 }
 
 impl Projection {
-    /// That of pbrt-v3 without a Camera directive.
+    /// The projection of pbrt-v3 without a Camera directive.
     pub(crate) const PBRT_DEFAULT: Projection = Projection::Perspective { fov: 90.0 };
 }
 
@@ -138,7 +139,7 @@ pub(crate) fn camera(
             params.ignore_rest();
             Projection::Perspective { fov: view.fov.unwrap_or(90.0) }
         }
-        _ => return params.unknown_kind(),
+        _ => return params.unknown_kind(KINDS),
     };
     let screen = screen_window(params, film, view.screen_window);
     let lens = if projection == Projection::Environment { no_lens(params) } else { lens(params, view) };
@@ -323,7 +324,7 @@ pub(crate) const KINDS: &[Kind] = &[
         .instead("perspective, fov 90, default window, without a lens"),
 ];
 
-/// What to use instead of the placement and the parameters of the camera that the scene gives.
+/// Settings that replace the placement and the parameters of the camera in the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ViewOverride {
     /// Eye, target and up vector of a `LookAt`. It replaces the whole camera transformation.
@@ -409,7 +410,7 @@ impl CameraPlacement {
         placed.in_range().then_some(placed).ok_or(LookAtError::OutOfRange)
     }
 
-    /// Whether the `LookAt` alone places the camera.
+    /// True if the `LookAt` alone places the camera.
     pub fn is_plain(&self) -> bool {
         self.before == Transform::IDENTITY && self.after == Transform::IDENTITY
     }

@@ -26,7 +26,7 @@ pub use content::{Open, Read};
 pub(crate) struct Files<'a> {
     pub sources: Sources,
     access: Access<'a>,
-    /// What all that is read is charged against.
+    /// The memory budget of everything that is read.
     pub memory: MemoryBudget,
     /// What an earlier load has kept.
     pub reuse: Option<Reuse<'a>>,
@@ -143,12 +143,12 @@ impl<'a> Files<'a> {
         self.named(name, span, |_, content| no_pointer(content.bytes(&self.memory)?))
     }
 
-    /// The same for a text, which is not read if it is known.
+    /// The text named at `span`. A text that an earlier load has kept is not read again. Returns paths as [`Files::read_named`] does.
     pub fn text_named(&self, name: &str, span: Span) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
         self.named(name, span, |path, content| no_pointer(self.text(path, content)?))
     }
 
-    /// The same, unless the contents are known. Opens the file in any case.
+    /// Opens the file named at `span`, and reads it unless its contents are known. Returns paths as [`Files::read_named`] does.
     pub fn read_unless(
         &self,
         name: &str,
@@ -160,7 +160,7 @@ impl<'a> Files<'a> {
         })
     }
 
-    /// Like `read_named`, but opens the file.
+    /// Opens the file named at `span` for streaming. Returns paths as [`Files::read_named`] does.
     pub fn open_named(
         &self,
         name: &str,

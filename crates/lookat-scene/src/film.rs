@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::color;
 use crate::params::Params;
-use crate::schema::{Edges, Effect, Key, Kind, Name, Range, Unit};
+use crate::params::value::{Edges, Name};
+use crate::schema::{Effect, Key, Kind, Range, Unit};
 
 /// The film.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -133,9 +134,9 @@ pub(crate) const KINDS: &[Kind] = &[Kind::new(
 /// pbrt-v3's CreateFilm: the film, and the file of the picture. Reports invalid values and uses their defaults, so that
 /// the camera gets the intended film.
 pub(crate) fn film(params: &mut Params, film_override: &FilmOverride) -> (Film, PathBuf) {
-    let known = params.is_known_kind();
+    let known = params.is_known_kind(KINDS);
     if !known {
-        params.unknown_kind::<()>();
+        params.unknown_kind::<()>(KINDS);
     }
     let own = [&X_RESOLUTION, &Y_RESOLUTION].map(|side| params.take(side) as u32);
     let resolution = match film_override.resolution {

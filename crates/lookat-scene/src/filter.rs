@@ -45,12 +45,12 @@ impl Filter {
     /// The default of pbrt-v3.
     pub const BOX: Filter = Filter { radius: DVec2::splat(0.5), kind: FilterKind::Box };
 
-    /// How many pixels away, across and down, a sample in a pixel still counts.
+    /// The number of pixels, across and down, by which a sample reaches beyond its own pixel.
     pub fn reach(&self) -> [u32; 2] {
         self.radius.to_array().map(|radius| (radius - 0.5).ceil().max(0.0) as u32)
     }
 
-    /// Whether a sample may count for several pixels.
+    /// True if a sample may count for several pixels.
     pub fn shares_samples(&self) -> bool {
         self.reach() != [0, 0]
     }
@@ -101,7 +101,7 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
         "gaussian" => (TWO, FilterKind::Gaussian { alpha: params.take(&ALPHA) }),
         "mitchell" => (TWO, FilterKind::Mitchell { b: params.take(&B), c: params.take(&C) }),
         "sinc" => (FOUR, FilterKind::Sinc { tau: params.take(&TAU) }),
-        _ => return params.unknown_kind(),
+        _ => return params.unknown_kind(KINDS),
     };
     let radius = DVec2::new(params.take(&sides.0), params.take(&sides.1));
     for (name, radius) in [("xwidth", radius.x), ("ywidth", radius.y)] {

@@ -3,7 +3,8 @@
 use lookat_syntax::ParamType;
 
 use crate::params::Params;
-use crate::schema::{Effect, Integers, Key, Keys, Kind, Range};
+use crate::params::value::Integers;
+use crate::schema::{Effect, Key, Keys, Kind, Range};
 
 /// The light transport algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -154,7 +155,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             params.ignore_rest();
             integrator
         }
-        _ => return params.unknown_kind(),
+        _ => return params.unknown_kind(KINDS),
     };
     pixel_bounds(params);
     params.finish();

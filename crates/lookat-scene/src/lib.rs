@@ -36,10 +36,12 @@ mod cache;
 mod camera;
 mod color;
 mod draft;
+mod facts;
 mod files;
 mod film;
 mod filter;
 mod integrator;
+mod kinds;
 mod light;
 mod load;
 mod material;
@@ -57,6 +59,7 @@ mod scene;
 pub mod schema;
 mod shape;
 mod sources;
+mod symbols;
 mod texture;
 mod transform;
 mod validate;
@@ -70,21 +73,23 @@ pub use filter::{Filter, FilterKind};
 pub use glam;
 pub use integrator::{DirectStrategy, Integrator, LightChoice};
 pub use light::{Emission, Light};
-pub use load::{LoadOptions, Loaded, load, load_again, load_opened, load_str};
+pub use load::{Loaded, load, load_again, load_opened, load_str};
 pub use lookat_syntax as syntax;
 pub use material::{
     Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness, Substrate,
     Translucent, Uber,
 };
 pub use mesh::{Cutout, Mesh, MeshError};
-pub use names::{Symbol, SymbolKind};
+
+pub use kinds::kinds;
+pub use options::LoadOptions;
 pub use sampler::{MAX_SAMPLES, Sampler, SamplerKind};
 pub use scene::{Instance, Memory, Object, Places, Primitive, Scene, View, World};
-pub use schema::kinds;
 pub use shape::{
     Cone, Curve, CurveKind, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Shape, Sphere,
 };
 pub use sources::{Location, Source, Sources};
+pub use symbols::{Symbol, SymbolKind};
 pub use texture::{
     Bilerp, Cells, Checkerboard, Dots, ImageFilter, ImageMap, Mapping, Marble, Node, Octaves, Texture, Value,
     Varying,

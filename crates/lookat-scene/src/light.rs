@@ -7,10 +7,12 @@ use lookat_image::{MipMap, Wrap};
 use lookat_syntax::{Span, Text};
 
 use crate::Transform;
+use crate::cache::PictureSettings;
 use crate::color::{self, LUMINANCE};
 use crate::params::Params;
-use crate::picture::{Pictures, Settings};
-use crate::schema::{Color, Key, Keys, Kind, Name, Range, Unit};
+use crate::params::value::{Color, Name};
+use crate::picture::Pictures;
+use crate::schema::{Key, Keys, Kind, Range, Unit};
 use crate::transform::{LARGEST, in_range};
 
 /// A light without a shape. Each component of its color is at most 1e18.
@@ -86,12 +88,12 @@ pub enum Light {
 }
 
 impl Light {
-    /// Whether no ray can hit the light: it shines from a single point or direction.
+    /// True if no ray can hit the light: it shines from a single point or direction.
     pub(crate) fn is_delta(&self) -> bool {
         !matches!(self, Light::Infinite { .. } | Light::Environment { .. })
     }
 
-    /// Whether it gives no light at all.
+    /// True if it gives no light at all.
     pub(crate) fn is_black(&self) -> bool {
         let map = match self {
             Light::Environment { map, .. } | Light::Goniometric { map, .. } => Some(map),
@@ -162,7 +164,7 @@ pub(crate) fn light(
             params.reject("", "LightSource has no type for shapes", Some(help));
             return None;
         }
-        _ => return params.unknown_kind(),
+        _ => return params.unknown_kind(KINDS),
     };
     let is_usable = params.finish();
     light.filter(|_| is_usable)
@@ -206,8 +208,13 @@ fn light_map(
     pictures: &mut Pictures,
     without: &str,
 ) -> Option<Arc<MipMap<Vec3>>> {
-    let settings =
-        Settings { wrap: Wrap::Repeat, gamma: false, scale: 1.0, bottom_up: false, not_negative: true };
+    let settings = PictureSettings {
+        wrap: Wrap::Repeat,
+        gamma: false,
+        scale: 1.0,
+        bottom_up: false,
+        not_negative: true,
+    };
     let instead = format!("renders this light without the picture, {without}");
     pictures.get(params, MAP_NAME.name, file, settings, &instead)
 }
@@ -425,7 +432,7 @@ pub struct Emission {
 }
 
 impl Emission {
-    /// That of a radiance, on the side of the normal.
+    /// Emission of this radiance on the side of the normal.
     pub fn new(radiance: Vec3) -> Emission {
         Emission { radiance, two_sided: false, samples: 1, span: None }
     }
@@ -452,8 +459,8 @@ pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
     if params.kind().is_empty() {
         return None;
     }
-    if !params.is_known_kind() {
-        return params.unknown_kind();
+    if !params.is_known_kind(AREA_KINDS) {
+        return params.unknown_kind(AREA_KINDS);
     }
     let radiance = scaled(params, &RADIANCE);
     let two_sided = params.take(&TWO_SIDED);

@@ -12,14 +12,15 @@ use lookat_syntax::{
     Diagnostic, Directive, EntityKind, FileId, Param, Parsed, Parser, Span, Statement, Text, number_bytes,
 };
 
-use crate::advice::{Block, Summary, advise};
+use crate::advice::{Summary, advise};
 use crate::cache::{LoadCache, Reuse, Stamped};
-use crate::camera::ViewOverride;
+use crate::facts::Block;
 use crate::files::content::other_format;
 use crate::files::{Access, Files, Open, Read};
-use crate::film::{DEFAULT_OUTPUT, FilmOverride};
-use crate::names::SymbolKind;
+use crate::film::DEFAULT_OUTPUT;
+use crate::options::LoadOptions;
 use crate::resolve::{Resolver, home_block};
+use crate::symbols::SymbolKind;
 use crate::{CameraPlacement, Places, Scene, Sources, Symbol};
 
 /// The most included files. A scene with more includes files in a loop.
@@ -373,25 +374,6 @@ fn part(id: FileId, text: &[u8], most_bytes: u64) -> Option<(Block, Span)> {
     }
     let block = if has_world { Block::World } else { Block::Options };
     first.filter(|_| has_world || has_options).map(|first| (block, first))
-}
-
-/// How [`load`](crate::load()) reads a scene.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct LoadOptions {
-    /// What to use instead of the size and the crop window that the scene gives. Default: what the scene gives.
-    pub film: FilmOverride,
-    /// What to use instead of the camera that the scene gives. Default: what the scene gives.
-    pub view: ViewOverride,
-    /// Omit directives with errors and build a scene from the others. Default: false.
-    pub keep_going: bool,
-    /// The most memory for reading the scene, in bytes. Default:
-    /// [`MemoryBudget::machine_limit`](lookat_image::MemoryBudget::machine_limit).
-    pub max_memory: Option<u64>,
-    /// Accept a file that other scenes include: its missing parts are a warning instead of an error. Default: false.
-    pub accept_part: bool,
-    /// Only check: open the files of meshes and pictures, but read no more than the headers of meshes. Gives no scene.
-    /// Default: false.
-    pub fast: bool,
 }
 
 /// The result of [`load`](crate::load()).

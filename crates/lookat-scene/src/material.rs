@@ -11,9 +11,11 @@ use glam::Vec3;
 use lookat_syntax::{Entity, Param, ParamType, Span, Text, Values};
 
 use crate::material::models::{bump, share};
-use crate::names::{Names, SymbolId};
+use crate::names::Names;
+use crate::params::value::Name;
 use crate::params::{Params, class};
-use crate::schema::{Key, Kind, Name};
+use crate::schema::{Key, Kind};
+use crate::symbols::SymbolId;
 use crate::texture::{Texture, Value};
 
 pub(crate) use crate::material::models::KINDS;
@@ -31,7 +33,7 @@ pub struct Material {
     /// The name that `MakeNamedMaterial` gives it.
     pub name: Option<String>,
     needs: Needs,
-    /// How many materials it comes to, counting the parts of nested mixes.
+    /// The number of materials in it, counting the parts of nested mixes.
     parts: u32,
 }
 
@@ -141,7 +143,7 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
             params.finish();
             return Material::new(MaterialKind::None, None);
         }
-        _ if params.is_known_kind() => {
+        _ if params.is_known_kind(KINDS) => {
             let known = KINDS.iter().filter(|known| known.name == params.kind());
             let known: Vec<_> = known.flat_map(Kind::parameters).collect();
             let kind = stand_in::stand_in(params);
@@ -152,7 +154,7 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
             return Material::new(kind, bump);
         }
         _ => {
-            params.unknown_kind::<()>();
+            params.unknown_kind::<()>(KINDS);
             let kind = MaterialKind::Matte(models::matte(params));
             let bump = bump(params);
             params.ignore_rest();

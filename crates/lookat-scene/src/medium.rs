@@ -2,7 +2,8 @@
 
 use lookat_syntax::ParamType;
 
-use crate::schema::{Color, Floats, Key, Keys, Kind, Name, Unit};
+use crate::params::value::{Color, Floats, Name};
+use crate::schema::{Key, Keys, Kind, Unit};
 
 const ABSORPTION: Key<Color> = Key::color("sigma_a", 1.0, "the absorption coefficient, per unit of length")
     .not_rendered()

@@ -8,8 +8,8 @@ use lookat_syntax::{Diagnostic, ParamType, Text};
 use crate::Transform;
 use crate::cache::KeptMesh;
 use crate::params::Params;
-use crate::ply::Oddities;
-use crate::schema::{Effect, FloatTexture, Floats, Integers, Key, Keys, Kind, Name, Pairs, Triples, Unit};
+use crate::params::value::{FloatTexture, Floats, Integers, Name, Pairs, Triples};
+use crate::schema::{Effect, Key, Keys, Kind, Unit};
 use crate::texture::Texture;
 use crate::transform::{LARGEST, in_range};
 
@@ -39,6 +39,19 @@ pub enum MeshError {
     /// A number is infinite or not a number, or one of a position, normal or tangent is beyond 1e50, where areas overflow.
     #[error("a number is not finite, or beyond 1e50")]
     NotFinite,
+}
+
+/// Parts of a file that are skipped, and properties that pbrt-v3 does not read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Oddities {
+    /// The number of faces without 3 or 4 corners. They are skipped, as in pbrt-v3.
+    pub other_faces: usize,
+    /// True if the file has more data than its header declares. The rest is ignored, as in pbrt-v3.
+    pub goes_on: bool,
+    /// True if the corners of faces are called `vertex_index`. pbrt-v3 draws no face then.
+    pub is_vertex_index: bool,
+    /// True if the file is compressed. pbrt-v3 cannot read it.
+    pub is_zipped: bool,
 }
 
 impl Mesh {
@@ -121,7 +134,7 @@ impl Mesh {
         &self.uvs
     }
 
-    /// What stands for a mesh that is not read: a triangle, because a mesh without triangles would be invisible.
+    /// The mesh in place of a file that is only checked: a triangle, because a mesh without triangles would be invisible.
     pub(crate) fn unread() -> Mesh {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         Mesh { positions, indices: vec![0, 1, 2], ..Mesh::default() }

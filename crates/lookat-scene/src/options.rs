@@ -6,18 +6,37 @@ use std::path::PathBuf;
 
 use lookat_syntax::{Entity, EntityKind, Severity, Span, Spanned, Text};
 
-use crate::advice::Facts;
-use crate::camera::{self, Camera, Projection};
+use crate::camera::{self, Camera, Projection, ViewOverride};
+use crate::facts::Facts;
 use crate::files::Files;
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
-use crate::load::LoadOptions;
 use crate::params::Params;
+use crate::params::value::Name;
 use crate::report::Report;
 use crate::sampler::{self, Sampler};
 use crate::scene::Places;
-use crate::schema::{Key, Kind, Name};
-use crate::{Transform, View, film};
+use crate::schema::{Key, Kind};
+use crate::{FilmOverride, Transform, View, film};
+
+/// How [`load`](crate::load()) reads a scene.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoadOptions {
+    /// The size and the crop window, if they replace those of the scene. Default: those of the scene.
+    pub film: FilmOverride,
+    /// The settings of the camera that replace those of the scene. Default: those of the scene.
+    pub view: ViewOverride,
+    /// Omit directives with errors and build a scene from the others. Default: false.
+    pub keep_going: bool,
+    /// The most memory for reading the scene, in bytes. Default:
+    /// [`MemoryBudget::machine_limit`](lookat_image::MemoryBudget::machine_limit).
+    pub max_memory: Option<u64>,
+    /// Accept a file that other scenes include: its missing parts are a warning instead of an error. Default: false.
+    pub accept_part: bool,
+    /// Only check: open the files of meshes and pictures, but read no more than the headers of meshes. Gives no scene.
+    /// Default: false.
+    pub fast: bool,
+}
 
 /// The last directive of each kind of option.
 #[derive(Default)]
@@ -102,8 +121,8 @@ impl Options {
         // An unknown type is only a warning, because the picture does not depend on it.
         let accelerator =
             &mut Params::new("Accelerator", entity(EntityKind::Accelerator, "bvh"), files, report);
-        if !accelerator.is_known_kind() {
-            accelerator.say_unknown_kind(Severity::Warning);
+        if !accelerator.is_known_kind(KINDS) {
+            accelerator.say_unknown_kind(KINDS, Severity::Warning);
         }
         let view_override = &load_options.view;
         if let Err(reason) = view_override.check() {

@@ -14,7 +14,7 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 use crate::cache::MeshKey;
 use crate::files::{Charged, Files};
 use crate::report::Report;
-use crate::schema::{Key, Parameter, Unit, kinds};
+use crate::schema::{Key, Kind, Parameter, Unit};
 use crate::texture::Textures;
 
 pub(crate) use crate::params::value::ParamValue;
@@ -65,7 +65,7 @@ impl<'a> Params<'a> {
         params
     }
 
-    /// The same parameters with the textures that they can name.
+    /// These parameters with the textures that they can name.
     pub fn with_textures(self, textures: &'a Textures) -> Self {
         Params { textures: Some(textures), ..self }
     }
@@ -188,7 +188,7 @@ impl<'a> Params<'a> {
         self.failed = true;
     }
 
-    /// How many places have been reported, of all directives. `None` if an unreadable part prevents reports.
+    /// The number of places reported so far, of all directives. `None` if an unreadable part prevents reports.
     pub fn reported(&self) -> Option<usize> {
         (!self.report.partial).then(|| self.report.count())
     }
@@ -260,20 +260,15 @@ impl<'a> Params<'a> {
         self.report.unsupported(self.kind.span, message);
     }
 
-    /// The types that the directive can have.
-    fn known_kinds(&self) -> Vec<&'static str> {
-        kinds().filter(|kind| kind.directive == self.keyword).map(|kind| kind.name).collect()
-    }
-
-    /// True if the directive has such a type.
-    pub fn is_known_kind(&self) -> bool {
-        self.known_kinds().contains(&self.kind())
+    /// True if the type is one of these.
+    pub fn is_known_kind(&self, known: &[Kind]) -> bool {
+        known.iter().any(|kind| kind.name == self.kind())
     }
 
     /// Reports an unknown type and returns `None`.
-    pub fn unknown_kind<T>(&mut self) -> Option<T> {
+    pub fn unknown_kind<T>(&mut self, known: &[Kind]) -> Option<T> {
         self.failed = true;
-        self.say_unknown_kind(Severity::Error);
+        self.say_unknown_kind(known, Severity::Error);
         None
     }
 
@@ -412,7 +407,7 @@ impl Params<'_> {
         self.report.extend(self.files.not_found_by_pbrt(name, path));
     }
 
-    /// The same, of a file that is not read.
+    /// Warns of a name that leads to different files here and in pbrt-v3. The file is not read.
     pub fn warn_of_unread_path(&mut self, name: &Text) {
         if let Ok((path, _)) = self.files.open_named(&name.value, name.span) {
             self.warn_of_path(name, &path);

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, Wrap, linear_from_srgb};
+use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, linear_from_srgb};
 use lookat_syntax::{Diagnostic, Text};
 
+use crate::cache::{PictureKey, PictureSettings};
 use crate::color::{self, LUMINANCE};
 use crate::files::{Charged, shown_path};
 use crate::params::Params;
@@ -17,12 +18,12 @@ use crate::params::Params;
 pub(crate) struct Pictures {
     /// True to check only that the files exist.
     pub fast: bool,
-    /// How many uses of pictures were not read, because `fast` is set.
+    /// The number of uses of pictures that were only checked, because `fast` is set.
     pub unread: usize,
     /// The file found for the first path tried.
     found: HashMap<PathBuf, PathBuf>,
-    colors: HashMap<Key, Made<Vec3>>,
-    numbers: HashMap<Key, Made<f32>>,
+    colors: HashMap<PictureKey, Made<Vec3>>,
+    numbers: HashMap<PictureKey, Made<f32>>,
 }
 
 impl Pictures {
@@ -33,7 +34,7 @@ impl Pictures {
         params: &mut Params,
         name: &'static str,
         file: &Text,
-        settings: Settings,
+        settings: PictureSettings,
         instead: &str,
     ) -> Option<Arc<MipMap<T>>> {
         params.without_rejection(|params| {
@@ -64,7 +65,7 @@ impl Pictures {
         params: &mut Params,
         name: &str,
         file: &Text,
-        settings: Settings,
+        settings: PictureSettings,
     ) -> Option<(PathBuf, Made<T>)> {
         let first = params.files.beside(&file.value, file.span);
         let (path, bytes) = match self.found.get(&first) {
@@ -75,7 +76,7 @@ impl Pictures {
             None => {
                 let reuse = params.files.reuse;
                 let is_kept = |path: &Path| {
-                    let key = Key::new(path.to_owned(), &settings);
+                    let key = PictureKey::new(path.to_owned(), &settings);
                     reuse.is_some_and(|reuse| reuse.picture::<MipMap<T>>(&key).is_some())
                 };
                 let (path, bytes) = params.file_unless(file, is_kept)?;
@@ -83,7 +84,7 @@ impl Pictures {
                 (path, bytes)
             }
         };
-        let key = Key::new(path.clone(), &settings);
+        let key = PictureKey::new(path.clone(), &settings);
         if let Some(made) = T::made(self).get(&key) {
             return Some((path, made.clone()));
         }
@@ -111,12 +112,12 @@ impl Pictures {
 }
 
 /// The map in place of a picture that cannot be read, as in pbrt-v3.
-pub(crate) fn gray<T: FromColor>(settings: &Settings) -> Arc<MipMap<T>> {
+pub(crate) fn gray<T: FromColor>(settings: &PictureSettings) -> Arc<MipMap<T>> {
     Arc::new(MipMap::new(1, 1, vec![T::from_color(Vec3::splat(0.5), settings)], settings.wrap))
 }
 
 /// A picture that an earlier load has decoded. `None` also where memory is short, so that errors are the same as without it.
-fn kept<T: FromColor>(params: &Params, key: &Key) -> Option<Arc<MipMap<T>>> {
+fn kept<T: FromColor>(params: &Params, key: &PictureKey) -> Option<Arc<MipMap<T>>> {
     let map: Arc<MipMap<T>> = params.files.reuse?.picture(key)?;
     let mut charge = params.files.memory.reserve(4 * map.bytes() as u64).ok()?;
     charge.resize(map.bytes() as u64).ok()?;
@@ -140,29 +141,29 @@ type Made<T> = Result<Arc<MipMap<T>>, (String, String)>;
 /// Converts a color to a texel.
 pub(crate) trait FromColor: Texel + 'static {
     /// Converts a color of the file.
-    fn from_color(color: Vec3, settings: &Settings) -> Self;
+    fn from_color(color: Vec3, settings: &PictureSettings) -> Self;
 
     /// The pictures of this type so far.
-    fn made(pictures: &mut Pictures) -> &mut HashMap<Key, Made<Self>>;
+    fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<Self>>;
 }
 
 impl FromColor for Vec3 {
-    fn from_color(color: Vec3, settings: &Settings) -> Self {
+    fn from_color(color: Vec3, settings: &PictureSettings) -> Self {
         Vec3::from_array(color.to_array().map(|value| texel_value(value, settings)))
     }
 
-    fn made(pictures: &mut Pictures) -> &mut HashMap<Key, Made<Vec3>> {
+    fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<Vec3>> {
         &mut pictures.colors
     }
 }
 
 impl FromColor for f32 {
     /// The luminance, which pbrt-v3 computes before the sRGB conversion.
-    fn from_color(color: Vec3, settings: &Settings) -> Self {
+    fn from_color(color: Vec3, settings: &PictureSettings) -> Self {
         texel_value(color.dot(LUMINANCE.as_vec3()), settings)
     }
 
-    fn made(pictures: &mut Pictures) -> &mut HashMap<Key, Made<f32>> {
+    fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<f32>> {
         &mut pictures.numbers
     }
 }
@@ -174,7 +175,7 @@ fn is_too_bright(value: f32) -> bool {
     value.is_finite() && value > LARGEST
 }
 
-fn texel_value(value: f32, settings: &Settings) -> f32 {
+fn texel_value(value: f32, settings: &PictureSettings) -> f32 {
     let linear = if settings.gamma { linear_from_srgb(value) } else { value };
     let scaled = settings.scale * linear;
     let least = if settings.not_negative { 0.0 } else { -LARGEST };
@@ -187,7 +188,7 @@ pub(super) fn decode<T: FromColor>(
     name: &str,
     path: &Path,
     bytes: Charged,
-    settings: &Settings,
+    settings: &PictureSettings,
 ) -> Made<T> {
     // Escaped for messages.
     let shown = PathBuf::from(shown_path(path));
@@ -258,7 +259,7 @@ const HELP: &str = "save the picture again, as exr with ZIP compression or as pn
 
 /// The texels of red, green and blue in rows of length `row`, and true if all values are finite. Infinities and NaN
 /// become 0.
-fn texels<T: FromColor>(planes: [&[f32]; 3], row: usize, settings: &Settings) -> (Vec<T>, bool) {
+fn texels<T: FromColor>(planes: [&[f32]; 3], row: usize, settings: &PictureSettings) -> (Vec<T>, bool) {
     let (mut texels, mut is_finite) = (Vec::with_capacity(planes[0].len()), true);
     let mut convert = |color: Vec3| {
         let finite = color.is_finite_mask();
@@ -276,46 +277,14 @@ fn texels<T: FromColor>(planes: [&[f32]; 3], row: usize, settings: &Settings) ->
     (texels, is_finite)
 }
 
-/// The settings for decoding a picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Settings {
-    pub wrap: Wrap,
-    /// True to convert from sRGB to linear.
-    pub gamma: bool,
-    /// The factor on the linear values.
-    pub scale: f32,
-    /// True if the first row is the bottom row, as in texture coordinates.
-    pub bottom_up: bool,
-    /// True to clamp negative values to 0, for pictures of light.
-    pub not_negative: bool,
-}
-
-/// The file and its settings. Floats are stored as bits, for comparison.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(crate) struct Key {
-    pub path: PathBuf,
-    wrap: Wrap,
-    gamma: bool,
-    bottom_up: bool,
-    not_negative: bool,
-    scale: u32,
-}
-
-impl Key {
-    pub fn new(path: PathBuf, settings: &Settings) -> Self {
-        let Settings { wrap, gamma, scale, bottom_up, not_negative } = *settings;
-        Key { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use lookat_image::Wrap;
 
     use super::*;
 
-    fn settings(gamma: bool, scale: f32) -> Settings {
-        Settings { wrap: Wrap::Repeat, gamma, scale, bottom_up: true, not_negative: false }
+    fn settings(gamma: bool, scale: f32) -> PictureSettings {
+        PictureSettings { wrap: Wrap::Repeat, gamma, scale, bottom_up: true, not_negative: false }
     }
 
     /// pbrt-v3 converts a color to its luminance first, then from sRGB to linear.
@@ -336,7 +305,7 @@ mod tests {
         let (top, bottom) = (Vec3::X, Vec3::new(4.0, 5.0, 6.0));
         let as_stored = settings(false, 1.0);
         assert_eq!(texels(planes, 1, &as_stored), (vec![bottom, top], false));
-        let top_down = Settings { bottom_up: false, ..as_stored };
+        let top_down = PictureSettings { bottom_up: false, ..as_stored };
         assert_eq!(texels(planes, 2, &top_down), (vec![top, bottom], false));
         let planes: [&[f32]; 3] = [&[1.0, 2.0, 3.0, 4.0]; 3];
         assert_eq!(texels(planes, 2, &as_stored), ([3.0, 4.0, 1.0, 2.0].map(Vec3::splat).to_vec(), true));

@@ -20,7 +20,7 @@ use lookat_syntax::{Diagnostic, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
-use crate::mesh::{Mesh, note_flat, place};
+use crate::mesh::{Mesh, Oddities, note_flat, place};
 use crate::params::Params;
 use crate::ply::header::{Element, Format, Header};
 use crate::ply::stream::Stream;
@@ -35,19 +35,6 @@ pub struct PlyMesh {
     pub mesh: Mesh,
     /// What its author should know.
     pub oddities: Oddities,
-}
-
-/// What is skipped of a file, and what pbrt-v3 does not read.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Oddities {
-    /// The number of faces without 3 or 4 corners. They are skipped, as in pbrt-v3.
-    pub other_faces: usize,
-    /// True if the file has more data than its header declares. The rest is ignored, as in pbrt-v3.
-    pub goes_on: bool,
-    /// True if the corners of faces are called `vertex_index`. pbrt-v3 draws no face then.
-    pub is_vertex_index: bool,
-    /// True if the file is compressed. pbrt-v3 cannot read it.
-    pub is_zipped: bool,
 }
 
 /// The reason why a PLY file is unreadable, as a message. It counts vertices, faces and bytes from 0, as in the file,
@@ -116,7 +103,7 @@ fn read_zipped(file: impl Read, limit: u64, memory: &MemoryBudget) -> Result<Ply
     Ok(mesh)
 }
 
-/// What unpacked data contains, unless unpacking failed.
+/// The result of reading unpacked data, or the error of unpacking.
 fn unzipped<T>(read: Result<T, PlyError>, error: Option<io::Error>) -> Result<T, PlyError> {
     match error {
         Some(error) => Err(PlyError(format!("the gzip data is damaged or cut short ({error})"))),
@@ -207,7 +194,7 @@ fn quote(word: &[u8]) -> String {
 pub(crate) struct PlyFiles {
     /// True to check only headers.
     pub fast: bool,
-    /// How many uses of files were not read, because `fast` is set.
+    /// The number of uses of files that were only checked, because `fast` is set.
     pub unread: usize,
     /// The files used so far, by the first path tried: the path found, and the mesh in the space of the file from the second use on.
     known: HashMap<PathBuf, (PathBuf, Option<(PlyMesh, Charge)>)>,
@@ -307,7 +294,7 @@ fn report_oddities(params: &mut Params, name: &Text, oddities: &Oddities, triang
     }
 }
 
-/// What was read. Reports an error.
+/// The result of reading. Reports an error and returns `None`.
 fn ok_or_report<T>(
     params: &mut Params,
     name: &Text,

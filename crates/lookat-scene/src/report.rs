@@ -4,8 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use lookat_syntax::{Diagnostic, Label, Severity, Span, Text};
 
-use crate::names::{Symbol, SymbolKind, Symbols, Undefined, explain, undefined, with_help};
 use crate::sources::Sources;
+use crate::symbols::{Symbol, SymbolKind, Symbols, Undefined, explain, undefined, with_help};
 
 /// Diagnostics so far.
 #[derive(Debug, Default)]
@@ -50,7 +50,7 @@ impl Report {
         }
     }
 
-    /// How many places have been reported.
+    /// The number of places reported so far.
     pub fn count(&self) -> usize {
         self.places
     }

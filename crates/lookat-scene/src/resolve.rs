@@ -8,21 +8,21 @@ use std::rc::Rc;
 use glam::{DMat4, DVec4};
 use lookat_syntax::{ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Statement};
 
-use crate::advice::{Block, Facts, Rotation};
 use crate::camera::{CameraPlacement, look_at};
 use crate::draft::Draft;
+use crate::facts::{Block, BlockKind, Facts, Rotation};
 use crate::files::Files;
 use crate::light::{self, Emission};
-use crate::load::LoadOptions;
 use crate::material::MaterialInstance;
-use crate::names::{Names, SymbolKind};
-use crate::options::{Options, ResolvedOptions};
+use crate::names::Names;
+use crate::options::{LoadOptions, Options, ResolvedOptions};
 use crate::params::Params;
 use crate::report::Report;
+use crate::symbols::SymbolKind;
 use crate::texture::Textures;
 use crate::transform::{LookAtError, Transform};
 
-pub(crate) use crate::resolve::blocks::{Blocks, Open, home_block};
+pub(crate) use crate::resolve::blocks::{Blocks, home_block};
 
 /// Interprets directives in order. Call [`Resolver::finish`] at the end of the scene file.
 pub(crate) struct Resolver<'a> {
@@ -101,18 +101,12 @@ impl<'a> Resolver<'a> {
                 self.state.at_start = which != ActiveTransform::EndTime;
             }
             Directive::TransformTimes(_) => self.facts.motion.push(("TransformTimes", at)),
-            Directive::TransformBegin => {
-                let saved = Box::new((self.state.ctm, self.state.at_start));
-                self.begin(Open::Transform { saved, at });
-            }
-            Directive::AttributeBegin => {
-                let saved = Saved::new(&self.state, &self.definitions);
-                self.begin(Open::Attribute { saved, at });
-            }
+            Directive::TransformBegin => drop(self.begin(BlockKind::Transform, at, None)),
+            Directive::AttributeBegin => drop(self.begin(BlockKind::Attribute, at, None)),
             Directive::ObjectBegin(name) => self.object_begin(name, at)?,
-            Directive::TransformEnd | Directive::AttributeEnd | Directive::ObjectEnd => {
-                self.close(directive.keyword(), at)?;
-            }
+            Directive::TransformEnd => self.close(BlockKind::Transform, at)?,
+            Directive::AttributeEnd => self.close(BlockKind::Attribute, at)?,
+            Directive::ObjectEnd => self.close(BlockKind::Object, at)?,
             Directive::ObjectInstance(name) => self.object_instance(name)?,
             Directive::ReverseOrientation => self.state.reverse_orientation ^= true,
             Directive::WorldBegin => self.world_begin(at),

@@ -7,8 +7,6 @@ use crate::schema::{Effect, Key, Keys, Kind, Range};
 
 /// The most samples per pixel of one picture: sums of more could overflow.
 pub const MAX_SAMPLES: u32 = 1 << 30;
-/// The most samples of a light, or of ambient occlusion, within each camera sample: about a hundredth of a second.
-pub(crate) const MOST_NESTED: i32 = 1 << 16;
 
 /// The sampler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +45,7 @@ impl Sampler {
     /// The sampler of pbrt-v3 without a Sampler directive.
     pub(crate) const PBRT_DEFAULT: Sampler = Sampler { kind: SamplerKind::SOBOL, samples_per_pixel: 16 };
 
-    /// The same sampler with jitter.
+    /// This sampler with jitter.
     pub fn jittered(self) -> Sampler {
         let kind = match self.kind {
             SamplerKind::Stratified { cells, .. } => SamplerKind::Stratified { cells, jitter: true },
@@ -56,7 +54,7 @@ impl Sampler {
         Sampler { kind, ..self }
     }
 
-    /// The same sampler with another number of samples, at least 1; over [`MAX_SAMPLES`] counts as that many. A stratified sampler uses the grid of that size
+    /// This sampler with another number of samples, from 1 to [`MAX_SAMPLES`]; more counts as that many. A stratified sampler uses the grid of that size
     /// nearest to a square. If that grid is more than twice as wide as high, a jittered sampler uses a slightly
     /// larger one.
     pub fn with_samples(self, samples_per_pixel: u32) -> Sampler {
@@ -133,7 +131,7 @@ pub(crate) fn sampler(params: &mut Params) -> Option<Sampler> {
             (SamplerKind::SOBOL, params.take(&PIXEL_SAMPLES))
         }
         "stratified" => stratified(params),
-        _ => return params.unknown_kind(),
+        _ => return params.unknown_kind(KINDS),
     };
     params.finish().then_some(Sampler { kind, samples_per_pixel: samples as u32 })
 }

@@ -84,12 +84,12 @@ impl Primitive {
         }
     }
 
-    /// The same shape as an area light.
+    /// This shape as an area light.
     pub fn with_emission(self, emission: Emission) -> Primitive {
         Primitive { emission: Some(emission), ..self }
     }
 
-    /// Its emission, unless that is black.
+    /// The emission of the shape. `None` if it is black.
     pub(crate) fn light(&self) -> Option<Emission> {
         self.emission.filter(|emission| !emission.is_black())
     }

@@ -2,17 +2,8 @@
 
 mod synonyms;
 
-use std::sync::LazyLock;
-
-use glam::Vec3;
 use lookat_syntax::ParamType;
 
-use crate::{camera, film, filter, integrator, light, material, medium, options, sampler, shape, texture};
-
-pub(crate) use crate::params::value::{
-    Color, ColorTexture, Edges, FloatTexture, Floats, Integers, Name, OptionalFloat, OptionalTexture, Pairs,
-    ParamValue, RequiredInteger, Triples,
-};
 pub(crate) use crate::schema::synonyms::OLDER;
 pub use crate::schema::synonyms::{Synonym, parameter_synonyms, type_synonym};
 
@@ -54,6 +45,11 @@ impl Kind {
     /// The type that pbrt-v3 uses if a scene lacks the directive.
     pub(crate) const fn by_default(self) -> Kind {
         Kind { is_default: true, ..self }
+    }
+
+    /// This type for a directive. Named materials have more parameters, and no default.
+    pub(crate) fn of(self, directive: &'static str, first: Keys) -> Kind {
+        Kind { directive, first, is_default: self.is_default && first.is_empty(), ..self }
     }
 
     /// The parameters, in the order of the documentation.
@@ -172,7 +168,7 @@ pub(crate) struct Key<T> {
     pub default_words: &'static str,
 }
 
-impl<T: ParamValue> Key<T> {
+impl<T: Copy> Key<T> {
     pub const fn new(name: &'static str, ty: ParamType, default: T, meaning: &'static str) -> Key<T> {
         let (range, unit, effect) = (Range::ALL, Unit::None, Effect::Rendered);
         Key { name, ty, default, range, unit, meaning, effect, default_words: "" }
@@ -202,7 +198,7 @@ impl<T: ParamValue> Key<T> {
         self.effect(Effect::NotRendered)
     }
 
-    /// The same parameter with another type of value.
+    /// This parameter with another type of value.
     pub fn of<U>(self, default: U) -> Key<U> {
         let Key { name, ty, range, unit, meaning, effect, default_words, .. } = self;
         Key { name, ty, default, range, unit, meaning, effect, default_words }
@@ -213,57 +209,9 @@ impl<T: ParamValue> Key<T> {
     }
 }
 
-/// Constructors of keys: the name, the type of the default as the constructor takes it, the declared type and the value.
-macro_rules! constructors {
-    ($($(#[$doc:meta])* $of:ty: $name:ident($($default:ident: $ty:ty)?) = $declared:ident, $value:expr;)*) => {$(
-        impl Key<$of> {
-            $(#[$doc])*
-            pub const fn $name(name: &'static str, $($default: $ty,)? meaning: &'static str) -> Self {
-                Key::new(name, ParamType::$declared, $value, meaning)
-            }
-        }
-    )*};
-}
-
-constructors! {
-    f64: float(default: f64) = Float, default;
-    i32: integer(default: i32) = Integer, default;
-    RequiredInteger: required_integer() = Integer, RequiredInteger;
-    Color: color(default: f32) = Rgb, Color(default);
-    FloatTexture: float_texture(default: f64) = Float, FloatTexture(default);
-    OptionalTexture: optional_texture() = Float, OptionalTexture;
-    ColorTexture: color_texture(default: f32) = Rgb, ColorTexture(Vec3::splat(default));
-    Name: string() = String, Name;
-    [f64; 3]: point(default: [f64; 3]) = Point3, default;
-    bool: bool(default: bool) = Bool, default;
-    /// One of the words; the first is the default.
-    &'static [&'static str]: choice(words: &'static [&'static str]) = String, words;
-}
-
 /// The description of a parameter, for every type of value.
 pub(crate) trait Described {
     fn parameter(&self) -> Parameter;
-}
-
-impl<T: ParamValue> Described for Key<T> {
-    fn parameter(&self) -> Parameter {
-        let default = match self.default_words {
-            "" => self.default.words(),
-            words => words.into(),
-        };
-        Parameter {
-            name: self.name,
-            ty: self.ty,
-            count: T::COUNT,
-            is_textured: T::IS_TEXTURED,
-            default,
-            range: self.default.range(self.range),
-            unit: self.unit,
-            meaning: self.meaning,
-            effect: self.effect,
-            synonyms: Vec::new(),
-        }
-    }
 }
 
 /// A range of numbers.
@@ -349,38 +297,3 @@ pub(crate) fn number(value: f64) -> String {
         }
     }
 }
-
-/// Every type, by directive.
-pub fn kinds() -> impl Iterator<Item = &'static Kind> {
-    KINDS.iter()
-}
-
-static KINDS: LazyLock<Vec<Kind>> = LazyLock::new(|| {
-    // A parameter gives the type of a named material.
-    const TYPE: Keys = &[&material::TYPE];
-    let kinds: [(&str, &[Kind], Keys); 13] = [
-        ("Camera", camera::KINDS, &[]),
-        ("Film", film::KINDS, &[]),
-        ("PixelFilter", filter::KINDS, &[]),
-        ("Sampler", sampler::KINDS, &[]),
-        ("Integrator", integrator::KINDS, &[]),
-        ("Accelerator", options::KINDS, &[]),
-        ("Shape", shape::KINDS, &[]),
-        ("Material", material::KINDS, &[]),
-        ("MakeNamedMaterial", material::KINDS, TYPE),
-        ("LightSource", light::KINDS, &[]),
-        ("AreaLightSource", light::AREA_KINDS, &[]),
-        ("Texture", texture::KINDS, &[]),
-        ("MakeNamedMedium", medium::KINDS, &[]),
-    ];
-    let of = |(directive, kinds, first): (_, &'static [Kind], _)| {
-        kinds.iter().map(move |kind| {
-            let is_default = kind.is_default && directive != "MakeNamedMaterial";
-            Kind { directive, first, is_default, ..*kind }
-        })
-    };
-    kinds.into_iter().flat_map(of).collect()
-});
-
-#[cfg(test)]
-mod tests;

@@ -13,7 +13,8 @@ use crate::Transform;
 use crate::cache::KeptMesh;
 use crate::mesh::{self, Mesh, finish, grid, ply_file, triangle_mesh};
 use crate::params::Params;
-use crate::schema::{Floats, Key, Kind, Range, RequiredInteger};
+use crate::params::value::{Floats, RequiredInteger};
+use crate::schema::{Key, Kind, Range};
 
 pub use crate::shape::curve::{Curve, CurveKind};
 pub(crate) use crate::shape::quadric::Limits;
@@ -33,7 +34,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Whether the transformation of a quadric or a curve swaps handedness. `None` for a mesh, whose vertices are transformed.
+    /// True if the transformation of a quadric or a curve swaps handedness. `None` for a mesh, whose vertices are transformed.
     pub(crate) fn is_mirrored(&self) -> Option<bool> {
         match self {
             Shape::Quadric(quadric) => Some(quadric.world_from_object.swaps_handedness()),
@@ -47,7 +48,7 @@ impl Shape {
         matches!(self, Shape::TriangleMesh(mesh) if mesh.indices.is_empty())
     }
 
-    /// Whether it is a mesh all of whose triangles, if any, have zero area.
+    /// True for a mesh without triangles that have an area.
     pub(crate) fn is_invisible(&self) -> bool {
         matches!(self, Shape::TriangleMesh(mesh) if 3 * mesh.without_area() == mesh.indices.len())
     }
@@ -89,6 +90,10 @@ pub(crate) fn shape(
         "heightfield" => heightfield(params, world_from_object).map(triangles),
         "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(triangles),
         "nurbs" => nurbs::nurbs(params, world_from_object).map(triangles),
+        _ if !params.is_known_kind(KINDS) => {
+            params.ignore_rest();
+            return params.unknown_kind(KINDS);
+        }
         _ => quadric::quadric(params, world_from_object).map(|quadric| Shape::Quadric(Box::new(quadric))),
     };
     shape.map(Geometry::Shape)

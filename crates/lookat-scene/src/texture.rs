@@ -11,10 +11,12 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_image::Texel;
 
-use crate::names::{Names, SymbolKind};
+use crate::names::Names;
 use crate::params::Params;
+use crate::params::value::{Color, ColorTexture, Name};
 use crate::picture::{FromColor, Pictures};
-use crate::schema::{Color, ColorTexture, Key, Kind, Name};
+use crate::schema::{Key, Kind};
+use crate::symbols::SymbolKind;
 use crate::transform::Transform;
 
 pub use crate::texture::imagemap::{ImageFilter, ImageMap};
@@ -269,8 +271,8 @@ fn colors<T: Parameter>(
 }
 
 fn not_rendered<T>(params: &mut Params) -> Option<T> {
-    if !params.is_known_kind() {
-        return params.unknown_kind();
+    if !params.is_known_kind(KINDS) {
+        return params.unknown_kind(KINDS);
     }
     let message = format!(
         "lookat does not support Texture \"{}\": parameters that name it keep their default",

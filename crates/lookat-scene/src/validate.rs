@@ -10,7 +10,7 @@ use lookat_image::MipMap;
 use crate::film::{MAX_SIDE, SCALE_RANGE};
 use crate::filter::{ALPHA_RANGE, MITCHELL_RANGE, RADIUS_RANGE, TAU_RANGE};
 use crate::integrator::LARGEST_DEPTH;
-use crate::sampler::MOST_NESTED;
+use crate::params::value::MOST_NESTED;
 use crate::shape::Limits;
 use crate::transform::in_range;
 use crate::{

@@ -389,7 +389,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// How many bytes are read on each side of the place; more only for a long directive.
+/// The bytes to read on each side of the place; the larger ones only for a long directive.
 const REACHES: [usize; 4] = [1 << 12, 1 << 16, 1 << 20, u32::MAX as usize];
 
 /// The directive at a place of a text. Reads the lines around it alone. `None` where there is none, and for one that

@@ -1,7 +1,23 @@
 //! Reads decimal numbers many digits at a time, and long lists of them: most of a large scene is numbers.
 
 use crate::param::Values;
-use crate::token::{Input, ends_number, is_blank};
+
+pub(crate) type Input<'a> = &'a [u8];
+
+pub(crate) fn is_blank(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t' | b'\r' | b'\n')
+}
+
+/// True for bytes that end a word. A `#` inside a word does not start a comment, as in pbrt-v3.
+pub(crate) fn is_delimiter(byte: u8) -> bool {
+    is_blank(byte) || matches!(byte, b'"' | b'[' | b']')
+}
+
+/// True if a number can end before `rest`.
+#[inline]
+pub(crate) fn ends_number(rest: Input) -> bool {
+    rest.first().is_none_or(|byte| is_delimiter(*byte) || *byte == b',')
+}
 
 /// The number at the start of the text, such as `-1.5e-3`, to the nearest `f64`, and its length in bytes. The caller
 /// checks the following byte. `None` without a number, and for a number beyond the range of `f64`.

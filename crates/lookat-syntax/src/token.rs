@@ -6,11 +6,11 @@ use nom::combinator::opt;
 use nom::error::{ErrorKind, ParseError};
 use nom::{IResult, Parser};
 
+pub(crate) use crate::numbers::{Input, ends_number, is_blank, is_delimiter};
 use crate::numbers::{decimal, parts};
 use crate::param::ParamType;
 use crate::{Directive, Span};
 
-pub(crate) type Input<'a> = &'a [u8];
 pub(crate) type Parsing<'a, T> = IResult<Input<'a>, T, SyntaxError<'a>>;
 
 /// A violation of the grammar. `at` is the part of the input to underline.
@@ -51,15 +51,6 @@ impl<'a> ParseError<Input<'a>> for SyntaxError<'a> {
     fn append(_: Input<'a>, _: ErrorKind, other: Self) -> Self {
         other
     }
-}
-
-pub(crate) fn is_blank(byte: u8) -> bool {
-    matches!(byte, b' ' | b'\t' | b'\r' | b'\n')
-}
-
-/// True for bytes that end a word. A `#` inside a word does not start a comment, as in pbrt-v3.
-pub(crate) fn is_delimiter(byte: u8) -> bool {
-    is_blank(byte) || matches!(byte, b'"' | b'[' | b']')
 }
 
 /// Skips white space and comments.
@@ -175,12 +166,6 @@ pub(crate) fn number(input: Input) -> Parsing<f64> {
         Some((value, length)) if ends_number(&input[length..]) => Ok((&input[length..], value)),
         _ => no_number(input),
     }
-}
-
-/// True if a number can end before `rest`.
-#[inline]
-pub(crate) fn ends_number(rest: Input) -> bool {
-    rest.first().is_none_or(|byte| is_delimiter(*byte) || *byte == b',')
 }
 
 /// The number that a word means if its comma is a decimal comma. `None` if the word is no such number.

@@ -28,7 +28,7 @@ pub(super) fn darkness(summary: &Summary, report: &mut Report) {
         ("all lights of the scene are black: the picture is black", help)
     } else if shows_emission_alone && emissions.is_empty() && world.lights.iter().all(Light::is_delta) {
         let help = "write \"integer maxdepth\" 1 or more, so that surfaces are lit";
-        ("maxdepth 0 shows lights alone, and no light of the scene is visible: the picture is black", help)
+        ("maxdepth 0 shows only lights, and no light of the scene is visible: the picture is black", help)
     } else {
         return;
     };
@@ -84,7 +84,7 @@ pub(super) fn hidden_lights(summary: &Summary, report: &mut Report) {
     let is_boundary = |primitive: &&&Primitive| matches!(primitive.material.kind, MaterialKind::None);
     let emissive = summary.drawn.iter().filter(|primitive| primitive.light().is_some());
     for at in emissive.filter(is_boundary).filter_map(|primitive| primitive.span) {
-        let message = "pbrt-v3 lets shadow rays pass this emissive surface without a material, and finds its light by light samples only";
+        let message = "in pbrt-v3, shadow rays pass through this emissive surface without a material, and only light samples find its light";
         let help = "write Material \"matte\" \"rgb Kd\" [0 0 0]: lookat and pbrt-v3 then agree";
         warn(report, at, message, help);
     }
@@ -107,8 +107,8 @@ pub(super) fn idle_lights(summary: &Summary, report: &mut Report) {
             )
         } else {
             (
-                "this AreaLightSource emits no light: nothing of its shapes can be drawn",
-                "it needs a shape with an area",
+                "this AreaLightSource emits no light: none of its shapes can be drawn",
+                "use a shape with an area",
             )
         };
         warn(report, at, message, help);
@@ -125,7 +125,7 @@ pub(super) fn mesh_lights(summary: &Summary, report: &mut Report) {
                 let message = "pbrt-v3 shows this reversed mesh glowing on one side but sends its light from the other, the side of \"N\"";
                 warn(report, at, message, "remove ReverseOrientation: \"N\" decides the side that emits");
             } else if !mesh.tangents.is_empty() {
-                let message = "pbrt-v3 lets this mesh with \"S\" glow as if it had no ReverseOrientation, but sends its light from the reversed side";
+                let message = "pbrt-v3 shows this mesh with \"S\" glowing as if it had no ReverseOrientation, but sends its light from the reversed side";
                 let help = "remove \"S\", or swap two corners of each triangle instead of ReverseOrientation";
                 warn(report, at, message, help);
             }
@@ -176,7 +176,7 @@ pub(super) fn quadric_lights(summary: &Summary, report: &mut Report) {
     }
 }
 
-/// How pbrt-v3 samples a quadric wrongly, and the way out.
+/// The message and help for a quadric that pbrt-v3 samples wrongly.
 fn sampling(quadric: &Quadric) -> Option<(String, String)> {
     let scaling = Scaling::of(&quadric.world_from_object, &quadric.form);
     if counts_as_whole(quadric) {
@@ -280,7 +280,7 @@ enum Scaling {
 /// with three to five digits.
 const TOLERANCE: f64 = 1e-3;
 
-/// The same for a sphere that grows: it may block its own samples, unless shadow rays end before its surface. In pbrt-v3 they
+/// The largest growth of a sphere that counts as none: a larger sphere may block its own samples, unless shadow rays end before its surface. In pbrt-v3 they
 /// end 1e-4 of their length (ShadowEpsilon in core/pbrt.h) before their target.
 const GROWTH: f64 = 1e-4;
 

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use lookat_syntax::{Diagnostic, Span};
 
-use crate::advice::{Rotation, Summary, warn};
+use crate::advice::{Summary, warn};
+use crate::facts::Rotation;
 use crate::report::Report;
 use crate::{Integrator, MaterialKind, Transform, transform};
 

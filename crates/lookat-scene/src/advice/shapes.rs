@@ -53,9 +53,9 @@ pub(super) fn emptiness(summary: &Summary, report: &mut Report) {
 /// Why a mesh cannot be drawn.
 fn why(primitive: &Primitive) -> String {
     match &primitive.shape {
-        Shape::TriangleMesh(mesh) if mesh.triangles() == 1 => "its triangle has no area".into(),
+        Shape::TriangleMesh(mesh) if mesh.triangles() == 1 => "its triangle has zero area".into(),
         Shape::TriangleMesh(mesh) if mesh.triangles() > 0 => {
-            format!("none of its {} triangles has an area", mesh.triangles())
+            format!("all of its {} triangles have zero area", mesh.triangles())
         }
         _ => "it has no triangles".into(),
     }

@@ -28,12 +28,12 @@ pub(crate) enum Content {
 }
 
 impl Content {
-    /// All of it, if `memory` has room.
+    /// The whole contents, if `memory` has room.
     pub fn bytes(self, memory: &MemoryBudget) -> io::Result<Charged> {
         self.bytes_after(0, memory)
     }
 
-    /// The same, of a file that had so many bytes before.
+    /// The whole contents of a file that had `before` bytes when it was read last.
     pub fn bytes_after(self, before: usize, memory: &MemoryBudget) -> io::Result<Charged> {
         let mut charge = memory.reserve(0).map_err(io::Error::other)?;
         let bytes = match self {

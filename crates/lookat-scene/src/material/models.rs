@@ -7,7 +7,8 @@ use lookat_syntax::{Diagnostic, ParamType};
 
 use crate::material::{Material, MaterialKind, Named, stand_in, subsurface};
 use crate::params::Params;
-use crate::schema::{ColorTexture, FloatTexture, Key, Keys, Kind, Name, OptionalTexture, Range, Unit};
+use crate::params::value::{ColorTexture, FloatTexture, Name, OptionalTexture};
+use crate::schema::{Key, Keys, Kind, Range, Unit};
 use crate::texture::Texture;
 
 // `Material "matte"`: Lambertian, or Oren-Nayar with a `sigma` above 0 (PBR 9.2.1).

@@ -8,7 +8,8 @@ use crate::material::{
     Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, Uber, share, subsurface,
 };
 use crate::params::Params;
-use crate::schema::{ColorTexture, FloatTexture, Key, Keys, Name, Unit};
+use crate::params::value::{ColorTexture, FloatTexture, Name};
+use crate::schema::{Key, Keys, Unit};
 use crate::texture::{Texture, Value, product};
 
 pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
@@ -293,7 +294,7 @@ pub(super) fn fourier(params: &mut Params) -> (&'static str, MaterialKind) {
 struct Numbers<'b>(&'b [u8]);
 
 impl<'b> Numbers<'b> {
-    /// They stay in the file: it is large, and few of them are used.
+    /// The next words. They stay in the file: it is large, and few of them are used.
     fn words(&mut self, count: usize) -> Option<&'b [[u8; 4]]> {
         let (taken, rest) = self.0.split_at_checked(count.checked_mul(4)?)?;
         self.0 = rest;

@@ -11,11 +11,9 @@ use crate::material::MaterialKind;
 use crate::material::models::{REMAP, Roughness, along_u, along_v, share};
 use crate::material::stand_in::{constant_color, glossy, gray, polynomial};
 use crate::params::Params;
-use crate::schema::{ColorTexture, FloatTexture, Key, Keys, Name, ParamValue, Range};
+use crate::params::value::{ColorTexture, FloatTexture, Name, ParamValue};
+use crate::schema::{Key, Keys, Range};
 use crate::texture::{Texture, product};
-
-// `subsurface` and `kdsubsurface` as a diffuse surface under the gloss of the dielectric: its color is the diffuse reflectance
-// of a half space of the medium.
 
 const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
 const MEAN_FREE_PATH: Key<ColorTexture> =

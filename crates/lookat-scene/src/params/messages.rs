@@ -4,9 +4,10 @@ use lookat_syntax::{
     Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, same_digits, shown,
 };
 
-use crate::names::{Names, SymbolKind};
+use crate::names::Names;
 use crate::params::{Params, class};
-use crate::schema::{OLDER, Synonym, parameter_synonyms, type_synonym};
+use crate::schema::{Kind, OLDER, Synonym, parameter_synonyms, type_synonym};
+use crate::symbols::SymbolKind;
 
 impl Params<'_> {
     /// The value of a name. Reports an undefined name.
@@ -72,8 +73,8 @@ impl Params<'_> {
     }
 
     /// Reports an unknown type.
-    pub fn say_unknown_kind(&mut self, severity: Severity) {
-        let known = self.known_kinds();
+    pub fn say_unknown_kind(&mut self, known: &[Kind], severity: Severity) {
+        let known: Vec<&str> = known.iter().map(|kind| kind.name).collect();
         let (kind, at) = (self.kind.value.clone(), self.kind.span);
         let name = shown(kind.as_bytes());
         let without = if self.keyword == "Accelerator" { ": pbrt-v3 renders no shapes" } else { "" };

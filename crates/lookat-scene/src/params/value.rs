@@ -4,11 +4,13 @@ use glam::{DVec3, Vec3};
 use lookat_syntax::{Param, ParamType, Text, Values};
 
 use crate::params::{Params, SPECTRUM_TYPES};
-use crate::sampler::MOST_NESTED;
-use crate::schema::{Count, Key, REQUIRED, Range, Unit, number};
+use crate::schema::{Count, Described, Key, Parameter, REQUIRED, Range, Unit, number};
 use crate::texture::Texture;
 use crate::transform::LARGEST;
 use crate::{color, transform};
+
+/// The most samples of a light, or of ambient occlusion, within each camera sample: about a hundredth of a second.
+pub(crate) const MOST_NESTED: i32 = 1 << 16;
 
 /// A type of value. The value itself is a default.
 pub(crate) trait ParamValue: Copy + 'static {
@@ -286,6 +288,54 @@ optional! {
     Pairs, Count::List, Vec<[f64; 2]>, |params, key| all!(params, key, Pairs);
     /// A list of points, directions or normals, if given.
     Triples, Count::List, Vec<[f64; 3]>, |params, key| all!(params, key, Triples);
+}
+
+/// Constructors of keys: the name, the type of the default as the constructor takes it, the declared type and the value.
+macro_rules! constructors {
+    ($($(#[$doc:meta])* $of:ty: $name:ident($($default:ident: $ty:ty)?) = $declared:ident, $value:expr;)*) => {$(
+        impl Key<$of> {
+            $(#[$doc])*
+            pub const fn $name(name: &'static str, $($default: $ty,)? meaning: &'static str) -> Self {
+                Key::new(name, ParamType::$declared, $value, meaning)
+            }
+        }
+    )*};
+}
+
+constructors! {
+    f64: float(default: f64) = Float, default;
+    i32: integer(default: i32) = Integer, default;
+    RequiredInteger: required_integer() = Integer, RequiredInteger;
+    Color: color(default: f32) = Rgb, Color(default);
+    FloatTexture: float_texture(default: f64) = Float, FloatTexture(default);
+    OptionalTexture: optional_texture() = Float, OptionalTexture;
+    ColorTexture: color_texture(default: f32) = Rgb, ColorTexture(Vec3::splat(default));
+    Name: string() = String, Name;
+    [f64; 3]: point(default: [f64; 3]) = Point3, default;
+    bool: bool(default: bool) = Bool, default;
+    /// One of the words; the first is the default.
+    &'static [&'static str]: choice(words: &'static [&'static str]) = String, words;
+}
+
+impl<T: ParamValue> Described for Key<T> {
+    fn parameter(&self) -> Parameter {
+        let default = match self.default_words {
+            "" => self.default.words(),
+            words => words.into(),
+        };
+        Parameter {
+            name: self.name,
+            ty: self.ty,
+            count: T::COUNT,
+            is_textured: T::IS_TEXTURED,
+            default,
+            range: self.default.range(self.range),
+            unit: self.unit,
+            meaning: self.meaning,
+            effect: self.effect,
+            synonyms: Vec::new(),
+        }
+    }
 }
 
 impl Params<'_> {

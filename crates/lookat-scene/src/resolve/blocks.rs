@@ -5,10 +5,10 @@ use std::collections::HashMap;
 use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
 
 use crate::Transform;
-use crate::advice::{Block, Opened, OverlappingEnd};
-use crate::names::SymbolKind;
+use crate::facts::{Block, BlockKind, BlockStart, OverlappingEnd};
 use crate::options::ResolvedOptions;
 use crate::resolve::{Resolver, Saved};
+use crate::symbols::SymbolKind;
 
 /// The deepest nesting of blocks.
 const MAX_OPEN: usize = 1000;
@@ -86,47 +86,53 @@ impl Resolver<'_> {
     pub(super) fn world_end(&mut self) {
         self.end_forgotten_object();
         for open in std::mem::take(&mut self.blocks.open).into_iter().rev() {
-            self.facts.unclosed.push(open.opened());
+            self.facts.unclosed.push(open.start);
             self.restore(open);
         }
         self.block = Block::Ended;
     }
 
     /// Opens a block, unless the nesting is too deep.
-    pub(super) fn begin(&mut self, open: Open) -> bool {
+    pub(super) fn begin(&mut self, kind: BlockKind, at: Span, name: Option<Text>) -> bool {
         let few = self.blocks.open.len() < MAX_OPEN;
         if few {
-            self.blocks.open.push(open);
+            let saved = Saved::new(&self.state, &self.definitions);
+            self.blocks.open.push(Open { start: BlockStart { kind, at }, saved, name });
         } else {
-            let (begin, end) = open.keywords();
-            let error = Diagnostic::error(open.at(), format!("more than {MAX_OPEN} blocks are open"))
+            let (begin, end) = kind.keywords();
+            let error = Diagnostic::error(at, format!("more than {MAX_OPEN} blocks are open"))
                 .help(format!("each {begin} needs an {end}: add the missing one"));
             self.report.push(error);
-            *self.blocks.unmatched_ends.entry(end).or_default() += 1;
+            *self.blocks.unmatched_ends.entry(kind).or_default() += 1;
         }
         few
     }
 
-    pub(super) fn close(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
-        let Some(inner) = self.blocks.open.last().map(Open::opened) else {
-            return self.close_nothing(keyword, at);
+    pub(super) fn close(&mut self, kind: BlockKind, at: Span) -> Result<(), Box<Diagnostic>> {
+        let (begin, keyword) = kind.keywords();
+        let Some(inner) = self.blocks.open.last().map(|open| open.start) else {
+            if let Some(count) = self.blocks.unmatched_ends.get_mut(&kind).filter(|count| **count > 0) {
+                *count -= 1;
+                return Ok(());
+            }
+            return Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))));
         };
-        let (begin, end) = inner.keywords;
-        if end == keyword {
+        if inner.kind == kind {
             if let Some(open) = self.blocks.open.pop() {
                 self.restore(open);
             }
             return Ok(());
         }
-        if self.close_outer(keyword) {
+        if self.close_outer(kind) {
             // The end of an open object shows the actual mistake.
-            match keyword {
-                "AttributeEnd" => self.blocks.early_end = self.blocks.early_end.or(Some(at)),
+            match kind {
+                BlockKind::Attribute => self.blocks.early_end = self.blocks.early_end.or(Some(at)),
                 _ => self.facts.overlapping_ends.push(OverlappingEnd { keyword, at, inner }),
             }
             return Ok(());
         }
-        self.close_wrongly(keyword);
+        let (begin, end) = inner.kind.keywords();
+        self.close_wrongly(kind);
         let error = Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
             .note(format!("expected {end}"))
             .related(inner.at, "the block opens here");
@@ -135,17 +141,16 @@ impl Resolver<'_> {
 
     /// Ends the innermost block of a kind although other attribute or object blocks are open inside it. pbrt-v3 keeps
     /// their states on one stack, so the state saved last is restored first.
-    fn close_outer(&mut self, keyword: &str) -> bool {
-        let Some(at) = self.blocks.open.iter().rposition(|open| open.end() == keyword) else { return false };
-        let is_state = |open: &Open| matches!(open, Open::Attribute { .. } | Open::Object { .. });
-        if !self.blocks.open[at..].iter().all(is_state) {
+    fn close_outer(&mut self, kind: BlockKind) -> bool {
+        let Some(at) = self.blocks.open.iter().rposition(|open| open.start.kind == kind) else {
+            return false;
+        };
+        if self.blocks.open[at..].iter().any(|open| open.start.kind == BlockKind::Transform) {
             return false;
         }
         for next in at + 1..self.blocks.open.len() {
             if let [outer, inner] = &mut self.blocks.open[next - 1..=next] {
-                if let (Some(a), Some(b)) = (outer.saved(), inner.saved()) {
-                    std::mem::swap(a, b);
-                }
+                std::mem::swap(&mut outer.saved, &mut inner.saved);
                 std::mem::swap(outer, inner);
             }
         }
@@ -155,50 +160,39 @@ impl Resolver<'_> {
         true
     }
 
-    pub(super) fn close_nothing(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
-        if let Some(unmatched_ends) = self.blocks.unmatched_ends.get_mut(keyword).filter(|count| **count > 0)
-        {
-            *unmatched_ends -= 1;
-            return Ok(());
-        }
-        let begin = keyword.replace("End", "Begin");
-        Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))))
-    }
-
     /// Recovers from a wrong end with one error: closes blocks up to a matching one. Without a match, closes the
     /// innermost block, unless the block or the keyword belongs to an object.
-    pub(super) fn close_wrongly(&mut self, keyword: &'static str) {
-        let depth = match self.blocks.open.iter().rposition(|open| open.end() == keyword) {
+    fn close_wrongly(&mut self, kind: BlockKind) {
+        let depth = match self.blocks.open.iter().rposition(|open| open.start.kind == kind) {
             Some(matching) => matching,
-            None if keyword == "ObjectEnd" || self.blocks.open.last().is_some_and(Open::is_object) => return,
+            None if kind == BlockKind::Object || self.blocks.open.last().is_some_and(Open::is_object) => {
+                return;
+            }
             None => self.blocks.open.len() - 1,
         };
         for open in self.blocks.open.split_off(depth).into_iter().rev() {
-            let end = open.end();
-            if end != keyword {
-                *self.blocks.unmatched_ends.entry(end).or_default() += 1;
+            if open.start.kind != kind {
+                *self.blocks.unmatched_ends.entry(open.start.kind).or_default() += 1;
             }
             self.restore(open);
         }
     }
 
-    pub(super) fn restore(&mut self, open: Open) {
-        match open {
-            Open::Attribute { saved, .. } => saved.restore(&mut self.state, &mut self.definitions),
-            Open::Transform { saved, .. } => (self.state.ctm, self.state.at_start) = *saved,
-            Open::Object { saved, name, at } => {
-                if let Some(end) = self.blocks.early_end.take() {
-                    let inner = Opened { keywords: ("ObjectBegin", "ObjectEnd"), at };
-                    self.facts.overlapping_ends.push(OverlappingEnd {
-                        keyword: "AttributeEnd",
-                        at: end,
-                        inner,
-                    });
+    pub(super) fn restore(&mut self, Open { start, saved, name }: Open) {
+        match start.kind {
+            BlockKind::Transform => {
+                (self.state.ctm, self.state.at_start) = (saved.state.ctm, saved.state.at_start);
+            }
+            BlockKind::Attribute => saved.restore(&mut self.state, &mut self.definitions),
+            BlockKind::Object => {
+                if let Some(at) = self.blocks.early_end.take() {
+                    let end = OverlappingEnd { keyword: "AttributeEnd", at, inner: start };
+                    self.facts.overlapping_ends.push(end);
                 }
                 saved.restore(&mut self.state, &mut self.definitions);
                 if let (Some(name), Some(object)) = (name, self.draft.open) {
                     self.draft.open = None;
-                    self.define_object(name, object, at);
+                    self.define_object(name, object, start.at);
                 }
             }
         }
@@ -249,15 +243,14 @@ impl Resolver<'_> {
 
     pub(super) fn object_begin(&mut self, name: Text, at: Span) -> Result<(), Box<Diagnostic>> {
         self.end_forgotten_object();
-        let saved = Saved::new(&self.state, &self.definitions);
         let Some(outer) = self.open_object() else {
-            if self.begin(Open::Object { saved, name: Some(name), at }) {
+            if self.begin(BlockKind::Object, at, Some(name)) {
                 self.draft.open = Some(self.draft.new_object());
             }
             return Ok(());
         };
         // Its ObjectEnd and its instances are not errors.
-        self.begin(Open::Object { saved, name: None, at });
+        self.begin(BlockKind::Object, at, None);
         if self.definitions.objects.get(&name.value).is_none() {
             self.definitions.objects.define(&name, self.draft.new_object(), &mut self.report);
         }
@@ -283,7 +276,7 @@ impl Resolver<'_> {
 
     /// The place of the outermost open object.
     fn open_object(&self) -> Option<Span> {
-        self.blocks.open.iter().find(|open| open.is_object()).map(Open::at)
+        self.blocks.open.iter().find(|open| open.is_object()).map(|open| open.start.at)
     }
 
     /// Ends an object that an AttributeEnd ended early and no ObjectEnd closed, and reports the missing ObjectEnd.
@@ -293,7 +286,7 @@ impl Resolver<'_> {
         }
         if let (Some(at), Some(open)) = (self.blocks.early_end.take(), self.blocks.open.pop()) {
             let error = Diagnostic::error(at, "ObjectEnd is missing before this AttributeEnd");
-            self.report.push(error.related(open.at(), "the object begins here"));
+            self.report.push(error.related(open.start.at, "the object begins here"));
             self.restore(open);
         }
     }
@@ -306,62 +299,20 @@ pub(crate) struct Blocks {
     /// The first AttributeEnd in the open object that closes a block around the object.
     pub early_end: Option<Span>,
     /// Unmatched end directives, counted so that each is reported once.
-    pub unmatched_ends: HashMap<&'static str, usize>,
+    pub unmatched_ends: HashMap<BlockKind, usize>,
 }
 
-/// An open block and the state that its end restores.
-pub(crate) enum Open {
-    Attribute {
-        saved: Box<Saved>,
-        at: Span,
-    },
-    Transform {
-        saved: Box<(Transform, bool)>,
-        at: Span,
-    },
-    /// An object. It has no name if it is nested, which is an error.
-    Object {
-        saved: Box<Saved>,
-        name: Option<Text>,
-        at: Span,
-    },
+/// An open block.
+pub(crate) struct Open {
+    pub start: BlockStart,
+    /// The state that its end restores.
+    pub saved: Box<Saved>,
+    /// The name of an object. `None` if the object is nested, which is an error.
+    pub name: Option<Text>,
 }
 
 impl Open {
-    /// The directives that open and close the block.
-    pub fn keywords(&self) -> (&'static str, &'static str) {
-        match self {
-            Open::Attribute { .. } => ("AttributeBegin", "AttributeEnd"),
-            Open::Transform { .. } => ("TransformBegin", "TransformEnd"),
-            Open::Object { .. } => ("ObjectBegin", "ObjectEnd"),
-        }
-    }
-
-    /// The directive that closes the block.
-    pub fn end(&self) -> &'static str {
-        self.keywords().1
-    }
-
-    /// The saved state, if the block saves all of it.
-    pub fn saved(&mut self) -> Option<&mut Box<Saved>> {
-        match self {
-            Open::Attribute { saved, .. } | Open::Object { saved, .. } => Some(saved),
-            Open::Transform { .. } => None,
-        }
-    }
-
-    pub fn at(&self) -> Span {
-        match self {
-            Open::Attribute { at, .. } | Open::Transform { at, .. } | Open::Object { at, .. } => *at,
-        }
-    }
-
-    /// Its keywords and place.
-    pub fn opened(&self) -> Opened {
-        Opened { keywords: self.keywords(), at: self.at() }
-    }
-
     pub fn is_object(&self) -> bool {
-        matches!(self, Open::Object { .. })
+        self.start.kind == BlockKind::Object
     }
 }

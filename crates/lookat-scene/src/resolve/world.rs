@@ -8,17 +8,17 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values};
 use super::Resolver;
 use crate::material::MaterialInstance;
 use crate::mesh::cutout;
-use crate::names::{SymbolId, SymbolKind};
 use crate::params::Params;
 use crate::resolve::Definitions;
 use crate::shape::Geometry;
+use crate::symbols::{SymbolId, SymbolKind};
 use crate::{Material, MaterialKind, Primitive, Shape, light, material, shape, texture};
 
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
         let params = Params::new(keyword, entity.clone(), &self.files, &mut self.report);
         let params = &mut params.with_textures(&self.definitions.textures);
-        if self.definitions.materials.get(params.kind()).is_some() && !params.is_known_kind() {
+        if self.definitions.materials.get(params.kind()).is_some() && !params.is_known_kind(material::KINDS) {
             let help = format!("to use the named material, write NamedMaterial \"{}\"", params.kind());
             let message = format!("there is no material of type \"{}\"", params.kind());
             params.reject("", message, Some(&help));

@@ -5,7 +5,8 @@ use lookat_syntax::ParamType;
 
 use crate::Transform;
 use crate::params::Params;
-use crate::schema::{Effect, Key, Kind, Range, Triples, Unit};
+use crate::params::value::Triples;
+use crate::schema::{Effect, Key, Kind, Range, Unit};
 use crate::transform::{LARGEST, in_range};
 
 /// A curve, in object space.

@@ -8,7 +8,8 @@ use lookat_syntax::Diagnostic;
 use crate::Transform;
 use crate::mesh::{INDICES, Mesh, POSITIONS, check_indices, finish};
 use crate::params::Params;
-use crate::schema::{Effect, Key, Kind, Name, Range};
+use crate::params::value::Name;
+use crate::schema::{Effect, Key, Kind, Range};
 
 /// Measured bytes for each subdivided triangle: the mesh, its adjacency, and the previous level.
 const TRIANGLE_BYTES: u64 = 80;

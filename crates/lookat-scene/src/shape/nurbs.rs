@@ -6,7 +6,8 @@ use lookat_syntax::{Diagnostic, ParamType};
 use crate::Transform;
 use crate::mesh::{Mesh, finish, grid};
 use crate::params::Params;
-use crate::schema::{Floats, Key, Kind, OptionalFloat, Range, RequiredInteger, Triples, Unit};
+use crate::params::value::{Floats, OptionalFloat, RequiredInteger, Triples};
+use crate::schema::{Key, Kind, Range, Unit};
 
 /// The points along each side, as in pbrt-v3.
 const DICED: usize = 30;

@@ -89,12 +89,7 @@ pub(super) fn quadric(params: &mut Params, world_from_object: Transform) -> Opti
         "cylinder" => QuadricForm::Cylinder(cylinder(params, &limits)),
         "cone" => QuadricForm::Cone(cone(params, &limits)),
         "paraboloid" => QuadricForm::Paraboloid(paraboloid(params, &limits)),
-        "hyperboloid" => QuadricForm::Hyperboloid(hyperboloid(params, &limits)),
-        _ => {
-            params.unknown_kind::<()>();
-            params.ignore_rest();
-            return None;
-        }
+        _ => QuadricForm::Hyperboloid(hyperboloid(params, &limits)),
     };
     let phi_max = sweep(params).min(TAU);
     params.usable().then_some(Quadric { form, phi_max, world_from_object })

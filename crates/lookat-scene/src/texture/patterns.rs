@@ -1,7 +1,8 @@
 //! Textures that are computed: products and blends, corners, checkerboards, dots and noise.
 
 use crate::params::Params;
-use crate::schema::{Color, ColorTexture, FloatTexture, Key, Keys, Range};
+use crate::params::value::{Color, ColorTexture, FloatTexture};
+use crate::schema::{Key, Keys, Range};
 use crate::texture::mapping::{Mapping, idle, mapping, no_mapping, number};
 use crate::texture::{Parameter, Texture, Value, Varying};
 use crate::transform::Transform;
