@@ -49,7 +49,7 @@ fn check(path: &Path) {
     let mut cache = LoadCache::default();
     let mut check = |what: &str| {
         let alone = told(&load_opened(path, &open, &options));
-        let again = told(&load_again(path, &open, (&mut cache, &stamp), &options));
+        let again = told(&load_again(path, &open, &mut cache, &stamp, &options));
         assert!(alone == again, "{} {what}\n{}\n{}", path.display(), alone[0], again[0]);
     };
     let whole = text.borrow().clone();

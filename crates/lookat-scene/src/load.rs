@@ -65,7 +65,8 @@ pub fn load_opened(path: &Path, open: &Open, options: &LoadOptions) -> Loaded {
 pub fn load_again(
     path: &Path,
     open: &Open,
-    (cache, stamp): (&mut LoadCache, &Stamped),
+    cache: &mut LoadCache,
+    stamp: &Stamped,
     options: &LoadOptions,
 ) -> Loaded {
     let new = cache.kept.next();

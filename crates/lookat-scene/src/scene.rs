@@ -211,23 +211,23 @@ impl World {
 
     /// The memory of the world.
     pub fn memory(&self) -> Memory {
-        let mut found = Found::default();
+        let mut counted = CountedBytes::default();
         for primitive in self.shapes() {
-            found.primitive(primitive);
+            counted.primitive(primitive);
         }
         for light in &self.lights {
             match light {
-                Light::Environment { map, .. } | Light::Goniometric { map, .. } => found.picture(map),
-                Light::Projection { map: Some(map), .. } => found.picture(map),
+                Light::Environment { map, .. } | Light::Goniometric { map, .. } => counted.picture(map),
+                Light::Projection { map: Some(map), .. } => counted.picture(map),
                 _ => {}
             }
         }
         Memory {
             shapes: self.shapes().map(shape_bytes).sum(),
             instances: size_of_val(&self.instances[..]),
-            meshes: found.meshes.values().sum(),
-            pictures: found.pictures.len(),
-            picture_bytes: found.pictures.values().sum(),
+            meshes: counted.meshes.values().sum(),
+            pictures: counted.pictures.len(),
+            picture_bytes: counted.pictures.values().sum(),
         }
     }
 }
@@ -242,13 +242,13 @@ fn shape_bytes(primitive: &Primitive) -> usize {
 
 /// Bytes by address.
 #[derive(Default)]
-struct Found {
+struct CountedBytes {
     meshes: HashMap<usize, usize>,
     pictures: HashMap<usize, usize>,
     materials: HashSet<usize>,
 }
 
-impl Found {
+impl CountedBytes {
     fn primitive(&mut self, primitive: &Primitive) {
         if let Shape::TriangleMesh(mesh) = &primitive.shape {
             self.meshes.insert(Arc::as_ptr(mesh).addr(), mesh.bytes());

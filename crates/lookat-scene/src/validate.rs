@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DVec2, Vec3};
 use lookat_image::MipMap;
 
+use crate::camera::FOV;
 use crate::film::{MAX_SIDE, SCALE_RANGE};
 use crate::filter::{ALPHA_RANGE, MITCHELL_RANGE, RADIUS_RANGE, TAU_RANGE};
 use crate::integrator::LARGEST_DEPTH;
@@ -173,7 +174,7 @@ fn is_length(x: f64) -> bool {
 
 fn is_camera(camera: &Camera) -> bool {
     let has_angle = match camera.projection {
-        Projection::Perspective { fov } => fov > 0.0 && fov < 180.0,
+        Projection::Perspective { fov } => FOV.range.contains(fov),
         Projection::Orthographic { .. } | Projection::Environment => true,
     };
     let size = camera.screen.max - camera.screen.min;

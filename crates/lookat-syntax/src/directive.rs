@@ -220,7 +220,7 @@ impl Directive {
 
 /// A directive as documentation shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Form {
+pub struct DirectiveForm {
     /// The keyword.
     pub keyword: &'static str,
     /// What a scene writes after the keyword; empty for nothing.
@@ -231,14 +231,14 @@ pub struct Form {
     pub example: &'static str,
 }
 
-impl Form {
-    const fn like(self, example: &'static str) -> Form {
-        Form { example, ..self }
+impl DirectiveForm {
+    const fn like(self, example: &'static str) -> DirectiveForm {
+        DirectiveForm { example, ..self }
     }
 }
 
-const fn form(keyword: &'static str, arguments: &'static str, meaning: &'static str) -> Form {
-    Form { keyword, arguments, meaning, example: "" }
+const fn form(keyword: &'static str, arguments: &'static str, meaning: &'static str) -> DirectiveForm {
+    DirectiveForm { keyword, arguments, meaning, example: "" }
 }
 
 pub(crate) const NAME: &str = "\"name\"";
@@ -248,7 +248,7 @@ const MATRIX: &str = "[m00 m10 m20 m30 m01 ... m33]";
 impl Directive {
     /// Every directive of pbrt-v3. The CTM is the current transformation matrix.
     #[rustfmt::skip]
-    pub const FORMS: [Form; 37] = [
+    pub const FORMS: [DirectiveForm; 37] = [
         form("Identity", "", "resets the current transformation matrix (CTM)"),
         form("Translate", "x y z", "moves what follows; before Camera, maps the world to the camera: moves the world, not the camera").like("Translate 0 0 1"),
         form("Scale", "x y z", "scales what follows; before Camera, scales the world that the camera sees").like("Scale 1 1 1"),
@@ -289,7 +289,7 @@ impl Directive {
     ];
 
     /// The form of a keyword.
-    pub(crate) fn form(keyword: &[u8]) -> Option<&'static Form> {
+    pub(crate) fn form(keyword: &[u8]) -> Option<&'static DirectiveForm> {
         Directive::FORMS.iter().find(|form| form.keyword.as_bytes() == keyword)
     }
 

@@ -27,7 +27,7 @@ mod values;
 
 pub use advice::{begun, directive_advice, nearest, same_digits};
 pub use diagnostic::{Diagnostic, FileId, Fix, Label, Severity, Span, Spanned, Text};
-pub use directive::{ActiveTransform, Directive, Entity, EntityKind, Form, Statement};
+pub use directive::{ActiveTransform, Directive, DirectiveForm, Entity, EntityKind, Statement};
 pub use grammar::{KnownList, LongList, Parsed, Parser, number_bytes, parse, read_list, statement_at};
 pub use numbers::{decimal, digits};
 pub use param::{Param, ParamType, Values};

@@ -50,7 +50,7 @@ impl Disk {
         };
         let options = LoadOptions { max_memory, ..LoadOptions::default() };
         self.bytes.store(0, std::sync::atomic::Ordering::Relaxed);
-        let again = load_again(Path::new("a.pbrt"), &open, (cache, &stamp), &options);
+        let again = load_again(Path::new("a.pbrt"), &open, cache, &stamp, &options);
         let read = self.bytes();
         let fresh = load_opened(Path::new("a.pbrt"), &open, &options);
         self.bytes.store(read, std::sync::atomic::Ordering::Relaxed);

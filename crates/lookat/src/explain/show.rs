@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use lookat_scene::schema::{Count, Effect, Kind, Parameter, REQUIRED};
-use lookat_scene::syntax::Form;
+use lookat_scene::syntax::DirectiveForm;
 use serde_json::{Value, json};
 
 use super::Answer;
@@ -19,9 +19,9 @@ pub(super) fn columns(lines: &[(String, String)]) -> String {
 }
 
 /// A line for each type, and for each directive without types. A single type is shown with all its parameters.
-pub(super) fn directives(forms: &[Form], kinds: &[&Kind]) -> Answer {
-    let is_plain = |form: &&Form| kinds.iter().all(|kind| kind.directive != form.keyword);
-    let plain: Vec<&Form> = forms.iter().filter(is_plain).collect();
+pub(super) fn directives(forms: &[DirectiveForm], kinds: &[&Kind]) -> Answer {
+    let is_plain = |form: &&DirectiveForm| kinds.iter().all(|kind| kind.directive != form.keyword);
+    let plain: Vec<&DirectiveForm> = forms.iter().filter(is_plain).collect();
     if let ([], [only]) = (&plain[..], kinds) {
         return Answer { json: json!([kind_as_json(only)]), ..kind(only, String::new()) };
     }
@@ -33,7 +33,7 @@ pub(super) fn directives(forms: &[Form], kinds: &[&Kind]) -> Answer {
 }
 
 /// A directive without types as a scene writes it.
-pub(super) fn written(form: &Form) -> String {
+pub(super) fn written(form: &DirectiveForm) -> String {
     format!("{} {}", form.keyword, form.arguments).trim().to_owned()
 }
 
@@ -95,7 +95,7 @@ fn paragraph(parameter: &Parameter) -> String {
     format!("  {text}\n      {meaning}{effect}\n{synonyms}")
 }
 
-fn form_as_json(form: &Form) -> Value {
+fn form_as_json(form: &DirectiveForm) -> Value {
     json!({
         "directive": form.keyword,
         "type": null,
