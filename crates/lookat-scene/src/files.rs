@@ -118,14 +118,6 @@ impl<'a> Files<'a> {
         Some(MeshKey::File(path.to_owned(), stamp, world_from_object.into()))
     }
 
-    /// Drops the texts, so that binary contents are never shown.
-    pub fn without_texts(mut self) -> Self {
-        for source in &mut self.sources.files {
-            source.text = Bytes::new();
-        }
-        self
-    }
-
     /// The files of the scene's text, all that were read, and what memory is left.
     pub fn into_parts(self) -> (Sources, BTreeSet<PathBuf>, MemoryBudget) {
         (self.sources, self.inputs.into_inner(), self.memory)

@@ -92,7 +92,10 @@ fn load_through(access: Access, path: &Path, options: &LoadOptions, reuse: Optio
                 let at = Span { file, start: 0, end: 0 };
                 let message = format!("{} is not a pbrt scene: it is {format}", path.display());
                 let diagnostics = vec![Diagnostic::error(at, message)];
-                return nothing(loader.resolver.files.without_texts(), diagnostics);
+                let mut files = loader.resolver.files;
+                // Binary contents are never shown.
+                files.sources.files[0].text = Bytes::new();
+                return nothing(files, diagnostics);
             }
             loader.file(file, Vec::new());
             loader.resolver.finish(file);
@@ -198,12 +201,10 @@ impl Loader<'_> {
         let (path, text) = (source.path.clone(), source.text.clone());
         let mut room = Room::new(&text);
         self.open.push(path.clone());
-        if let [_] = self.open[..] {
-            match part(id, &text, room.left(&memory)) {
-                Some((Block::World, first)) => self.resolver.begin_part(first),
-                Some((_, first)) => self.resolver.begin_options_part(first),
-                None => {}
-            }
+        if let [_] = self.open[..]
+            && let Some((block, first)) = part(id, &text, room.left(&memory))
+        {
+            self.resolver.begin_part(block, first);
         }
         let known = reuse.map(|reuse| RefCell::new(reuse.keep_text(&path, text.clone())));
         let mut find = |ty, at| known.as_ref()?.borrow_mut().find(ty, at);
@@ -269,24 +270,22 @@ impl Loader<'_> {
         }
     }
 
-    fn include(&mut self, name: Text, rest: Vec<Param>, at: Span) {
+    /// The error for an `Include` beyond the limits.
+    fn refused(&self, at: Span) -> Option<Diagnostic> {
         if self.resolver.files.sources.files.len() > MAX_INCLUDES {
-            let message = format!("the scene includes more than {MAX_INCLUDES} files");
-            self.resolver.report.push(Diagnostic::error(name.span, message));
-            return;
+            return Some(Diagnostic::error(at, format!("the scene includes more than {MAX_INCLUDES} files")));
         }
         if self.repeated > MAX_REPEATED {
-            let message = "repeated includes add up to more than 4 GiB";
-            self.resolver.report.push(
-                Diagnostic::error(name.span, message)
-                    .help("to repeat shapes, use ObjectBegin and ObjectInstance"),
-            );
-            return;
+            let error = Diagnostic::error(at, "repeated includes add up to more than 4 GiB");
+            return Some(error.help("to repeat shapes, use ObjectBegin and ObjectInstance"));
         }
-        if self.open.len() >= MAX_DEPTH {
-            let message = format!("more than {MAX_DEPTH} nested includes");
-            self.resolver.report.push(Diagnostic::error(name.span, message));
-            return;
+        let message = || Diagnostic::error(at, format!("more than {MAX_DEPTH} nested includes"));
+        (self.open.len() >= MAX_DEPTH).then(message)
+    }
+
+    fn include(&mut self, name: Text, rest: Vec<Param>, at: Span) {
+        if let Some(error) = self.refused(name.span) {
+            return self.resolver.report.push(error);
         }
         let (path, bytes) = match self.resolver.files.text_named(&name.value, name.span) {
             Ok(found) => found,

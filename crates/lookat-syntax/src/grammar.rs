@@ -54,9 +54,9 @@ pub fn number_bytes(text: &[u8]) -> u64 {
 }
 
 /// The memory of a parameter with one value, in bytes.
-const PARAM_BYTES: u64 = 256;
+pub(crate) const PARAM_BYTES: u64 = 256;
 /// The memory of a string in a list, in bytes.
-const STRING_BYTES: u64 = 64;
+pub(crate) const STRING_BYTES: u64 = 64;
 
 /// The memory of what a directive adds to the scene, without parameters, in bytes.
 fn scene_bytes(directive: &Directive) -> u64 {
@@ -251,17 +251,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Counts a parameter. True if it exceeds the memory limit.
-    pub(crate) fn exhausts_param(&mut self, at: Input<'a>) -> bool {
-        self.exhausts(PARAM_BYTES, at)
-    }
-
-    /// Counts a string of a list. True if it exceeds the memory limit.
-    pub(crate) fn exhausts_string(&mut self, at: Input<'a>) -> bool {
-        self.exhausts(STRING_BYTES, at)
-    }
-
-    fn exhausts(&mut self, bytes: u64, at: Input<'a>) -> bool {
+    /// Counts the bytes that a part of the text adds to the scene. True if they exceed the memory limit.
+    pub(crate) fn exhausts(&mut self, bytes: u64, at: Input<'a>) -> bool {
         if self.bytes + bytes > self.most_bytes {
             self.broken_end = true;
             self.exhausted.get_or_insert(self.span(&at[..at.len().min(1)]));

@@ -1,6 +1,6 @@
 //! The grammar of parameters and their values.
 
-use crate::grammar::{Commas, Reader};
+use crate::grammar::{Commas, PARAM_BYTES, Reader, STRING_BYTES};
 use crate::param::{Param, ParamType, Values};
 use crate::recovery::unopened;
 use crate::token::{
@@ -20,7 +20,7 @@ impl<'a> Reader<'a> {
         loop {
             let next = blank(input).map_or(input, |(next, ())| next);
             let next = self.after_stray(next);
-            if self.exhausts_param(next) {
+            if self.exhausts(PARAM_BYTES, next) {
                 return (&input[input.len()..], params);
             }
             let declaration = match next.first() {
@@ -299,7 +299,7 @@ impl<'a> Reader<'a> {
             Values::Strings(list) => {
                 if input.first() == Some(&b'"') {
                     let (rest, text) = self.closed_string(input)?;
-                    if self.exhausts_string(input) {
+                    if self.exhausts(STRING_BYTES, input) {
                         return Ok((&input[input.len()..], ()));
                     }
                     list.push(text);

@@ -52,17 +52,11 @@ impl Resolver<'_> {
         }
     }
 
-    /// Treats the following directives as part of a world without `WorldBegin`. Another file may define their names.
-    pub fn begin_part(&mut self, first: Span) {
-        self.facts.part = Some((Block::World, first));
-        self.block = Block::World;
-        self.report.incomplete = true;
-    }
-
-    /// Treats options as a file that other scenes include, if the caller accepts one.
-    pub fn begin_options_part(&mut self, first: Span) {
-        if self.load_options.accept_part {
-            self.facts.part = Some((Block::Options, first));
+    /// Treats the file as a part of a world, or of options if the caller accepts that. Another file may define its names.
+    pub fn begin_part(&mut self, block: Block, first: Span) {
+        if block == Block::World || self.load_options.accept_part {
+            self.block = block;
+            self.facts.part = Some((block, first));
             self.report.incomplete = true;
         }
     }
