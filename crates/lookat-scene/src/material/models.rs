@@ -11,19 +11,48 @@ use crate::params::value::{ColorTexture, FloatTexture, Name, OptionalTexture};
 use crate::schema::{Key, Keys, Kind, Range, Unit};
 use crate::texture::Texture;
 
-// `Material "matte"`: Lambertian, or Oren-Nayar with a `sigma` above 0 (PBR 9.2.1).
+/// Defines a material: its struct, the keys of its parameters in the order of the documentation, and its constructor. A color is the name,
+/// the default and the meaning of its parameter; another field is a type, an expression and keys.
+macro_rules! model {
+    (
+        $(#[$doc:meta])*
+        $model:ident, $keys:ident, $take:ident($params:ident);
+        $($(#[$color_doc:meta])* $color:ident: $name:literal, $default:literal, $meaning:literal;)*
+        $(@ $(#[$field_doc:meta])* $field:ident: $ty:ty = $value:expr, $($key:expr),+;)*
+    ) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone)]
+        pub struct $model {
+            $($(#[$color_doc])* pub $color: Texture<Vec3>,)*
+            $($(#[$field_doc])* pub $field: $ty,)*
+        }
 
-/// A diffuse surface.
-#[derive(Debug, Clone)]
-pub struct Matte {
-    /// The diffuse reflectance (`Kd`, default 0.5).
-    pub kd: Texture<Vec3>,
-    /// The Oren-Nayar roughness: standard deviation of the facet angle in degrees, clamped to 0 to 90 (`sigma`,
-    /// default 0).
-    pub sigma: Texture<f64>,
+        const $keys: Keys = &[
+            $(&Key::color_texture($name, $default, $meaning),)*
+            $($(&$key,)+)*
+        ];
+
+        pub(super) fn $take($params: &mut Params) -> $model {
+            $model {
+                $($color: share($params, &Key::color_texture($name, $default, $meaning)),)*
+                $($field: $value,)*
+            }
+        }
+    };
 }
 
-const MATTE_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
+// `Material "matte"`: Lambertian, or Oren-Nayar with a `sigma` above 0 (PBR 9.2.1).
+
+model! {
+    /// A diffuse surface.
+    Matte, MATTE_KEYS, matte(params);
+    /// The diffuse reflectance (`Kd`, default 0.5).
+    kd: "Kd", 0.5, "the diffuse reflectance";
+    @ /// The Oren-Nayar roughness: standard deviation of the facet angle in degrees, clamped to 0 to 90 (`sigma`,
+    /// default 0).
+    sigma: Texture<f64> = sigma(params), SIGMA;
+}
+
 const SIGMA: Key<FloatTexture> = Key::float_texture(
     "sigma",
     0.0,
@@ -31,10 +60,7 @@ const SIGMA: Key<FloatTexture> = Key::float_texture(
 )
 .unit(Unit::Degrees);
 
-const MATTE_KEYS: Keys = &[&MATTE_KD, &SIGMA];
-
-pub(super) fn matte(params: &mut Params) -> Matte {
-    let kd = share(params, &MATTE_KD);
+fn sigma(params: &mut Params) -> Texture<f64> {
     let sigma = params.take(&SIGMA);
     if let Texture::Constant(degrees) = sigma
         && !(0.0..=90.0).contains(&degrees)
@@ -43,101 +69,63 @@ pub(super) fn matte(params: &mut Params) -> Matte {
             format!("sigma is out of range: it is used as {}, as in pbrt-v3", degrees.clamp(0.0, 90.0));
         params.warn("sigma", &message, "use a sigma from 0 (smooth) to 90 degrees");
     }
-    Matte { kd, sigma }
+    sigma
 }
 
 // `Material "plastic"`: a diffuse base under a rough dielectric coating (PBR 9.2.2).
 
-/// A diffuse base under a rough dielectric coating of index 1.5.
-#[derive(Debug, Clone)]
-pub struct Plastic {
+model! {
+    /// A diffuse base under a rough dielectric coating of index 1.5.
+    Plastic, PLASTIC_KEYS, plastic(params);
     /// The diffuse reflectance (`Kd`, default 0.25).
-    pub kd: Texture<Vec3>,
+    kd: "Kd", 0.25, "the diffuse reflectance";
     /// The factor on glossy reflection (`Ks`, default 0.25).
-    pub ks: Texture<Vec3>,
-    /// The roughness of the glossy lobe (`roughness`, default 0.1; `remaproughness`).
-    pub roughness: Roughness,
+    ks: "Ks", 0.25, "the factor of glossy reflection";
+    @ /// The roughness of the glossy lobe (`roughness`, default 0.1; `remaproughness`).
+    roughness: Roughness = Roughness::isotropic(params, &ROUGHNESS), ROUGHNESS, REMAP;
 }
 
-const PLASTIC_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.25, "the diffuse reflectance");
-const PLASTIC_KS: Key<ColorTexture> = Key::color_texture("Ks", 0.25, "the factor of glossy reflection");
-const PLASTIC_ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
-
-const PLASTIC_KEYS: Keys = &[&PLASTIC_KD, &PLASTIC_KS, &PLASTIC_ROUGHNESS, &REMAP];
-
-pub(super) fn plastic(params: &mut Params) -> Plastic {
-    Plastic {
-        kd: share(params, &PLASTIC_KD),
-        ks: share(params, &PLASTIC_KS),
-        roughness: Roughness::isotropic(params, &PLASTIC_ROUGHNESS),
-    }
-}
+/// The roughness of plastic, translucent and uber.
+const ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
 
 // `Material "translucent"`: diffuse and glossy reflection and transmission (materials/translucent.cpp).
 
-/// A thin surface of index 1.5 that reflects and transmits.
-#[derive(Debug, Clone)]
-pub struct Translucent {
+model! {
+    /// A thin surface of index 1.5 that reflects and transmits.
+    Translucent, TRANSLUCENT_KEYS, translucent(params);
     /// The factor on diffuse scattering (`Kd`, default 0.25).
-    pub kd: Texture<Vec3>,
+    kd: "Kd", 0.25, "the factor of diffuse scattering";
     /// The factor on glossy scattering (`Ks`, default 0.25).
-    pub ks: Texture<Vec3>,
+    ks: "Ks", 0.25, "the factor of glossy scattering";
     /// The reflected part of both (`reflect`, default 0.5).
-    pub reflect: Texture<Vec3>,
+    reflect: "reflect", 0.5, "the share of both that is reflected";
     /// The transmitted part of both (`transmit`, default 0.5).
-    pub transmit: Texture<Vec3>,
-    /// The roughness of the glossy lobe (`roughness`, default 0.1; `remaproughness`).
-    pub roughness: Roughness,
-}
-
-const TRANSLUCENT_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.25, "the factor of diffuse scattering");
-const TRANSLUCENT_KS: Key<ColorTexture> = Key::color_texture("Ks", 0.25, "the factor of glossy scattering");
-const REFLECT: Key<ColorTexture> = Key::color_texture("reflect", 0.5, "the share of both that is reflected");
-const TRANSMIT: Key<ColorTexture> =
-    Key::color_texture("transmit", 0.5, "the share of both that is transmitted");
-const TRANSLUCENT_ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
-
-const TRANSLUCENT_KEYS: Keys =
-    &[&TRANSLUCENT_KD, &TRANSLUCENT_KS, &REFLECT, &TRANSMIT, &TRANSLUCENT_ROUGHNESS, &REMAP];
-
-pub(super) fn translucent(params: &mut Params) -> Translucent {
-    Translucent {
-        kd: share(params, &TRANSLUCENT_KD),
-        ks: share(params, &TRANSLUCENT_KS),
-        reflect: share(params, &REFLECT),
-        transmit: share(params, &TRANSMIT),
-        roughness: Roughness::isotropic(params, &TRANSLUCENT_ROUGHNESS),
-    }
+    transmit: "transmit", 0.5, "the share of both that is transmitted";
+    @ /// The roughness of the glossy lobe (`roughness`, default 0.1; `remaproughness`).
+    roughness: Roughness = Roughness::isotropic(params, &ROUGHNESS), ROUGHNESS, REMAP;
 }
 
 // `Material "glass"`: reflection and refraction at a dielectric boundary (PBR3 8.2, 8.4; materials/glass.cpp).
 
-/// Smooth or rough glass.
-#[derive(Debug, Clone)]
-pub struct Glass {
+model! {
+    /// Smooth or rough glass.
+    Glass, GLASS_KEYS, glass_as_given(params);
     /// The factor on reflection (`Kr`, default 1).
-    pub kr: Texture<Vec3>,
+    kr: "Kr", 1.0, "the factor of reflection";
     /// The factor on transmission (`Kt`, default 1).
-    pub kt: Texture<Vec3>,
-    /// The roughness; smooth where both values are 0 (`uroughness`, `vroughness`, default 0; `remaproughness`).
-    pub roughness: Roughness,
-    /// The relative index of refraction, inside over outside (the side of the normal), above 0 (`eta` or `index`,
+    kt: "Kt", 1.0, "the factor of refraction";
+    @ /// The relative index of refraction, inside over outside (the side of the normal), above 0 (`eta` or `index`,
     /// default 1.5).
-    pub eta: Texture<f64>,
+    eta: Texture<f64> = index_of_refraction(params), ETA, INDEX;
+    @ /// The roughness; smooth where both values are 0 (`uroughness`, `vroughness`, default 0; `remaproughness`).
+    roughness: Roughness = Roughness::of_two(params, &SMOOTH), SMOOTH[0], SMOOTH[1], REMAP;
 }
 
-const GLASS_KR: Key<ColorTexture> = Key::color_texture("Kr", 1.0, "the factor of reflection");
-const GLASS_KT: Key<ColorTexture> = Key::color_texture("Kt", 1.0, "the factor of refraction");
-const GLASS_ROUGHNESS_U: Key<FloatTexture> = along_u(0.0);
-const GLASS_ROUGHNESS_V: Key<FloatTexture> = along_v(0.0);
-
-const GLASS_KEYS: Keys =
-    &[&GLASS_KR, &GLASS_KT, &ETA, &INDEX, &GLASS_ROUGHNESS_U, &GLASS_ROUGHNESS_V, &REMAP];
+const SMOOTH: [Key<FloatTexture>; 2] = along_each(0.0);
 
 pub(super) fn glass(params: &mut Params) -> Glass {
-    let [kr, kt] = [&GLASS_KR, &GLASS_KT].map(|key| share(params, key));
-    let (roughness, eta) =
-        (Roughness::of_two(params, [&GLASS_ROUGHNESS_U, &GLASS_ROUGHNESS_V]), index_of_refraction(params));
+    let glass = glass_as_given(params);
+    let Glass { roughness, eta, .. } = &glass;
     let is_smooth = |width: &Texture<f64>| width.constant() == Some(0.0);
     if eta.constant() == Some(1.0)
         && !(is_smooth(&roughness.u) && roughness.v.as_ref().is_some_and(is_smooth))
@@ -146,24 +134,16 @@ pub(super) fn glass(params: &mut Params) -> Glass {
         let message = "pbrt-v3 aborts at rough glass of index 1; lookat lets light pass straight through";
         params.warn(name, message, "write an index of 1.001: it looks the same and renders in both programs");
     }
-    Glass { kr, kt, roughness, eta }
+    glass
 }
 
 // `Material "mirror"`: a perfect mirror (materials/mirror.cpp).
 
-/// A perfect mirror.
-#[derive(Debug, Clone)]
-pub struct Mirror {
+model! {
+    /// A perfect mirror.
+    Mirror, MIRROR_KEYS, mirror(params);
     /// The reflectance (`Kr`, default 0.9).
-    pub kr: Texture<Vec3>,
-}
-
-const MIRROR_KR: Key<ColorTexture> = Key::color_texture("Kr", 0.9, "the reflectance");
-
-const MIRROR_KEYS: Keys = &[&MIRROR_KR];
-
-pub(super) fn mirror(params: &mut Params) -> Mirror {
-    Mirror { kr: share(params, &MIRROR_KR) }
+    kr: "Kr", 0.9, "the reflectance";
 }
 
 // `Material "metal"`: a rough conductor (PBR 8.2.1, 9.2 of the source, materials/metal.cpp).
@@ -209,90 +189,43 @@ pub(super) fn metal(params: &mut Params) -> Metal {
 // `Material "substrate"`: a diffuse base under a glossy coating with Fresnel reflection (Ashikhmin and Shirley, PBR
 // 8.5).
 
-/// A diffuse base under a coating.
-#[derive(Debug, Clone)]
-pub struct Substrate {
+model! {
+    /// A diffuse base under a coating.
+    Substrate, SUBSTRATE_KEYS, substrate(params);
     /// The diffuse reflectance (`Kd`, default 0.5).
-    pub kd: Texture<Vec3>,
+    kd: "Kd", 0.5, "the diffuse reflectance of the base";
     /// The specular reflectance at normal incidence (`Ks`, default 0.5).
-    pub ks: Texture<Vec3>,
-    /// The roughness of the coating (`uroughness`, `vroughness`, default 0.1; `remaproughness`).
-    pub roughness: Roughness,
+    ks: "Ks", 0.5, "the specular reflectance of the coating at normal incidence";
+    @ /// The roughness of the coating (`uroughness`, `vroughness`, default 0.1; `remaproughness`).
+    roughness: Roughness = Roughness::of_two(params, &COATING), COATING[0], COATING[1], REMAP;
 }
 
-const SUBSTRATE_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance of the base");
-const SUBSTRATE_KS: Key<ColorTexture> =
-    Key::color_texture("Ks", 0.5, "the specular reflectance of the coating at normal incidence");
-const SUBSTRATE_ROUGHNESS_U: Key<FloatTexture> = along_u(0.1);
-const SUBSTRATE_ROUGHNESS_V: Key<FloatTexture> = along_v(0.1);
-
-const SUBSTRATE_KEYS: Keys =
-    &[&SUBSTRATE_KD, &SUBSTRATE_KS, &SUBSTRATE_ROUGHNESS_U, &SUBSTRATE_ROUGHNESS_V, &REMAP];
-
-pub(super) fn substrate(params: &mut Params) -> Substrate {
-    Substrate {
-        kd: share(params, &SUBSTRATE_KD),
-        ks: share(params, &SUBSTRATE_KS),
-        roughness: Roughness::of_two(params, [&SUBSTRATE_ROUGHNESS_U, &SUBSTRATE_ROUGHNESS_V]),
-    }
-}
+const COATING: [Key<FloatTexture>; 2] = along_each(0.1);
 
 // `Material "uber"`: diffuse, glossy and specular lobes in one material (materials/uber.cpp).
 
-/// Diffuse, glossy and specular lobes in one material.
-#[derive(Debug, Clone)]
-pub struct Uber {
+model! {
+    /// Diffuse, glossy and specular lobes in one material.
+    Uber, UBER_KEYS, uber(params);
     /// The diffuse reflectance (`Kd`, default 0.25).
-    pub kd: Texture<Vec3>,
+    kd: "Kd", 0.25, "the diffuse reflectance";
     /// The factor on glossy reflection (`Ks`, default 0.25).
-    pub ks: Texture<Vec3>,
+    ks: "Ks", 0.25, "the factor of glossy reflection";
     /// The factor on specular reflection (`Kr`, default 0).
-    pub kr: Texture<Vec3>,
+    kr: "Kr", 0.0, "the factor of specular reflection";
     /// The factor on specular transmission (`Kt`, default 0).
-    pub kt: Texture<Vec3>,
-    /// The roughness of the glossy lobe (`uroughness`, or `roughness`, default 0.1; `vroughness`, default the same as
-    /// u; `remaproughness`).
-    pub roughness: Roughness,
-    /// The relative index of refraction, inside over outside, above 0 (`eta` or `index`, default 1.5).
-    pub eta: Texture<f64>,
+    kt: "Kt", 0.0, "the factor of specular refraction";
     /// The opacity; the rest of the light passes straight through (`opacity`, default 1).
-    pub opacity: Texture<Vec3>,
+    opacity: "opacity", 1.0, "the share of light that meets the surface; the rest passes straight";
+    @ /// The relative index of refraction, inside over outside, above 0 (`eta` or `index`, default 1.5).
+    eta: Texture<f64> = index_of_refraction(params), ETA, INDEX;
+    @ /// The roughness of the glossy lobe (`uroughness`, or `roughness`, default 0.1; `vroughness`, default the same as
+    /// u; `remaproughness`).
+    roughness: Roughness = Roughness::of_uber(params, &ROUGHNESS, &UBER_ROUGHNESS_V),
+        ROUGHNESS, GIVEN_U, UBER_ROUGHNESS_V, REMAP;
 }
 
-const UBER_KD: Key<ColorTexture> = Key::color_texture("Kd", 0.25, "the diffuse reflectance");
-const UBER_KS: Key<ColorTexture> = Key::color_texture("Ks", 0.25, "the factor of glossy reflection");
-const UBER_KR: Key<ColorTexture> = Key::color_texture("Kr", 0.0, "the factor of specular reflection");
-const UBER_KT: Key<ColorTexture> = Key::color_texture("Kt", 0.0, "the factor of specular refraction");
-const OPACITY: Key<ColorTexture> =
-    Key::color_texture("opacity", 1.0, "the share of light that meets the surface; the rest passes straight");
-const UBER_ROUGHNESS: Key<FloatTexture> = isotropic(0.1);
 const UBER_ROUGHNESS_V: Key<OptionalTexture> = given_v("uroughness");
-
-const UBER_KEYS: Keys = &[
-    &UBER_KD,
-    &UBER_KS,
-    &UBER_KR,
-    &UBER_KT,
-    &OPACITY,
-    &ETA,
-    &INDEX,
-    &UBER_ROUGHNESS,
-    &GIVEN_U,
-    &UBER_ROUGHNESS_V,
-    &REMAP,
-];
-
-pub(super) fn uber(params: &mut Params) -> Uber {
-    Uber {
-        kd: share(params, &UBER_KD),
-        ks: share(params, &UBER_KS),
-        kr: share(params, &UBER_KR),
-        kt: share(params, &UBER_KT),
-        roughness: Roughness::of_uber(params, &UBER_ROUGHNESS, &UBER_ROUGHNESS_V),
-        eta: index_of_refraction(params),
-        opacity: share(params, &OPACITY),
-    }
-}
 
 // `Material "mix"`: a blend of two materials (materials/mixmat.cpp).
 
@@ -427,12 +360,9 @@ const fn isotropic(default: f64) -> Key<FloatTexture> {
     Key::float_texture("roughness", default, "the roughness, usually 0 to 1")
 }
 
-pub(super) const fn along_u(default: f64) -> Key<FloatTexture> {
-    Key::float_texture("uroughness", default, ALONG_U)
-}
-
-pub(super) const fn along_v(default: f64) -> Key<FloatTexture> {
-    Key::float_texture("vroughness", default, ALONG_V)
+/// `uroughness` and `vroughness`.
+pub(super) const fn along_each(default: f64) -> [Key<FloatTexture>; 2] {
+    [Key::float_texture("uroughness", default, ALONG_U), Key::float_texture("vroughness", default, ALONG_V)]
 }
 
 const GIVEN_U: Key<OptionalTexture> = Key::optional_texture("uroughness", ALONG_U).default_words("roughness");
@@ -450,8 +380,8 @@ impl Roughness {
     }
 
     /// `uroughness` and `vroughness`.
-    pub(super) fn of_two(params: &mut Params, keys: [&Key<FloatTexture>; 2]) -> Self {
-        let [u, v] = keys.map(|key| params.take(key));
+    pub(super) fn of_two(params: &mut Params, keys: &[Key<FloatTexture>; 2]) -> Self {
+        let [u, v] = keys.each_ref().map(|key| params.take(key));
         let remap = remap(params, &[(keys[0].name, Some(&u)), (keys[1].name, Some(&v))]);
         Roughness { u, v: Some(v), remap }
     }

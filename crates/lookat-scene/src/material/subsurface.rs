@@ -8,7 +8,7 @@ use glam::Vec3;
 use lookat_syntax::{Diagnostic, ParamType, Text, nearest};
 
 use crate::material::MaterialKind;
-use crate::material::models::{REMAP, Roughness, along_u, along_v, share};
+use crate::material::models::{REMAP, Roughness, along_each, share};
 use crate::material::stand_in::{constant_color, glossy, gray, polynomial};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name, ParamValue};
@@ -30,8 +30,7 @@ const SCALE: Key<f64> = Key::float("scale", 1.0, "a factor of the coefficients")
 const ETA: Key<f64> = Key::float("eta", 1.33, "the index of refraction").within(Range::above(0.0));
 const KR: Key<ColorTexture> = Key::color_texture("Kr", 1.0, "the factor of reflection at the surface");
 const KT: Key<ColorTexture> = Key::color_texture("Kt", 1.0, "the factor of light that enters");
-const ROUGHNESS_U: Key<FloatTexture> = along_u(0.0);
-const ROUGHNESS_V: Key<FloatTexture> = along_v(0.0);
+const ROUGHNESS: [Key<FloatTexture>; 2] = along_each(0.0);
 
 const fn coefficient(name: &'static str, default: [f32; 3], meaning: &'static str) -> Key<ColorTexture> {
     Key::new(name, ParamType::Rgb, ColorTexture(Vec3::from_array(default)), meaning)
@@ -57,7 +56,7 @@ const G_OF_COLOR: Key<f64> = G.not_rendered();
 
 pub(in crate::material) const COLOR: Keys = &[&KD, &MEAN_FREE_PATH, &G_OF_COLOR, &SCALE];
 pub(in crate::material) const COEFFICIENTS: Keys = &[&NAME, &SIGMA_A, &SIGMA_S, &G, &SCALE];
-pub(in crate::material) const SURFACE: Keys = &[&ETA, &KR, &KT, &ROUGHNESS_U, &ROUGHNESS_V, &REMAP];
+pub(in crate::material) const SURFACE: Keys = &[&ETA, &KR, &KT, &ROUGHNESS[0], &ROUGHNESS[1], &REMAP];
 
 /// `kdsubsurface`: `Kd` is the reflectance.
 pub(super) fn of_color(params: &mut Params) -> MaterialKind {
@@ -105,7 +104,7 @@ fn named_medium(params: &mut Params) -> Option<&'static Medium> {
 /// The diffuse color, as light leaves it through the surface, under the surface's own reflection.
 fn under_gloss(params: &mut Params, color: Texture<Vec3>, eta: f64) -> MaterialKind {
     let [kr, kt] = [&KR, &KT].map(|key| share(params, key));
-    let roughness = Roughness::of_two(params, [&ROUGHNESS_U, &ROUGHNESS_V]);
+    let roughness = Roughness::of_two(params, &ROUGHNESS);
     let is_zero = |width: &Texture<f64>| width.constant() == Some(0.0);
     let is_smooth = is_zero(&roughness.u) && roughness.v.as_ref().is_some_and(is_zero);
     let factor = product(params, [gray(diffuse_transmittance(eta) as f32), kt]);
