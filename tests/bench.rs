@@ -1,11 +1,12 @@
-//! `lookat bench`: what it prints; how fast lookat is, no test can say.
+//! The output of `lookat-lab bench`. No test asserts speed.
 
 use std::process::Command;
 
 use serde_json::Value;
 
 fn run(arguments: &[&str]) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_lookat")).arg("bench").args(arguments).output().unwrap();
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_lookat-lab")).arg("bench").args(arguments).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
 }
@@ -80,4 +81,18 @@ fn people_read_the_same() {
         "{err}"
     );
     assert_eq!(run(&["--rounds", "0"]).0, 2);
+}
+
+/// A pipe cannot be read twice, so it is no scene for `--view`.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_scene_to_view() {
+    let folder = std::env::temp_dir().join(format!("lookat-lab-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let pipe = folder.join("pipe.pbrt");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let lookat = std::env::current_exe().unwrap();
+    let (status, _, err) = run(&["--view", pipe.to_str().unwrap(), "--lookat", lookat.to_str().unwrap()]);
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(status == 1 && err.ends_with("pipe.pbrt: it is a pipe or a device, not a file\n"), "{err}");
 }

@@ -46,7 +46,7 @@ impl Folder {
         let text = std::fs::read_to_string(self.path("out/chart.csv")).unwrap();
         let columns = |line: &str| {
             let cells: Vec<&str> = line.split(',').collect();
-            [0, 1, 2, 3, 6, 7, 8].map(|column| cells[column].to_owned())
+            [0, 1, 2, 3, 5, 6, 7].map(|column| cells[column].to_owned())
         };
         text.lines().map(columns).collect()
     }

@@ -113,21 +113,19 @@ fn all_cases_pass_and_are_written() {
         let verdict = if case.limit.is_finite() { "pass" } else { "measured" };
         assert!(text.contains(&format!("{} {}: {verdict}\n", case.id, case.name)), "{text}");
         assert!(csv.contains(&format!("\n{},{},\"lookat\",", case.id, case.name)));
-        assert!(json.as_array().unwrap().iter().any(|entry| entry["case"] == case.id));
-        // A case with an axis has a chart.
-        let chart = out.join(format!("{}-{}.svg", case.id, case.name));
-        let drawn = std::fs::read_to_string(&chart).is_ok_and(|svg| svg.contains(case.name));
-        assert_eq!(drawn, !case.axis.is_empty(), "{}", chart.display());
-        assert_eq!(Image::read(&chart.with_extension("png")).is_ok(), drawn);
+        let found = json.as_array().unwrap().iter().find(|entry| entry["case"] == case.id).unwrap();
+        assert!(
+            found["passes"] == true && found["limit"].as_f64() == Some(case.limit).filter(|x| x.is_finite())
+        );
     }
 }
 
 #[test]
 fn cases_are_chosen_by_name() {
-    let (status, out, _) = run(&["stability", "--case", "s9,nested-spheres", "--rays", "1000"]);
+    let (status, out, _) = run(&["stability", "--case", "s9,up-parallel"]);
     assert_eq!(status, 0);
     assert!(
-        out.contains("S5 nested-spheres") && out.contains("S9 ") && out.ends_with("2 of 2 cases pass\n"),
+        out.contains("C7 up-parallel: pass") && out.contains("S9 ") && out.ends_with("2 of 2 cases pass\n"),
         "{out}"
     );
     let (status, out, err) = run(&["stability", "--case", "S77"]);

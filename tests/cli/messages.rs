@@ -386,6 +386,13 @@ fn parts_of_scenes_are_checked_and_not_rendered() {
     }
 }
 
+/// The command moved to another program.
+#[test]
+fn bench_has_a_new_place() {
+    let run = Folder::new().run(&["bench", "--only", "tracing"]);
+    assert!(run.status == 2 && run.err.contains("cargo run --release -p lookat-lab -- bench"), "{}", run.err);
+}
+
 /// Where a number is due, what else is given is refused, with the numbers that serve.
 #[test]
 fn numbers_of_options_have_their_ranges_told() {

@@ -260,7 +260,6 @@ fn pipes_are_read_once_and_only_as_scenes() {
         (&["render", "pipe.pbrt", "--watch"], "pipe.pbrt can be read only once: with --watch, name a file"),
         (&["view", "pipe.pbrt"], "cannot read pipe.pbrt: it is a pipe or a device, not a file"),
         (&["view", "/dev/zero"], "cannot read /dev/zero: it is a pipe or a device, not a file"),
-        (&["bench", "--view", "pipe.pbrt"], "pipe.pbrt: it is a pipe or a device, not a file"),
         (
             &["view", "fine.pbrt", "--reference", "pipe.pbrt"],
             "cannot read pipe.pbrt: it is a pipe or a device, not a file",

@@ -1,48 +1,41 @@
 //! OpenEXR files, by the `exr` crate.
 
-mod block;
-mod layer;
+mod blocks;
+mod layers;
 #[cfg(test)]
 mod tests;
-#[cfg(feature = "write")]
-pub(crate) mod write;
 
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use ::exr::compression::Compression;
 use ::exr::error::Error;
+use ::exr::image::write::WritableImage;
+use ::exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
 use ::exr::math::Vec2;
 use ::exr::meta::MetaData;
 use ::exr::meta::attribute::{AttributeValue, IntegerBounds, SampleType, Text};
-use ::exr::meta::header::Header;
+use ::exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use ::exr::prelude::f16;
 
-use crate::error::{Fault, listed};
+use crate::error::listed;
 use crate::image::{Placement, room};
-use crate::{Channel, Charge, Image, MemoryBudget, Precision, Window};
-
-use layer::Choice;
+use crate::picture_file::Opened;
+use crate::{Channel, Image, ImageFault, MemoryBudget, Precision, Window};
 
 /// The one custom attribute, and the keyword of the text in a PNG file: the crate writes several attributes in random
 /// order, so no two files would be alike.
 pub(crate) const METADATA: &str = "lookat";
 
-/// A file whose headers are read.
-pub(crate) struct Opened<F> {
-    file: F,
-    length: u64,
-    meta: MetaData,
-    choice: Choice,
-    layers: Vec<String>,
-}
-
-/// Reads the headers, and finds the layer with this name, or else what the file shows first.
-pub(crate) fn open<F: Read + Seek>(mut file: F, layer: Option<&str>) -> Result<Opened<F>, Fault> {
+/// Reads the headers, and finds the layer with this name, or else the picture that the file shows first.
+pub(crate) fn open<'a>(
+    mut file: impl Read + Seek + 'a,
+    layer: Option<&str>,
+) -> Result<Opened<'a>, ImageFault> {
     let mut magic = Vec::new();
     file.by_ref().take(4).read_to_end(&mut magic)?;
     if magic != ::exr::meta::magic_number::BYTES {
-        return Err(Fault::Foreign(None));
+        return Err(ImageFault::WrongFormat(None));
     }
     let length = file.seek(SeekFrom::End(0))?;
     file.rewind()?;
@@ -50,69 +43,66 @@ pub(crate) fn open<F: Read + Seek>(mut file: F, layer: Option<&str>) -> Result<O
         let meta = MetaData::read_from_buffered(&mut file, false).map_err(header_fault)?;
         let parts = &meta.headers;
         if parts.is_empty() {
-            return Err(Fault::Damaged("it has no channels".into()));
+            return Err(ImageFault::Damaged("it has no channels".into()));
         }
-        let layers = layer::names(parts);
+        let layers = layers::names(parts);
         let choice = match layer {
-            None => layer::default(parts),
-            Some(name) => layer::find(parts, name).ok_or_else(|| unknown(name, &layers))?,
+            None => layers::default(parts),
+            Some(name) => layers::find(parts, name).ok_or_else(|| unknown(name, &layers))?,
         };
-        check(&parts[choice.part], length)?;
-        Ok(Opened { file, length, meta, choice, layers })
-    })
-}
-
-impl<F: Read + Seek> Opened<F> {
-    pub fn placement(&self) -> Placement {
-        let header = &self.meta.headers[self.choice.part];
+        let header = &parts[choice.part];
+        check(header, length)?;
         let [data_window, display_window] =
             [header.data_window(), header.shared_attributes.display_window].map(window);
-        Placement { data_window, display_window, has_windows: true }
-    }
-
-    pub fn metadata(&self) -> Option<String> {
-        metadata(&self.meta.headers[self.choice.part])
-    }
-
-    /// Reads the blocks.
-    pub fn read(self, memory: &MemoryBudget) -> Result<(Image, Charge), Fault> {
-        let Opened { mut file, length, meta, choice, layers } = self;
-        let header = &meta.headers[choice.part];
-        let window = window(header.data_window());
-        let charge = window.reserve(4 * choice.channels.len() as u64, block::bytes(header), memory)?;
-        guarded(|| {
-            let mut image = Image { layers, ..blank(header, window.area() as usize, &choice)? };
-            let sources = sources(header, &choice);
-            block::read(&mut file, length, &meta, choice.part, |bounds, numbers| {
-                copy(header, bounds, numbers, &sources, &mut image.channels);
-            })?;
-            Ok((image, charge))
-        })
-    }
+        let placement = Placement { data_window, display_window, has_windows: true };
+        let metadata = match header.own_attributes.other.get(METADATA.as_bytes()) {
+            Some(AttributeValue::Text(text)) => Some(words(text)),
+            _ => None,
+        };
+        let read = move |memory: &MemoryBudget| {
+            let header = &meta.headers[choice.part];
+            let channel_bytes = 4 * choice.channels.len() as u64;
+            let charge = data_window.reserve(channel_bytes, blocks::bytes(header), memory)?;
+            guarded(|| {
+                let sources = sources(header, &choice.channels);
+                let mut channels = blank(&choice.channels, data_window.area() as usize)?;
+                blocks::read(&mut file, length, &meta, choice.part, |bounds, numbers| {
+                    copy(header, bounds, numbers, &sources, &mut channels);
+                })?;
+                let is_half = sources.iter().any(|(_, sample_type)| *sample_type == SampleType::F16);
+                let precision = if is_half { Precision::Half } else { Precision::Single };
+                Ok((Image { layers, precision, ..Image::new(placement, channels) }, charge))
+            })
+        };
+        Ok(Opened { placement, metadata, read: Box::new(read) })
+    })
 }
 
 /// Damaged B44 data make the crate panic where overflow is checked, as in a debug build; nothing else is known to. It then
 /// holds nothing but the file.
-fn guarded<T>(read: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
+fn guarded<T>(read: impl FnOnce() -> Result<T, ImageFault>) -> Result<T, ImageFault> {
     catch_unwind(AssertUnwindSafe(read))
-        .unwrap_or_else(|_| Err(Fault::Damaged("its parts contradict each other".into())))
+        .unwrap_or_else(|_| Err(ImageFault::Damaged("its parts contradict each other".into())))
 }
 
-fn unknown(name: &str, layers: &[String]) -> Fault {
-    Fault::Unfit(match layers {
+fn unknown(name: &str, layers: &[String]) -> ImageFault {
+    ImageFault::Refused(match layers {
         [] => format!("it has no layers, so `{name}` does not exist"),
         _ => format!("it has no layer `{name}`; its layers are {}", listed(layers)),
     })
 }
 
 /// Fails if the part is none that can be read, or a file of this length cannot contain it.
-fn check(header: &Header, length: u64) -> Result<(), Fault> {
-    let unfit = |reason: &str| Err(Fault::Unfit(reason.into()));
+fn check(header: &Header, length: u64) -> Result<(), ImageFault> {
+    let unfit = |reason: &str| Err(ImageFault::Refused(reason.into()));
     if header.deep {
         return unfit("deep data is not supported");
     }
     if let Some(channel) = header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
-        return Err(Fault::Unfit(format!("channel `{}` is subsampled", words(&channel.name).escape_debug())));
+        return Err(ImageFault::Refused(format!(
+            "channel `{}` is subsampled",
+            words(&channel.name).escape_debug()
+        )));
     }
     match header.compression {
         // The crate takes as much memory for these as the file says, without a check.
@@ -123,52 +113,32 @@ fn check(header: &Header, length: u64) -> Result<(), Fault> {
     header.channels.validate(true, header.data_window(), true).map_err(header_fault)?;
     let window = window(header.data_window()).not_empty()?;
     let bytes = window.area().saturating_mul(header.channels.bytes_per_pixel as u64);
-    if bytes > length.saturating_mul(block::DENSEST as u64) {
+    if bytes > length.saturating_mul(blocks::DENSEST as u64) {
         let Window { width, height, .. } = window;
-        return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
+        return Err(ImageFault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
     Ok(())
 }
 
-/// The image that the blocks are to fill.
-fn blank(header: &Header, pixels: usize, choice: &Choice) -> Result<Image, Fault> {
-    let blank = |(_, name): &(usize, String)| {
+/// The channels for the blocks to fill: the names of a choice, and zeros.
+fn blank(choice: &[(usize, String)], pixels: usize) -> Result<Vec<Channel>, ImageFault> {
+    let channel = |(_, name): &(usize, String)| {
         let mut samples = room(pixels)?;
         samples.resize(pixels, 0.0);
         Ok(Channel { name: name.clone(), samples })
     };
-    let channels = choice.channels.iter().map(blank).collect::<Result<_, Fault>>()?;
-    let data_window = window(header.data_window());
-    let display_window = window(header.shared_attributes.display_window);
-    let is_half = sources(header, choice).iter().any(|(_, kind)| *kind == SampleType::F16);
-    let precision = if is_half { Precision::Half } else { Precision::Single };
-    Ok(Image {
-        data_window,
-        display_window,
-        channels,
-        metadata: metadata(header),
-        layers: Vec::new(),
-        precision,
-        has_windows: true,
-    })
+    choice.iter().map(channel).collect()
 }
 
-fn metadata(header: &Header) -> Option<String> {
-    match header.own_attributes.other.get(METADATA.as_bytes()) {
-        Some(AttributeValue::Text(text)) => Some(words(text)),
-        _ => None,
-    }
-}
-
-/// For each channel of the choice, the bytes of a pixel before it, and its type.
-fn sources(header: &Header, choice: &Choice) -> Vec<(usize, SampleType)> {
+/// For each channel of a choice, the bytes of a pixel before it, and its type.
+fn sources(header: &Header, choice: &[(usize, String)]) -> Vec<(usize, SampleType)> {
     let mut end = 0;
     let mut all = Vec::new();
     for channel in &header.channels.list {
         all.push((end, channel.sample_type));
         end += channel.sample_type.bytes_per_sample();
     }
-    choice.channels.iter().map(|(at, _)| all[*at]).collect()
+    choice.iter().map(|(at, _)| all[*at]).collect()
 }
 
 /// Copies one block to its place in the channels.
@@ -201,20 +171,56 @@ fn convert<const N: usize>(row: &mut [f32], bytes: &[u8], number: impl Fn([u8; N
     }
 }
 
-fn header_fault(error: Error) -> Fault {
+fn header_fault(error: Error) -> ImageFault {
     match error {
         Error::Io(error) => error.into(),
-        Error::NotSupported(reason) => Fault::Unfit(reason.into()),
+        Error::NotSupported(reason) => ImageFault::Refused(reason.into()),
         // Some words of the crate say less than is known.
         Error::Invalid(reason) if reason == "reference to missing bytes" => {
-            Fault::Damaged("the file ends too early".into())
+            ImageFault::Damaged("the file ends too early".into())
         }
         Error::Invalid(reason) if reason == "missing or invalid compression attribute" => {
-            Fault::Unfit("its compression is not supported".into())
+            ImageFault::Refused("its compression is not supported".into())
         }
-        Error::Invalid(reason) => Fault::Damaged(format!("its header is wrong ({reason})")),
-        Error::Aborted => Fault::Damaged("reading was interrupted".into()),
+        Error::Invalid(reason) => ImageFault::Damaged(format!("its header is wrong ({reason})")),
+        Error::Aborted => ImageFault::Damaged("reading was interrupted".into()),
     }
+}
+
+/// Writes all channels in 32-bit float.
+pub(crate) fn write(image: &Image, out: impl Write + Seek) -> Result<(), ImageFault> {
+    let plane =
+        |channel: &Channel| AnyChannel::new(text(&channel.name), FlatSamples::F32(channel.samples.clone()));
+    let channels = AnyChannels::sort(image.channels.iter().map(plane).collect());
+
+    let data = bounds(image.data_window);
+    let attributes = LayerAttributes { layer_position: data.position, ..LayerAttributes::default() };
+    let layer = Layer::new(data.size, attributes, Encoding::SMALL_LOSSLESS, channels);
+
+    let mut attributes = ImageAttributes::new(bounds(image.display_window));
+    if let Some(metadata) = &image.metadata {
+        attributes.other.insert(text(METADATA), AttributeValue::Text(text(metadata)));
+    }
+    let image = ::exr::image::Image::new(attributes, layer);
+    // The crate starts threads of its own, where the process has one, for lack of memory or by choice.
+    let writer = match rayon::current_num_threads() {
+        1 => image.write().non_parallel(),
+        _ => image.write(),
+    };
+    writer.to_buffered(out).map_err(|error| match error {
+        Error::Io(error) => error.into(),
+        Error::Invalid(reason) | Error::NotSupported(reason) => ImageFault::Refused(reason.into()),
+        Error::Aborted => ImageFault::Refused("interrupted".into()),
+    })
+}
+
+/// UTF-8, of which the crate's own conversion would keep only Latin-1.
+fn text(words: &str) -> Text {
+    Text::from_slice_unchecked(words.as_bytes())
+}
+
+fn bounds(window: Window) -> IntegerBounds {
+    IntegerBounds::new((window.x, window.y), (window.width as usize, window.height as usize))
 }
 
 fn words(text: &Text) -> String {

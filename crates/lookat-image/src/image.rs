@@ -2,8 +2,10 @@
 
 use std::io;
 
-use crate::error::Fault;
-use crate::{Charge, MemoryBudget};
+use crate::{Charge, ImageFault, MemoryBudget};
+
+/// The channels of linear color.
+const RGB: [&str; 3] = ["R", "G", "B"];
 
 /// A rectangle of pixels; y points down and the origin is at the top left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,49 +31,81 @@ impl Window {
         [self.width, self.height]
     }
 
-    /// Fails if there is no pixel.
-    pub(crate) fn not_empty(self) -> Result<Self, Fault> {
-        if self.area() == 0 { Err(Fault::Damaged("it has no pixels".into())) } else { Ok(self) }
+    /// The pixels that both windows cover. `None` if there is none.
+    pub fn intersection(self, other: Window) -> Option<Window> {
+        let span = |a: i32, a_size: u32, b: i32, b_size: u32| {
+            let end = (i64::from(a) + i64::from(a_size)).min(i64::from(b) + i64::from(b_size));
+            u32::try_from(end - i64::from(a.max(b))).ok().filter(|size| *size > 0)
+        };
+        let width = span(self.x, self.width, other.x, other.width)?;
+        let height = span(self.y, self.height, other.y, other.height)?;
+        Some(Window { x: self.x.max(other.x), y: self.y.max(other.y), width, height })
     }
 
-    /// Reserves the memory to read a picture of this size: so many bytes for each pixel, and some more.
-    pub(crate) fn reserve(self, pixel_bytes: u64, more: u64, memory: &MemoryBudget) -> Result<Charge, Fault> {
+    /// The values of `part`, a window inside this one. `values` has one value for each pixel of this window, row by row.
+    pub fn cut<T: Copy>(self, values: Vec<T>, part: Window) -> Vec<T> {
+        if self == part {
+            return values;
+        }
+        let (left, top) = ((part.x - self.x) as usize, (part.y - self.y) as usize);
+        let rows = values.chunks_exact(self.width as usize).skip(top).take(part.height as usize);
+        rows.flat_map(|row| &row[left..left + part.width as usize]).copied().collect()
+    }
+
+    /// Fails if there is no pixel.
+    pub(crate) fn not_empty(self) -> Result<Self, ImageFault> {
+        if self.area() == 0 { Err(ImageFault::Damaged("it has no pixels".into())) } else { Ok(self) }
+    }
+
+    /// Reserves the memory to read a picture of this size: `pixel_bytes` for each pixel, and `more`.
+    pub(crate) fn reserve(
+        self,
+        pixel_bytes: u64,
+        more: u64,
+        memory: &MemoryBudget,
+    ) -> Result<Charge, ImageFault> {
         let Window { width, height, .. } = self;
         let bytes = self.area().saturating_mul(pixel_bytes).saturating_add(more);
-        memory.reserve(bytes).map_err(|shortage| Fault::TooLarge { width, height, shortage })
+        memory.reserve(bytes).map_err(|shortage| ImageFault::TooLarge { width, height, shortage })
     }
 }
 
-/// An empty array with room for so many values.
-pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, Fault> {
+/// An empty array with room for `count` values.
+pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, ImageFault> {
     let mut values = Vec::new();
     values.try_reserve_exact(count).map_err(io::Error::from)?;
     Ok(values)
 }
 
-/// Where the samples of a picture lie in the full picture.
+/// The windows of a picture: where its samples lie in the full picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Placement {
-    /// As in [`Image`].
+    /// See [`Image::data_window`].
     pub data_window: Window,
-    /// As in [`Image`].
+    /// See [`Image::display_window`].
     pub display_window: Window,
-    /// As in [`Image`].
+    /// See [`Image::has_windows`].
     pub has_windows: bool,
+}
+
+impl Placement {
+    /// A picture that does not say where it lies.
+    pub(crate) fn alone(window: Window) -> Placement {
+        Placement { data_window: window, display_window: window, has_windows: false }
+    }
 }
 
 /// One named plane of numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
-    /// As in an EXR file: "R", "G" and "B" are linear color, "Y" is gray; any other name has the meaning its
-    /// user gives it. Distinct within an image, not empty, without NUL.
+    /// The name, as in an EXR file: "R", "G" and "B" are linear color, "Y" is gray; other names are free. Distinct within an
+    /// image, not empty, without NUL.
     pub name: String,
-    /// One value for each pixel of the data window, row by row, top row first. Any float, NaN and infinity
-    /// included.
+    /// One value for each pixel of the data window, row by row, top row first. Any float, including NaN and infinity.
     pub samples: Vec<f32>,
 }
 
-/// How finely a file keeps the values of a picture. It is not written.
+/// The precision of the values in the file of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Precision {
     /// Integers of 8 or 16 bits; in Radiance HDR three of 8 bits with a common exponent.
@@ -85,26 +119,31 @@ pub enum Precision {
 /// A picture: the channels over the data window, which is the part of the display window that was computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
-    /// Where the samples lie, in pixels.
+    /// The samples lie here, in pixels.
     pub data_window: Window,
     /// The whole picture, in pixels. The data window may be smaller, larger or beside it.
     pub display_window: Window,
-    /// At least one, each with [`Window::area`] samples of the data window. In any order; a file may change
-    /// it.
+    /// At least one channel, each with [`Window::area`] samples of the data window. A file may change their order.
     pub channels: Vec<Channel>,
-    /// A JSON text that goes along in EXR and PNG, under the name "lookat"; TGA and PFM have no place for it.
-    /// It is not parsed here.
+    /// A JSON text, stored in EXR and PNG files under the name "lookat". TGA and PFM files cannot hold it. It is not parsed here.
     pub metadata: Option<String>,
-    /// The names that [`PictureFile::open_layer`](crate::PictureFile::open_layer) takes for the EXR file from which this was read; none for other
-    /// pictures. They are not written.
+    /// The layers of the EXR file that the picture was read from, as [`PictureFile::open_layer`](crate::PictureFile::open_layer)
+    /// takes them. Empty for other pictures. Not written.
     pub layers: Vec<String>,
-    /// Of the file from which this was read.
+    /// The precision of the file that the picture was read from. Not written.
     pub precision: Precision,
-    /// Whether it says where it lies in a larger picture; of files, .exr alone does.
+    /// True if the windows say where the picture lies in a larger one. Among files, only EXR stores that.
     pub has_windows: bool,
 }
 
 impl Image {
+    /// A picture of 32-bit float without metadata. `channels` lie over the data window.
+    pub fn new(placement: Placement, channels: Vec<Channel>) -> Self {
+        let Placement { data_window, display_window, has_windows } = placement;
+        let (layers, precision) = (Vec::new(), Precision::Single);
+        Image { data_window, display_window, channels, metadata: None, layers, precision, has_windows }
+    }
+
     /// A color picture without metadata. `pixels` are linear red, green and blue over the data window, row by
     /// row, top row first.
     pub fn from_rgb(data_window: Window, display_window: Window, pixels: &[[f32; 3]]) -> Self {
@@ -112,21 +151,14 @@ impl Image {
         Image::from_planes(data_window, display_window, [0, 1, 2].map(plane))
     }
 
-    /// The same, from linear red, green and blue one after the other.
+    /// A color picture without metadata. `planes` are linear red, green and blue, each over the data window.
     pub fn from_planes(data_window: Window, display_window: Window, planes: [Vec<f32>; 3]) -> Self {
-        let channels = ["R", "G", "B"]
-            .iter()
-            .zip(planes)
-            .map(|(name, samples)| Channel { name: name.to_string(), samples });
-        Image {
-            data_window,
-            display_window,
-            channels: channels.collect(),
-            metadata: None,
-            layers: Vec::new(),
-            precision: Precision::Single,
-            has_windows: true,
-        }
+        let placement = Placement { data_window, display_window, has_windows: true };
+        let channels = RGB.into_iter().zip(planes);
+        Image::new(
+            placement,
+            channels.map(|(name, samples)| Channel { name: name.into(), samples }).collect(),
+        )
     }
 
     /// The samples of the channel with this name; case counts.
@@ -141,41 +173,39 @@ impl Image {
         Some(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect())
     }
 
-    /// The same, plane by plane.
+    /// The planes of linear red, green and blue: the channels R, G and B, or else Y three times. `None` if the picture
+    /// has neither.
     pub fn rgb_planes(&self) -> Option<[&[f32]; 3]> {
-        self.color_planes().or_else(|| self.channel("Y").map(|gray| [gray; 3]))
+        match RGB.map(|name| self.channel(name)) {
+            [Some(r), Some(g), Some(b)] => Some([r, g, b]),
+            _ => self.channel("Y").map(|gray| [gray; 3]),
+        }
     }
 
-    /// Bytes that the samples take.
+    /// The bytes of all samples.
     pub fn bytes(&self) -> u64 {
         self.channels.iter().map(|channel| size_of_val(&channel.samples[..]) as u64).sum()
     }
 
-    /// Where the samples lie.
+    /// The windows of the picture.
     pub fn placement(&self) -> Placement {
         let Image { data_window, display_window, has_windows, .. } = *self;
         Placement { data_window, display_window, has_windows }
     }
 
-    fn color_planes(&self) -> Option<[&[f32]; 3]> {
-        Some([self.channel("R")?, self.channel("G")?, self.channel("B")?])
-    }
-
-    /// The places of the channels that a format without channel names shows: R, G and B, or else Y or the only channel.
-    #[cfg(feature = "write")]
-    pub(crate) fn visible_places(&self) -> Option<Vec<usize>> {
-        let place = |name: &str| self.channels.iter().position(|channel| channel.name == name);
+    /// The indices of the channels that a format without channel names shows: R, G and B, or else Y or the only channel.
+    pub(crate) fn visible_channels(&self) -> Result<Vec<usize>, ImageFault> {
+        let index = |name: &str| self.channels.iter().position(|channel| channel.name == name);
         let only = (self.channels.len() == 1).then_some(0);
-        let colors: Option<Vec<usize>> = ["R", "G", "B"].into_iter().map(place).collect();
-        colors.or_else(|| place("Y").or(only).map(|gray| vec![gray]))
+        let colors: Option<Vec<usize>> = RGB.into_iter().map(index).collect();
+        let reason = "the picture has several channels, but neither R, G and B nor Y";
+        let visible = colors.or_else(|| index("Y").or(only).map(|gray| vec![gray]));
+        visible.ok_or_else(|| ImageFault::Refused(reason.into()))
     }
 
-    /// The channels that a format without channel names shows.
-    #[cfg(feature = "write")]
-    pub(crate) fn visible_planes(&self) -> Result<Vec<&[f32]>, Fault> {
-        let planes = |places: Vec<usize>| places.iter().map(|at| &self.channels[*at].samples[..]).collect();
-        let reason = "the picture has several channels, but neither R, G and B nor Y";
-        self.visible_places().map(planes).ok_or_else(|| Fault::Unfit(reason.into()))
+    /// The samples of the channels that a format without channel names shows.
+    pub(crate) fn visible_planes(&self) -> Result<Vec<&[f32]>, ImageFault> {
+        Ok(self.visible_channels()?.into_iter().map(|at| &self.channels[at].samples[..]).collect())
     }
 }
 

@@ -5,6 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use sysinfo::{MemoryRefreshKind, RefreshKind, System};
+
 /// A limit on memory, and the bytes charged against it. Clones share one account.
 ///
 /// Reserve memory before allocating an array whose size comes from a file. The default is
@@ -140,10 +142,11 @@ pub fn byte_words(bytes: u64) -> String {
     }
 }
 
-/// The bytes of main memory.
+/// The bytes of main memory. `None` on systems that do not report it.
 fn machine_memory() -> Option<u64> {
-    let kilobytes = first_number(&read_to_string("/proc/meminfo").ok()?, "MemTotal:")?;
-    Some(1024 * kilobytes)
+    let memory = MemoryRefreshKind::nothing().with_ram();
+    let system = System::new_with_specifics(RefreshKind::nothing().with_memory(memory));
+    Some(system.total_memory()).filter(|bytes| *bytes > 0)
 }
 
 /// The bytes that the process can still take within `ulimit -v` and `ulimit -d`.

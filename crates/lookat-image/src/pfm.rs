@@ -1,19 +1,18 @@
 //! Portable FloatMap files: three lines of text, then the numbers, bottom row first.
 
-use std::io::{BufRead, Read};
+use std::io::{BufRead, Read, Write};
 
-use crate::error::Fault;
-use crate::image::room;
-use crate::{Channel, Charge, Image, MemoryBudget, Precision, Window};
+use crate::image::{Placement, room};
+use crate::picture_file::Opened;
+use crate::{Channel, Image, ImageFault, MemoryBudget, Window};
 
 /// Writes little-endian numbers: three for each pixel ("PF") or one ("Pf").
-#[cfg(feature = "write")]
-pub(crate) fn write(image: &Image, out: &mut impl std::io::Write) -> Result<(), Fault> {
+pub(crate) fn write(image: &Image, out: &mut impl Write) -> Result<(), ImageFault> {
     let planes = image.visible_planes()?;
     let Window { width, height, .. } = image.data_window;
-    let kind = if planes.len() == 3 { "PF" } else { "Pf" };
+    let magic = if planes.len() == 3 { "PF" } else { "Pf" };
     // The sign of the scale says little-endian.
-    write!(out, "{kind}\n{width} {height}\n-1.0\n")?;
+    write!(out, "{magic}\n{width} {height}\n-1.0\n")?;
     let width = width as usize;
     for y in (0..height as usize).rev() {
         for i in y * width..(y + 1) * width {
@@ -25,73 +24,53 @@ pub(crate) fn write(image: &Image, out: &mut impl std::io::Write) -> Result<(), 
     Ok(())
 }
 
-/// A file whose header is read.
-pub(crate) struct Opened<F> {
-    file: F,
-    names: &'static [&'static str],
-    pub window: Window,
-    /// Its sign tells the byte order; its absolute value is multiplied in, as in pbrt.
-    scale: f32,
-}
-
-/// Reads the header of either kind.
-pub(crate) fn open<F: BufRead>(mut file: F) -> Result<Opened<F>, Fault> {
+/// Reads the header. The sign of the scale is the byte order, and the numbers are multiplied by its magnitude, as in pbrt-v3.
+pub(crate) fn open<'a>(mut file: impl BufRead + 'a) -> Result<Opened<'a>, ImageFault> {
     let names: &[&str] = match word(&mut file)?.as_str() {
         "PF" => &["R", "G", "B"],
         "Pf" => &["Y"],
-        _ => return Err(Fault::Foreign(None)),
+        _ => return Err(ImageFault::WrongFormat(None)),
     };
     let (width, height) = (number(&mut file, "width")?, number(&mut file, "height")?);
     let scale: f32 = number(&mut file, "scale")?;
     if !scale.is_finite() || scale == 0.0 {
-        return Err(Fault::Damaged(format!("its scale is {scale}")));
+        return Err(ImageFault::Damaged(format!("its scale is {scale}")));
     }
-    Ok(Opened { file, names, window: Window { x: 0, y: 0, width, height }.not_empty()?, scale })
-}
-
-impl<F: BufRead> Opened<F> {
-    /// Reads the numbers.
-    pub fn read(mut self, memory: &MemoryBudget) -> Result<(Image, Charge), Fault> {
-        let (kinds, width) = (self.names.len(), self.window.width as usize);
-        let row_bytes = 4 * kinds * width;
-        let charge = self.window.reserve(4 * kinds as u64, row_bytes as u64, memory)?;
-        let decode = if self.scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
-        let planes = (0..kinds).map(|_| room(self.window.area() as usize));
-        let mut planes = planes.collect::<Result<Vec<_>, _>>()?;
+    let placement = Placement::alone(Window { x: 0, y: 0, width, height }.not_empty()?);
+    let read = move |memory: &MemoryBudget| {
+        let row_bytes = 4 * names.len() * width as usize;
+        let charge = placement.data_window.reserve(4 * names.len() as u64, row_bytes as u64, memory)?;
+        let decode = if scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
+        let channel = |name: &&str| {
+            Ok(Channel { name: name.to_string(), samples: room(placement.data_window.area() as usize)? })
+        };
+        let mut channels = names.iter().map(channel).collect::<Result<Vec<_>, ImageFault>>()?;
         let mut row = vec![0; row_bytes];
-        for _ in 0..self.window.height {
-            self.file.read_exact(&mut row)?;
-            let values = row.as_chunks().0;
-            for (kind, plane) in planes.iter_mut().enumerate() {
-                plane.extend(
-                    values.iter().skip(kind).step_by(kinds).map(|&four| decode(four) * self.scale.abs()),
-                );
+        for _ in 0..height {
+            file.read_exact(&mut row)?;
+            for (i, channel) in channels.iter_mut().enumerate() {
+                let values = row.as_chunks().0.iter().skip(i).step_by(names.len());
+                channel.samples.extend(values.map(|&four| decode(four) * scale.abs()));
             }
         }
-        planes.iter_mut().for_each(|plane| turn_over(plane, width));
-        let channels = self.names.iter().zip(planes);
-        let channels = channels.map(|(name, samples)| Channel { name: name.to_string(), samples }).collect();
-        let image = Image {
-            data_window: self.window,
-            display_window: self.window,
-            channels,
-            metadata: None,
-            layers: Vec::new(),
-            precision: Precision::Single,
-            has_windows: false,
-        };
-        Ok((image, charge))
+        for channel in &mut channels {
+            flip_rows(&mut channel.samples, width as usize);
+        }
+        Ok((Image::new(placement, channels), charge))
+    };
+    Ok(Opened { placement, metadata: None, read: Box::new(read) })
+}
+
+/// Reverses the order of the rows.
+fn flip_rows(plane: &mut [f32], width: usize) {
+    let (top, bottom) = plane.split_at_mut(plane.len() / width / 2 * width);
+    for (a, b) in top.chunks_exact_mut(width).zip(bottom.rchunks_exact_mut(width)) {
+        a.swap_with_slice(b);
     }
 }
 
-/// Brings the last row of a plane to the first place.
-fn turn_over(plane: &mut [f32], width: usize) {
-    let (top, bottom) = plane.split_at_mut(plane.len() / width / 2 * width);
-    top.chunks_exact_mut(width).zip(bottom.rchunks_exact_mut(width)).for_each(|(a, b)| a.swap_with_slice(b));
-}
-
-/// The characters up to the next white space, which is passed over.
-fn word(file: &mut impl BufRead) -> Result<String, Fault> {
+/// The characters up to the next white space, which is consumed.
+fn word(file: &mut impl BufRead) -> Result<String, ImageFault> {
     // No word of a header is longer; a file of another kind may go on without any white space.
     const LONGEST: usize = 32;
     let mut word = String::new();
@@ -104,9 +83,9 @@ fn word(file: &mut impl BufRead) -> Result<String, Fault> {
     Ok(word)
 }
 
-fn number<T: std::str::FromStr>(file: &mut impl BufRead, what: &str) -> Result<T, Fault> {
+fn number<T: std::str::FromStr>(file: &mut impl BufRead, what: &str) -> Result<T, ImageFault> {
     let word = word(file)?;
-    word.parse().map_err(|_| Fault::Damaged(format!("its {what} is {word:?}")))
+    word.parse().map_err(|_| ImageFault::Damaged(format!("its {what} is {word:?}")))
 }
 
 #[cfg(test)]
@@ -115,7 +94,7 @@ mod tests {
 
     fn read_bytes(bytes: &[u8]) -> Result<Image, String> {
         open(bytes)
-            .and_then(|file| file.read(&MemoryBudget::new(1 << 30)))
+            .and_then(|file| (file.read)(&MemoryBudget::new(1 << 30)))
             .map(|(image, _)| image)
             .map_err(|fault| format!("{fault:?}"))
     }
@@ -148,9 +127,9 @@ mod tests {
             let error = read_bytes(bytes).unwrap_err();
             assert!(error.contains(expected), "{error}");
         };
-        check(b"", "Foreign");
-        check(b"P6\n1 1\n255\n...", "Foreign");
-        check(&[0xff; 100], "Foreign");
+        check(b"", "WrongFormat");
+        check(b"P6\n1 1\n255\n...", "WrongFormat");
+        check(&[0xff; 100], "WrongFormat");
         check(b"PF\n", "its width is");
         check(b"PF\n-1 1\n-1\n", "its width is");
         check(b"PF\n1 1\n0\n", "its scale is");

@@ -4,7 +4,7 @@
 
 use std::array::from_fn;
 
-use crate::Image;
+use crate::{Image, luminance};
 
 /// A curve from linear values of any size to linear values from 0 to 1. Each maps 0 to 0 and does not decrease.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,12 +40,12 @@ const WHITE: f32 = 4.0;
 /// Larger values count as this one, so that no curve overflows.
 const MOST: f32 = 1e6;
 
-/// How linear values are fitted to 8 bits: by an exposure, then by a curve.
+/// Fits linear values to 8 bits: by an exposure, then by a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ToneMapping {
-    /// In stops: each doubles all values.
+    /// The exposure in stops: each stop doubles all values. 0 by default.
     pub exposure: f64,
-    /// Applied after the exposure.
+    /// The curve, applied after the exposure.
     pub curve: ToneCurve,
 }
 
@@ -69,7 +69,10 @@ impl ToneMapping {
     /// Maps the channels that a format without channel names shows: R, G and B, or else Y or the only channel. Changes
     /// nothing if the picture has none of these.
     pub fn apply(self, image: &mut Image) {
-        let Some(places) = image.visible_places().filter(|_| self != ToneMapping::default()) else { return };
+        let Ok(places) = image.visible_channels() else { return };
+        if self == ToneMapping::default() {
+            return;
+        }
         let function = self.function();
         for i in 0..image.data_window.area() as usize {
             let mapped = function(from_fn(|c| image.channels[places[c % places.len()]].samples[i]));
@@ -78,11 +81,6 @@ impl ToneMapping {
             }
         }
     }
-}
-
-/// The luminance of linear sRGB, with the weights of pbrt.
-pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.212_671 * r + 0.715_16 * g + 0.072_169 * b
 }
 
 fn reinhard(pixel: [f32; 3]) -> [f32; 3] {
@@ -98,7 +96,7 @@ fn aces(x: f32) -> f32 {
 fn neutral(pixel: [f32; 3]) -> [f32; 3] {
     /// The reflectance of glass at normal incidence.
     const F90: f32 = 0.04;
-    /// Where compression starts.
+    /// The peak at which compression starts.
     const START: f32 = 0.8 - F90;
     const DESATURATION: f32 = 0.15;
     let least = pixel.into_iter().fold(f32::INFINITY, f32::min);

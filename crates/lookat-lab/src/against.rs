@@ -1,11 +1,13 @@
 //! Another renderer of the same scene files: error at equal samples, and time to equal error.
 
+mod command;
 mod scenes;
 mod worlds;
 
 use lookat_image::{means, relative_mse_trimmed};
 
-pub use scenes::{Row, SIDE, pictures, rows};
+pub use command::Against;
+use scenes::{Row, SIDE, pictures, rows};
 
 /// How far apart the trimmed and the plain ratio of errors are if single pixels rule the plain one.
 const FIREFLIES: f64 = 1.5;
@@ -16,7 +18,7 @@ const AGREE: f64 = 5.0;
 
 /// What a program took for a picture, and how far it is from the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome {
+struct Outcome {
     /// Wall time of the whole process in seconds.
     pub seconds: f64,
     /// Squared relative error.
@@ -27,7 +29,7 @@ pub struct Outcome {
 
 /// A ratio of two errors or times.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ratio {
+struct Ratio {
     /// The ratio. If `fireflies`, without the worst thousandth of the pixels.
     pub value: f64,
     /// Whether single pixels rule the errors.
@@ -40,7 +42,7 @@ impl Outcome {
     /// # Panics
     ///
     /// If a picture does not have the size of the reference.
-    pub fn of(seconds: f64, pictures: &[Vec<[f32; 3]>], reference: &[[f32; 3]]) -> Outcome {
+    fn of(seconds: f64, pictures: &[Vec<[f32; 3]>], reference: &[[f32; 3]]) -> Outcome {
         let count = pictures.len() as f64;
         let error =
             pictures.iter().map(|picture| means(picture, reference).relative_mse).sum::<f64>() / count;
@@ -50,14 +52,14 @@ impl Outcome {
     }
 
     /// This error over another one at the same samples.
-    pub fn error_over(self, other: Outcome) -> Ratio {
+    fn error_over(self, other: Outcome) -> Ratio {
         let [plain, trimmed] = [self.error / other.error, self.trimmed / other.trimmed];
         let fireflies = (plain / trimmed).ln().abs() > FIREFLIES.ln();
         Ratio { value: if fireflies { trimmed } else { plain }, fireflies }
     }
 
     /// How many times as fast as the other program this one reaches the same error, if squared error times time is constant.
-    pub fn time_to_equal_error(self, other: Outcome) -> Ratio {
+    fn time_to_equal_error(self, other: Outcome) -> Ratio {
         let errors = self.error_over(other);
         Ratio { value: other.seconds / self.seconds / errors.value, ..errors }
     }
@@ -65,7 +67,7 @@ impl Outcome {
 
 /// The relative difference of the means of two pictures, (actual - expected) / expected, if noise does not explain it. The scatter of
 /// the means of blocks tells the noise, so it is too large if the pictures differ more in some places than in others.
-pub fn disagreement(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> Option<f64> {
+fn disagreement(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> Option<f64> {
     let side = SIDE as usize;
     let sum = |pixel: &[f32; 3]| pixel.iter().map(|value| f64::from(*value)).sum::<f64>();
     let blocks = side / BLOCK;

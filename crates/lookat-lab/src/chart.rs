@@ -1,34 +1,21 @@
-//! Speed against accuracy: methods of rendering one scene, each with more and more samples, their time and their error.
+//! Error against render time: several methods render one scene, each with more and more samples per pixel.
 //!
-//! [`Runner`] renders, [`plan()`] decides how far to climb, [`Climb`] measures, [`Results`] draws conclusions, and [`draw()`],
-//! [`as_csv`] and [`as_json`] show them.
+//! [`Plan`] chooses the samples, [`Measurement`] renders the pictures, [`Chart`] holds what follows from them, and [`draw()`]
+//! and [`as_csv`] show it.
 
-mod climb;
 mod draw;
-mod equal;
 mod estimate;
-mod fit;
-mod front;
-mod level;
+mod measure;
 mod method;
-mod plan;
-mod point;
 mod reference;
 mod results;
-mod runner;
-mod table;
 
-pub use climb::Climb;
-pub use draw::draw;
-pub use equal::{Curve, EqualValues};
-pub use estimate::Estimate;
-pub use fit::Fit;
-pub use front::Reign;
-pub use level::Level;
+pub use draw::{Plot, draw};
+pub use estimate::{Estimate, Slope};
+pub use measure::{
+    CommonSquare, End, FEWEST_SEEDS, MOST_POINTS, Measured, Measurement, Picture, Plan, Point, Renderer,
+    Watch,
+};
 pub use method::{DEFAULT, METHODS, Method, named};
-pub use plan::{Cost, FEWEST_SEEDS, MOST_RUNGS, Plan, plan};
-pub use point::{Marker, Picture, Point};
 pub use reference::{Fitted, Origin, Reference, fitted};
-pub use results::{End, Measured, Results};
-pub use runner::{Budget, Rendering, Runner, Watch};
-pub use table::{Header, as_csv, as_json};
+pub use results::{Chart, EqualTable, FrontPoint, MethodResult, OtherResult, as_csv, plain, significant};

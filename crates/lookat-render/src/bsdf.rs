@@ -1,12 +1,9 @@
-//! How surfaces scatter light, at points side by side. Directions are in the world and point away from the surface.
+//! BSDFs at eight points side by side: their lobes, how a lobe is chosen for a sample, and what they scatter. Directions are in
+//! the world and point away from the surface.
 
-mod choice;
-mod fresnel;
 mod lobe;
 mod material;
 mod microfacet;
-mod slots;
-mod specular;
 #[cfg(test)]
 mod tests;
 
@@ -14,13 +11,11 @@ use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::Vec3;
 use smallvec::SmallVec;
 
+pub(crate) use crate::bsdf::lobe::Single;
 use crate::frame::Frames;
 use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
-use lobe::Kind;
+use lobe::{Kind, Lobe, Lobes, PointLobe};
 pub(crate) use material::most_lobes;
-use slots::Slot;
-pub(crate) use slots::{PointLobes, Slots};
-pub(crate) use specular::Single;
 
 /// Which lobes are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,7 +67,7 @@ pub(crate) struct Bsdf<'s, S: Simd> {
 /// Directions that light may come from.
 pub(crate) struct BsdfSample<S: Simd> {
     /// Where there is one.
-    pub is_there: mask64x8<S>,
+    pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
     /// Densities of `wi` by solid angle, more than 0. Of specular samples the probabilities of their directions.
     pub pdf: f64x8<S>,
@@ -81,7 +76,7 @@ pub(crate) struct BsdfSample<S: Simd> {
     /// No other direction could have been sampled nearby.
     pub is_specular: mask64x8<S>,
     /// What refraction alone does to radiance, and the way out undoes: the ratio of the squared indices of refraction, or 1.
-    pub compression: f32x8<S>,
+    pub radiance_scale: f32x8<S>,
 }
 
 /// The largest number below 1.
@@ -97,7 +92,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     ) -> Self {
         let local_o = frames.to_local(wo.narrow());
         let n = (-n).or(n.dot(wo).simd_lt(0.0), n);
-        choice::weigh(&mut slots.0, local_o.z);
+        weigh(&mut slots.0, local_o.z);
         Bsdf { n, ns, frames, wo, local_o, slots: &slots.0 }
     }
 
@@ -160,7 +155,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                 pdf += (sampled & slot.mask).select(slot.probability * own_pdf, none);
             }
             if part == Part::Smooth {
-                let all = choice::probability(simd, self.slots, part);
+                let all = probability(simd, self.slots, part);
                 pdf = all.simd_gt(0.0).select(pdf / all, none);
             }
             (f * local_i.z.abs(), pdf)
@@ -172,14 +167,14 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     pub fn sample(&self, [u, v]: [f64x8<S>; 2], part: Part) -> BsdfSample<S> {
         let simd = u.token();
         vectorized!(simd, {
-            let choice = choice::choose(self.slots, part, u);
+            let choice = choose(self.slots, part, u);
             let one = splat_f32(simd, 1.0);
             // What is left of the number beyond the 24 bits that directions take.
             let fine = choice.rest * 16_777_216.0;
             let fine = to_f32(fine - fine.floor()).min(BELOW_ONE);
             let square = [to_f32(choice.rest).min(BELOW_ONE), to_f32(v).min(BELOW_ONE)];
             let none = mask32x8::splat(simd, false);
-            let (mut local, mut compression, mut is_smooth) = (self.local_o, one, none);
+            let (mut local, mut radiance_scale, mut is_smooth) = (self.local_o, one, none);
             let mut single: Option<(mask64x8<S>, Single<S>)> = None;
             for (number, slot) in self.slots.iter().enumerate() {
                 let own = choice.slot.simd_eq(number as f32);
@@ -194,18 +189,19 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                         None => (own, sample),
                     });
                 } else {
-                    let (wi, is_there) = slot.lobe.sample(self.local_o, square, fine);
+                    let (wi, is_valid) = slot.lobe.sample(self.local_o, square, fine);
                     local = wi.or(own, local);
-                    is_smooth |= own & is_there;
-                    compression = own.select(slot.lobe.compression(self.local_o.z, wi.z), compression);
+                    is_smooth |= own & is_valid;
+                    radiance_scale =
+                        own.select(slot.lobe.radiance_scale(self.local_o.z, wi.z), radiance_scale);
                 }
             }
             let mut sample = self.smooth(local, is_smooth, part);
-            sample.compression = compression;
+            sample.radiance_scale = radiance_scale;
             if let Some((own, single)) = single {
                 sample.put(own, single, choice.probability);
             }
-            sample.is_there &= widen(self.local_o.z.simd_ne(0.0));
+            sample.is_valid &= widen(self.local_o.z.simd_ne(0.0));
             sample
         })
     }
@@ -216,7 +212,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     pub fn singles(&self) -> SmallVec<[Single<S>; 2]> {
         let simd = self.local_o.z.token();
         vectorized!(simd, {
-            let all = choice::probability(simd, self.slots, Part::Specular);
+            let all = probability(simd, self.slots, Part::Specular);
             let is_seen = widen(self.local_o.z.simd_ne(0.0));
             let mut singles: SmallVec<[Single<S>; 2]> = SmallVec::new();
             for slot in self.slots.iter().filter(|slot| slot.lobe.kind.is_specular()) {
@@ -226,13 +222,13 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                     let mut single = slot.lobe.single(self.ns, self.wo, u.simd_into(simd));
                     let rest = own & widen(single.probability.simd_lt(1.0));
                     single.probability *= slot.probability / all;
-                    single.is_there &= own & single.factor.is_light();
+                    single.is_valid &= own & single.factor.is_light();
                     for place in &mut singles {
-                        let free = single.is_there & !place.is_there;
+                        let free = single.is_valid & !place.is_valid;
                         *place = single.or(free, *place);
-                        single.is_there &= !free;
+                        single.is_valid &= !free;
                     }
-                    if single.is_there.any_true() {
+                    if single.is_valid.any_true() {
                         singles.push(single);
                     }
                     own = rest;
@@ -244,19 +240,19 @@ impl<'s, S: Simd> Bsdf<'s, S> {
 
     /// Samples of directions of the frames.
     #[inline(always)]
-    fn smooth(&self, local: V3<f32x8<S>>, is_there: mask32x8<S>, part: Part) -> BsdfSample<S> {
+    fn smooth(&self, local: V3<f32x8<S>>, is_valid: mask32x8<S>, part: Part) -> BsdfSample<S> {
         let simd = local.x.token();
         let wi = self.frames.to_world(local).widen().normalize();
-        let (weight, pdf) = match is_there.any_true() {
+        let (weight, pdf) = match is_valid.any_true() {
             true => {
                 let (f_cos, pdf) = self.at(wi, local, part);
                 (f_cos / pdf, pdf)
             }
             false => (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0)),
         };
-        let is_there = widen(is_there & pdf.simd_gt(0.0)) & weight.is_light();
-        let (is_specular, compression) = (bits(simd, 0), splat_f32(simd, 1.0));
-        BsdfSample { is_there, wi, pdf: to_f64(pdf), weight, is_specular, compression }
+        let is_valid = widen(is_valid & pdf.simd_gt(0.0)) & weight.is_light();
+        let (is_specular, radiance_scale) = (bits(simd, 0), splat_f32(simd, 1.0));
+        BsdfSample { is_valid, wi, pdf: to_f64(pdf), weight, is_specular, radiance_scale }
     }
 }
 
@@ -265,12 +261,156 @@ impl<S: Simd> BsdfSample<S> {
     #[inline(always)]
     fn put(&mut self, own: mask64x8<S>, single: Single<S>, probability: f32x8<S>) {
         let pdf = single.probability * probability;
-        let is_there = single.is_there & single.factor.is_light() & widen(pdf.simd_gt(0.0));
-        self.is_there = self.is_there & !own | own & is_there;
+        let is_valid = single.is_valid & single.factor.is_light() & widen(pdf.simd_gt(0.0));
+        self.is_valid = self.is_valid & !own | own & is_valid;
         self.wi = single.wi.or(own, self.wi);
         self.pdf = own.select(to_f64(pdf), self.pdf);
         self.weight = (single.factor / pdf).or_wide(own, self.weight);
         self.is_specular |= own;
-        self.compression = narrow(own).select(single.compression, self.compression);
+        self.radiance_scale = narrow(own).select(single.radiance_scale, self.radiance_scale);
+    }
+}
+
+/// The share of samples that lobes have alike, whatever they scatter: a lobe may scatter more than it seems to, or what it
+/// scatters may be brighter (defensive mixtures; Hesterberg, "Weighted average importance sampling and defensive mixture
+/// distributions", Technometrics 37(2), 1995).
+const ALIKE: f32 = 0.25;
+
+/// Makes lobes the likelier, the more they scatter of what comes at an angle of cosine `cos_o`.
+#[inline(always)]
+fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
+    if slots.len() < 2 {
+        return;
+    }
+    let none = splat_f32(cos_o.token(), 0.0);
+    let (mut sum, mut count) = (none, none);
+    for slot in slots.iter_mut() {
+        // Reflectances of more than 1 may make something negative of it.
+        slot.probability = slot.mask.select(slot.lobe.albedo(cos_o).amount(), none);
+        sum += slot.probability;
+        count += slot.mask.select(splat_f32(none.token(), 1.0), none);
+    }
+    // Textures may give more than can be added up.
+    let usable = sum.simd_gt(0.0) & sum.is_finite();
+    let alike = 1.0 / count;
+    for slot in slots {
+        let own = usable.select(alike * ALIKE + slot.probability / sum * (1.0 - ALIKE), alike);
+        slot.probability = slot.mask.select(own, none);
+    }
+}
+
+/// The probability that a sample of all lobes is one of a part.
+#[inline(always)]
+fn probability<S: Simd>(simd: S, slots: &[Slot<S>], part: Part) -> f32x8<S> {
+    if part == Part::All {
+        return splat_f32(simd, 1.0);
+    }
+    let mut sum = splat_f32(simd, 0.0);
+    for (_, slot) in of(slots, part) {
+        sum += slot.probability;
+    }
+    sum
+}
+
+fn of<S: Simd>(slots: &[Slot<S>], part: Part) -> impl Iterator<Item = (usize, &Slot<S>)> {
+    slots.iter().enumerate().filter(move |(_, slot)| part.holds(slot.lobe.kind))
+}
+
+/// Lobes of a part.
+struct Choice<S: Simd> {
+    /// Their slots; -1 where there is none.
+    pub slot: f32x8<S>,
+    /// The probability of each among the lobes of the part.
+    pub probability: f32x8<S>,
+    /// Numbers from 0 to 1 to go on with.
+    pub rest: f64x8<S>,
+}
+
+/// Chooses a lobe of a part at each point: the first where the sum of probabilities exceeds `u` times the total, or the last.
+#[inline(always)]
+fn choose<S: Simd>(slots: &[Slot<S>], part: Part, u: f64x8<S>) -> Choice<S> {
+    let simd = u.token();
+    let all = probability(simd, slots, part);
+    let mut rest = u * to_f64(all);
+    let mut open = mask32x8::splat(simd, true);
+    let mut choice = Choice { slot: splat_f32(simd, -1.0), probability: all, rest };
+    for (number, slot) in of(slots, part) {
+        let own = open & slot.mask;
+        choice.slot = own.select(splat_f32(simd, number as f32), choice.slot);
+        choice.probability = own.select(slot.probability, choice.probability);
+        choice.rest = widen(own).select(rest, choice.rest);
+        rest -= to_f64(slot.probability);
+        open &= !(own & narrow(rest.simd_lt(0.0)));
+    }
+    choice.rest = (choice.rest / to_f64(choice.probability)).min(1.0 - f64::EPSILON);
+    choice.probability /= all;
+    choice
+}
+
+/// A lobe.
+#[derive(Clone, Copy)]
+struct Slot<S: Simd> {
+    pub lobe: Lobes<S>,
+    /// Where it is.
+    pub mask: mask32x8<S>,
+    /// The probability that a sample of all lobes is one of it.
+    pub probability: f32x8<S>,
+}
+
+/// All lobes; the lobes of a point are in order. Few materials have more than six.
+pub(crate) struct Slots<S: Simd>(SmallVec<[Slot<S>; 6]>);
+
+/// The lobes of a material at a point.
+#[derive(Debug, Default)]
+pub(crate) struct PointLobes(SmallVec<[PointLobe; 8]>);
+
+impl<S: Simd> Slots<S> {
+    /// Of points without any.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Slots(SmallVec::new())
+    }
+
+    /// Adds the lobes of points that are alike, and have none yet.
+    #[inline(never)]
+    pub fn add(&mut self, simd: S, lobes: &PointLobes, points: mask64x8<S>) {
+        vectorized!(simd, {
+            let (own, mut from) = (narrow(points), 0);
+            for lobe in &lobes.0 {
+                self.push(Lobe::splat(simd, lobe), own, &mut from);
+            }
+        })
+    }
+
+    /// Adds lobes at some points, whose lobes so far are in slots before `from`.
+    #[inline(always)]
+    fn push(&mut self, lobe: Lobes<S>, own: mask32x8<S>, from: &mut usize) {
+        let at = self.0[*from..].iter().position(|slot| slot.lobe.kind == lobe.kind);
+        let at = at.map_or(self.0.len(), |at| *from + at);
+        match self.0.get_mut(at) {
+            Some(slot) => {
+                slot.lobe = lobe.or(own, slot.lobe);
+                slot.mask |= own;
+            }
+            None => self.0.push(Slot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
+        }
+        *from = at + 1;
+    }
+
+    /// About what all lobes scatter, in all, of light that comes along the normals.
+    #[inline(always)]
+    pub fn albedo(&self, simd: S) -> Colors<S> {
+        let black = Colors::splat(simd, Vec3::ZERO);
+        let mut sum = black;
+        for slot in &self.0 {
+            sum = sum + slot.lobe.albedo(splat_f32(simd, 1.0)).or(slot.mask, black);
+        }
+        sum
+    }
+
+    /// The lobes of the first point.
+    fn first(&self) -> PointLobes {
+        let own = self.0.iter().filter(|slot| slot.mask.to_bitmask() & 1 == 1);
+        PointLobes(own.map(|slot| slot.lobe.first()).collect())
     }
 }

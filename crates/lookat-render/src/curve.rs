@@ -1,9 +1,10 @@
-//! Ray against curve: where the curve, seen along the ray, comes closest to it (PBR 3.7).
+//! Rays against cubic Bézier curves: where the curve, seen along the ray, comes closest to it (PBR 3.7).
 //!
-//! pbrt-v3 halves a curve until its parts are straight to a twentieth of the width; here the least distances are the roots
+//! pbrt-v3 splits a curve until its parts are straight to a twentieth of the width; here the least distances are the roots
 //! of a polynomial.
 
-mod bezier;
+#[cfg(test)]
+mod tests;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -11,9 +12,9 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Curve, CurveKind};
 
-use crate::circle::at_angle;
-use crate::parametric::Parametric;
 use crate::ray::Ray;
+use crate::surface::Parametric;
+use crate::warp::at_angle;
 
 /// All curves of a scene.
 #[derive(Default)]
@@ -72,7 +73,7 @@ impl Curves {
             for part in 0..parts {
                 let share = |at: u32, more: f64| (f64::from(at) / f64::from(parts) + more).clamp(0.0, 1.0);
                 let range = [share(part, -OVERLAP), share(part + 1, OVERLAP)];
-                let points = bezier::part(&points, range[0], range[1]);
+                let points = subcurve(&points, range[0], range[1]);
                 let piece = Piece { curve: number, segment: segment as u32, range, points };
                 added.push((self.pieces.len() as u32, placed.corners(&piece), magnitude));
                 self.pieces.push(piece);
@@ -94,9 +95,9 @@ impl Curves {
         }
         let flat = seen.map(|p| p.with_z(0.0));
         let mut nearest: Option<(f64, f64)> = None;
-        bezier::falls(&bezier::approach(&flat), &mut |at| {
+        falls(&approach(&flat), &mut |at| {
             let u = piece.range[0] + (piece.range[1] - piece.range[0]) * at;
-            let p = bezier::evaluate(&seen, at).0;
+            let p = evaluate(&seen, at).0;
             let t = p.z / view.length;
             let width = placed.width(piece.segment, u) * placed.facing(piece.segment, u, view.z);
             let hit = p.truncate().length() <= 0.5 * width && t > 0.0 && t <= t_max;
@@ -108,7 +109,7 @@ impl Curves {
         let (at, t) = nearest?;
         let u = piece.range[0] + (piece.range[1] - piece.range[0]) * at;
         let width = placed.width(piece.segment, u) * placed.facing(piece.segment, u, view.z);
-        let (p, along) = bezier::evaluate(&seen, at);
+        let (p, along) = evaluate(&seen, at);
         let side = p.truncate().perp_dot(along.truncate());
         let v = 0.5 + (p.truncate().length() / width).copysign(side);
         Some(Meeting { t, uv: DVec2::new(u, v) })
@@ -126,7 +127,7 @@ impl Curves {
             let at = start + (end - start) * f64::from(step) / f64::from(steps);
             let segment = (at as usize).min(placed.curve.segments.len() - 1);
             let u = at - segment as f64;
-            let p = bezier::evaluate(&placed.seen(segment, view), u).0;
+            let p = evaluate(&placed.seen(segment, view), u).0;
             p.truncate().length() <= 0.5 * placed.width(segment as u32, u) * (1.0 + 1e-6)
         })
     }
@@ -199,7 +200,7 @@ impl PlacedCurve {
     /// The change of the position with u and with v, in object space, as seen from a unit direction. That with v is as long
     /// as the curve is wide there.
     fn tangents(&self, segment: u32, direction: DVec3, uv: DVec2) -> [DVec3; 2] {
-        let dpdu = bezier::evaluate(&self.curve.segments[segment as usize], uv.x).1;
+        let dpdu = evaluate(&self.curve.segments[segment as usize], uv.x).1;
         let across = match &self.curve.kind {
             CurveKind::Flat => direction.cross(dpdu),
             CurveKind::Cylinder => {
@@ -231,9 +232,9 @@ impl PlacedCurve {
     /// The place on a segment that is nearest to the start of the ray.
     fn nearest(&self, segment: u32, view: &View) -> f64 {
         let seen = self.seen(segment as usize, view);
-        let distance = |u: f64| bezier::evaluate(&seen, u).0.length_squared();
+        let distance = |u: f64| evaluate(&seen, u).0.length_squared();
         let mut nearest = if distance(0.0) <= distance(1.0) { 0.0 } else { 1.0 };
-        bezier::falls(&bezier::approach(&seen), &mut |u| {
+        falls(&approach(&seen), &mut |u| {
             if distance(u) < distance(nearest) {
                 nearest = u;
             }
@@ -278,5 +279,128 @@ fn ribbon_normal(normals: &[DVec3], segment: u32, u: f64) -> DVec3 {
     (from * libm::sin((1.0 - u) * angle) + to * libm::sin(u * angle)) / libm::sin(angle)
 }
 
-#[cfg(test)]
-mod tests;
+/// A point of the curve and the derivative there. Where that vanishes, the way from end to end stands in.
+fn evaluate(points: &[DVec3; 4], u: f64) -> (DVec3, DVec3) {
+    let [a, b, c, d] = *points;
+    let (ab, bc, cd) = (a.lerp(b, u), b.lerp(c, u), c.lerp(d, u));
+    let (abc, bcd) = (ab.lerp(bc, u), bc.lerp(cd, u));
+    let derivative = (bcd - abc) * 3.0;
+    (abc.lerp(bcd, u), if derivative == DVec3::ZERO { d - a } else { derivative })
+}
+
+/// The control points of the part between two parameters, by blossoming.
+fn subcurve(points: &[DVec3; 4], from: f64, to: f64) -> [DVec3; 4] {
+    let blossom = |u: f64, v: f64, w: f64| {
+        let [a, b, c, d] = *points;
+        let (ab, bc, cd) = (a.lerp(b, u), b.lerp(c, u), c.lerp(d, u));
+        ab.lerp(bc, v).lerp(bc.lerp(cd, v), w)
+    };
+    [blossom(from, from, from), blossom(from, from, to), blossom(from, to, to), blossom(to, to, to)]
+}
+
+/// A polynomial of degree 5 on 0..1, in Bernstein form.
+type Quintic = [f64; 6];
+
+/// A third of the rate at which the curve comes closer to the origin, times its distance: it goes from more to less than
+/// 0 where the distance is least.
+fn approach(c: &[DVec3; 4]) -> Quintic {
+    let d = [c[1] - c[0], c[2] - c[1], c[3] - c[2]];
+    let dot = |i: usize, j: usize| -c[i].dot(d[j]);
+    [
+        dot(0, 0),
+        (3.0 * dot(1, 0) + 2.0 * dot(0, 1)) / 5.0,
+        (3.0 * dot(2, 0) + 6.0 * dot(1, 1) + dot(0, 2)) / 10.0,
+        (dot(3, 0) + 6.0 * dot(2, 1) + 3.0 * dot(1, 2)) / 10.0,
+        (2.0 * dot(3, 1) + 3.0 * dot(2, 2)) / 5.0,
+        dot(3, 2),
+    ]
+}
+
+/// Below this length an interval is not halved again: two roots in it are one.
+const SHORTEST: f64 = 1e-9;
+
+/// Calls `visit` with each place where the polynomial goes from more to less than 0, the ends included.
+///
+/// A polynomial has at most as many roots as its coefficients change their signs (Descartes); intervals are halved until
+/// there is one change or none.
+fn falls(g: &Quintic, visit: &mut impl FnMut(f64)) {
+    if g.iter().any(|x| *x != 0.0) {
+        falls_within(g, 0.0, 1.0, visit);
+    }
+}
+
+fn falls_within(g: &Quintic, from: f64, to: f64, visit: &mut impl FnMut(f64)) {
+    // A zero at an end counts as a fall there.
+    let starts = g[0] >= 0.0;
+    let ends = g[5] <= 0.0;
+    let changes = changes(g, starts, !ends);
+    if changes >= 2 && to - from > SHORTEST {
+        let (left, right) = halves(g);
+        let middle = 0.5 * (from + to);
+        falls_within(&left, from, middle, visit);
+        falls_within(&right, middle, to, visit);
+    } else if starts && ends {
+        visit(from + (to - from) * root(g));
+    }
+}
+
+/// How often the sign changes along the coefficients, with the signs of the first and the last given.
+fn changes(g: &Quintic, first: bool, last: bool) -> u32 {
+    let (mut count, mut positive) = (0, first);
+    let mut next = |sign: bool| {
+        count += u32::from(sign != positive);
+        positive = sign;
+    };
+    g[1..5].iter().filter(|x| **x != 0.0).for_each(|x| next(*x > 0.0));
+    next(last);
+    count
+}
+
+/// The polynomial over both halves of its interval.
+fn halves(g: &Quintic) -> (Quintic, Quintic) {
+    let (mut work, mut left, mut right) = (*g, [0.0; 6], [0.0; 6]);
+    for level in 0..6 {
+        left[level] = work[0];
+        right[5 - level] = work[5 - level];
+        for at in 0..5 - level {
+            work[at] = 0.5 * (work[at] + work[at + 1]);
+        }
+    }
+    (left, right)
+}
+
+/// The root of a polynomial that falls from at least 0 to at most 0: by Newton's method, within an interval that shrinks.
+fn root(g: &Quintic) -> f64 {
+    if g[0] == 0.0 {
+        return 0.0;
+    }
+    let (mut low, mut high) = (0.0, 1.0);
+    let mut at = g[0] / (g[0] - g[5]);
+    for _ in 0..60 {
+        let (value, slope) = value(g, at);
+        if value > 0.0 {
+            low = at;
+        } else {
+            high = at;
+        }
+        let newton = at - value / slope;
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        if (next - at).abs() <= f64::EPSILON {
+            return next;
+        }
+        at = next;
+    }
+    at
+}
+
+/// The value and slope at `u`.
+fn value(g: &Quintic, u: f64) -> (f64, f64) {
+    let mut work = *g;
+    for level in 0..4 {
+        for at in 0..5 - level {
+            work[at] += (work[at + 1] - work[at]) * u;
+        }
+    }
+    let slope = work[1] - work[0];
+    (work[0] + slope * u, 5.0 * slope)
+}

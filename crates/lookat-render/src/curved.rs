@@ -1,24 +1,20 @@
 //! Curved shapes in their places: what rays meet of them, and points of them.
 
-mod disk;
-mod paraboloid;
 mod quadric;
-mod segment;
 pub(crate) mod sphere;
-mod sweep;
 #[cfg(test)]
 mod tests;
 
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Quadric, QuadricForm};
 
-use crate::parametric::Parametric;
+use crate::curved::quadric::Disk;
+use crate::curved::quadric::Paraboloid;
+use crate::curved::quadric::Sweep;
+use crate::curved::quadric::TurnedSegment;
 use crate::ray::Ray;
-use disk::Disk;
-use paraboloid::Paraboloid;
-use segment::TurnedSegment;
+use crate::surface::Parametric;
 pub(crate) use sphere::Sphere;
-use sweep::Sweep;
 
 /// A curved shape in its place, relative to the origin.
 ///

@@ -2,8 +2,8 @@
 
 use fearless_simd::{Simd, mask64x8, prelude::*};
 
-use crate::bounds::Bounds;
 use crate::bvh::BoxRays;
+use crate::frame::Bounds;
 use crate::number::bits;
 use crate::trace::rays::Rays;
 

@@ -1,23 +1,21 @@
-//! The film: exact sums of weighted samples, pixel by pixel, in tiles.
+//! The film: exact sums of weighted samples in tiles of pixels. Samples count for all pixels that the filter reaches. One thread
+//! collects the samples of a tile in a frame of its own, and adds them to the tiles around when it is full.
 
-mod area;
-mod film_sums;
-mod frame;
 pub(crate) mod sum;
 
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::ops::Range;
+use std::sync::{
+    Mutex, MutexGuard, OnceLock, PoisonError,
+    atomic::{AtomicU64, Ordering},
+};
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, DVec4, Vec3};
 use lookat_image::{Image, PixelError, Shared, Window};
 use lookat_scene::{PixelBounds, View};
 
-use crate::color::luminance;
+pub use crate::film::sum::{FilmSums, FilmSumsError};
 use crate::filter::PixelFilter;
-pub(crate) use area::Area;
-pub use film_sums::{FilmSums, FilmSumsError};
-use frame::BLOCK;
-pub(crate) use frame::Frame;
+use crate::number::luminance;
 pub(crate) use sum::{Scale, Spread, Sum};
 
 /// Replicates of each pixel when its error is asked for: with 16 of them intervals by Student's t hold what they promise,
@@ -335,15 +333,176 @@ fn tiles(area: Area, side: i32) -> impl Iterator<Item = Area> {
     area.squares(side).map(move |square| square.intersection(area))
 }
 
+/// A rectangle of pixels, y down: `x0 <= x < x1`, `y0 <= y < y1`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Area {
+    pub x0: i32,
+    pub y0: i32,
+    pub x1: i32,
+    pub y1: i32,
+}
+
+impl Area {
+    pub fn of(PixelBounds { x0, y0, x1, y1 }: PixelBounds) -> Area {
+        let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(u32::cast_signed);
+        Area { x0, y0, x1, y1 }
+    }
+
+    pub fn width(self) -> usize {
+        (self.x1 - self.x0).max(0) as usize
+    }
+
+    pub fn height(self) -> usize {
+        (self.y1 - self.y0).max(0) as usize
+    }
+
+    /// The number of its pixels.
+    pub fn size(self) -> usize {
+        self.width() * self.height()
+    }
+
+    /// Its pixels, row by row.
+    pub fn places(self) -> impl Iterator<Item = [i32; 2]> {
+        (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| [x, y]))
+    }
+
+    pub fn contains(self, [x, y]: [i32; 2]) -> bool {
+        (self.x0..self.x1).contains(&x) && (self.y0..self.y1).contains(&y)
+    }
+
+    pub fn place(self, at: usize) -> [i32; 2] {
+        [self.x0 + (at % self.width()) as i32, self.y0 + (at / self.width()) as i32]
+    }
+
+    /// Where a pixel is among all, row by row.
+    pub fn index(self, [x, y]: [i32; 2]) -> usize {
+        (y - self.y0) as usize * self.width() + (x - self.x0) as usize
+    }
+
+    /// The squares of a grid that it has pixels of, whole and row by row. The grid is aligned to the full picture.
+    pub fn squares(self, side: i32) -> impl Iterator<Item = Area> {
+        let [columns, rows] = self.grid(side);
+        rows.flat_map(move |row| columns.clone().map(move |column| (column * side, row * side)))
+            .map(move |(x0, y0)| Area { x0, y0, x1: x0 + side, y1: y0 + side })
+    }
+
+    /// The number among these squares of the one that a pixel is in.
+    #[inline(always)]
+    pub fn square_of(self, side: i32, [x, y]: [i32; 2]) -> usize {
+        let [columns, rows] = self.grid(side);
+        let (column, row) = (x.div_euclid(side) - columns.start, y.div_euclid(side) - rows.start);
+        (row * (columns.end - columns.start) + column) as usize
+    }
+
+    /// The columns and rows of a grid that it has pixels of.
+    #[inline(always)]
+    fn grid(self, side: i32) -> [Range<i32>; 2] {
+        let range = |from: i32, to: i32| from.div_euclid(side)..(to - 1).div_euclid(side) + 1;
+        [range(self.x0, self.x1), range(self.y0, self.y1)]
+    }
+
+    /// The area with so many more pixels on each side.
+    pub fn grown(self, [x, y]: [u32; 2]) -> Area {
+        let [x, y] = [x, y].map(u32::cast_signed);
+        Area { x0: self.x0 - x, y0: self.y0 - y, x1: self.x1 + x, y1: self.y1 + y }
+    }
+
+    pub fn intersection(self, other: Area) -> Area {
+        Area {
+            x0: self.x0.max(other.x0),
+            y0: self.y0.max(other.y0),
+            x1: self.x1.min(other.x1),
+            y1: self.y1.min(other.y1),
+        }
+    }
+}
+
+/// Pixels on a side of a block. Blocks are aligned to the full picture, and the samples of a block are added up in the order of their
+/// sources: so the bits of a sum depend on no tile and no crop window.
+const BLOCK: i32 = 4;
+
+/// The samples of an area, added up by the pixels around that they count for: block by block, in double precision.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Frame {
+    /// The sources.
+    pub area: Area,
+    reach: [u32; 2],
+    /// Row by row, and of each block its pixels and those around it that the filter reaches, row by row: sums of weighted radiance, and
+    /// in `w` of weights.
+    sums: Vec<DVec4>,
+    /// The samples taken in each source, row by row.
+    pub counts: Vec<u32>,
+    /// And the sums of samples taken in each source, without the filter, if the film asks for their errors.
+    pub unfiltered: Vec<DVec4>,
+    /// Room for the weights of a sample, across and down.
+    weights: [Vec<f64>; 2],
+}
+
+impl Frame {
+    /// Makes a frame for an area, without samples.
+    pub fn restart(&mut self, film: &Film, area: Area) {
+        self.area = area;
+        self.reach = film.filter.reach();
+        self.counts.clear();
+        self.counts.resize(area.size(), 0);
+        self.unfiltered.clear();
+        self.unfiltered.resize(if film.has_unfiltered { area.size() } else { 0 }, DVec4::ZERO);
+        self.sums.clear();
+        self.sums.resize(self.blocks().count() * self.block_size(), DVec4::ZERO);
+    }
+
+    /// Adds a sample of a source, which lies at `square` in its unit square: red, green, blue, and in `w` its weight.
+    #[inline(always)]
+    pub fn add(&mut self, filter: &PixelFilter, source: [i32; 2], square: DVec2, sample: DVec4) {
+        let at = self.area.index(source);
+        self.counts[at] += 1;
+        self.unfiltered.get_mut(at).into_iter().for_each(|sum| *sum += sample);
+        let [x, y] = source;
+        let block = self.area.square_of(BLOCK, source);
+        let width = BLOCK as usize + 2 * self.reach[0] as usize;
+        // The first pixel that the sample counts for.
+        let first =
+            block * self.block_size() + y.rem_euclid(BLOCK) as usize * width + x.rem_euclid(BLOCK) as usize;
+        let sums = &mut self.sums[first..];
+        if self.reach == [0, 0] {
+            sums[0] += sample * filter.own(square);
+            return;
+        }
+        filter.weigh(square, &mut self.weights);
+        let [across, down] = &self.weights;
+        // A sample seldom reaches the pixels on both edges.
+        for (row, down) in sums.chunks_mut(width).zip(down).filter(|(_, down)| **down != 0.0) {
+            let sample = sample * *down;
+            row.iter_mut().zip(across).for_each(|(sum, across)| *sum += sample * *across);
+        }
+    }
+
+    /// The pixels of a block and around it.
+    fn block_size(&self) -> usize {
+        self.reach.iter().map(|reach| BLOCK as usize + 2 * *reach as usize).product()
+    }
+
+    /// The blocks, each with the pixels that it has sums of.
+    fn blocks(&self) -> impl Iterator<Item = Area> + use<> {
+        let reach = self.reach;
+        self.area.squares(BLOCK).map(move |block| block.grown(reach))
+    }
+
+    /// The sums of each block, with its pixels.
+    pub fn sums(&self) -> impl Iterator<Item = (Area, &[DVec4])> {
+        self.blocks().zip(self.sums.chunks(self.block_size()))
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use std::ops::ControlFlow;
-
-    use rayon::prelude::*;
-
     use super::*;
-    use crate::render::{Settings, Stop, render};
+    use crate::render::Settings;
+    use crate::render::Stop;
+    use crate::render::render;
     use crate::testing::scene;
+    use rayon::prelude::*;
+    use std::ops::ControlFlow;
 
     #[test]
     fn tiles_cover_an_area_once() {

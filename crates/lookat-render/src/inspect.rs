@@ -9,9 +9,9 @@ use crate::integrator::{Draw, SceneIntegrator, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Prepared;
 use crate::render::{Settings, film_bytes};
-use crate::traceable::{Group, Other};
+use crate::traceable::{Group, NonTriangle};
+use crate::triangle::Block;
 use crate::triangle::Triangle;
-use crate::triangle::block::Block;
 
 /// The features of the renderer that a scene uses. Rendering skips the others.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -156,19 +156,19 @@ fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) 
 }
 
 fn elements(group: &Group) -> Elements {
-    let count = |is: fn(&Other) -> bool| group.others.iter().filter(|other| is(other)).count();
+    let count = |is: fn(&NonTriangle) -> bool| group.non_triangles.iter().filter(|other| is(other)).count();
     let nodes = group.bvh.nodes();
     Elements {
         triangles: group.triangles.len(),
-        quadrics: count(|other| matches!(other, Other::Curved { .. })),
-        curve_pieces: count(|other| matches!(other, Other::Curve { .. })),
-        instances: count(|other| matches!(other, Other::Instance { .. })),
+        quadrics: count(|other| matches!(other, NonTriangle::Curved { .. })),
+        curve_pieces: count(|other| matches!(other, NonTriangle::Curve { .. })),
+        instances: count(|other| matches!(other, NonTriangle::Instance { .. })),
         nodes,
         depth: group.bvh.depth(),
         bytes: nodes * size_of::<Node>()
             + group.blocks.len() * size_of::<Block>()
             + group.triangles.len() * size_of::<Triangle>()
-            + group.others.len() * size_of::<Other>(),
+            + group.non_triangles.len() * size_of::<NonTriangle>(),
     }
 }
 

@@ -4,12 +4,8 @@ mod ambient;
 pub(crate) mod direct;
 mod lighting;
 pub(crate) mod path;
-mod paths;
+pub(crate) mod path_batch;
 mod profiler;
-mod replay;
-mod tracer;
-pub(crate) mod wave;
-mod weighed;
 pub(crate) mod world;
 
 use std::ops::Range;
@@ -18,17 +14,17 @@ use arrayvec::ArrayVec;
 use fearless_simd::Simd;
 use lookat_scene::Integrator;
 
-use crate::camera::views::Viewer;
+use crate::camera::Viewer;
+pub(crate) use crate::integrator::profiler::{Segment, segments, stage_profiles};
+pub(crate) use crate::integrator::world::{MAX_PASSED, Supervisor, Tracer};
 use crate::light::LightTable;
 use crate::number::LANES;
 use crate::sampler::{CAMERA_NUMBERS, Streams};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
+use path_batch::PathBatch;
 pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
-pub(crate) use replay::{Segment, segments, stage_profiles};
-pub(crate) use tracer::{MAX_PASSED, Supervisor, Tracer};
-use wave::Wave;
 use world::{Sees, World};
 
 /// What takes the samples of a scene.
@@ -64,7 +60,7 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
-    /// Adds what camera rays see to the radiance in the wave, surface by surface.
+    /// Adds what camera rays see to the radiance in the batch, surface by surface.
     /// Light is missing once the tracer [is stopped](Tracer::is_stopped).
     #[inline(always)]
     pub fn li<S: Simd>(
@@ -72,7 +68,7 @@ impl<'s> SceneIntegrator<'s> {
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        wave: &mut Wave,
+        batch: &mut PathBatch,
         rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
         camera: Viewer,
     ) {
@@ -81,8 +77,8 @@ impl<'s> SceneIntegrator<'s> {
             SceneIntegrator::Direct(direct) => (direct.surfaces(), direct.numbers(), Sees::Materials),
             SceneIntegrator::Ambient(_) => (1, 0, Sees::Nothing),
         };
-        self.world().begin(simd, tracer, rays, (surfaces > 0, sees), wave);
-        while let Some((depth, count)) = wave.begin_surface() {
+        self.world().begin(simd, tracer, rays, (surfaces > 0, sees), batch);
+        while let Some((depth, count)) = batch.begin_surface() {
             for first in (0..count).step_by(LANES) {
                 if !tracer.goes_on() {
                     return;
@@ -91,20 +87,20 @@ impl<'s> SceneIntegrator<'s> {
                     profiler.enter(Stage::Shading);
                     profiler.count(LANES.min(count - first) as u64);
                 });
-                let paths = wave.take(simd, first, count.min(first + LANES));
+                let paths = batch.take(simd, first, count.min(first + LANES));
                 // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
                 let before = CAMERA_NUMBERS.wrapping_add(depth.wrapping_mul(numbers));
                 streams.choose(simd, &paths.samples, before);
                 let at = ((depth == 0).then_some(camera), depth);
                 match self {
                     SceneIntegrator::Path(path) => {
-                        path.surface(simd, tracer, streams, &paths, at, wave);
+                        path.surface(simd, tracer, streams, &paths, at, batch);
                     }
                     SceneIntegrator::Direct(direct) => {
-                        direct.surface(simd, tracer, streams, &paths, at, wave);
+                        direct.surface(simd, tracer, streams, &paths, at, batch);
                     }
                     SceneIntegrator::Ambient(ambient) => {
-                        ambient.surface(simd, tracer, streams, &paths, wave);
+                        ambient.surface(simd, tracer, streams, &paths, batch);
                     }
                 }
             }

@@ -40,27 +40,19 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-mod bounds;
 mod bsdf;
 mod bvh;
 mod camera;
-mod circle;
-mod color;
 mod curve;
 mod curved;
-mod cutout;
 mod emitters;
 mod film;
 mod filter;
 mod frame;
 mod inspect;
-mod instance;
 mod integrator;
 mod light;
 mod number;
-mod parametric;
-mod pick;
-mod prefetch;
 mod prepare;
 mod probe;
 mod ray;
@@ -78,14 +70,14 @@ mod triangle;
 mod view_facts;
 mod warp;
 
-pub use camera::focus::Focus;
+pub use crate::camera::Focus;
+pub use crate::view_facts::Picked;
 pub use film::{FilmSums, FilmSumsError, REPLICATES};
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::{Draw, StageProfile};
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::{Scene, glam};
-pub use pick::Picked;
 pub use prepare::{Prepared, preparation_bytes};
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};

@@ -1,15 +1,10 @@
-//! Lights: where to look for light from points, and how likely each direction is looked at.
+//! The lights of a scene: samples of them from points, and the densities of these samples.
 
 mod choice;
 mod environment;
-mod facing;
-mod leaves;
 mod lune;
 mod parts;
 mod point;
-mod receiver;
-mod sample;
-mod spheres;
 mod surface;
 mod tree;
 
@@ -20,17 +15,17 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Light, Transform, World};
 
+use crate::bsdf::Domain;
+use crate::light::tree::Leaves;
 use crate::number::{Colors, LANES, Vec3x8, bits};
 use crate::ray::ElementId;
-use crate::surface::points::Surfaces;
+use crate::surface::Surfaces;
+use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 pub(crate) use choice::{Chosen, LightSampler};
 use environment::{Environment, EnvironmentSample};
-use leaves::Leaves;
 pub(crate) use lune::Lunes;
 use point::{PointLight, Spread};
-pub(crate) use receiver::Receivers;
-pub(crate) use sample::LightSample;
 pub(crate) use surface::Found;
 use surface::{SurfaceForm, SurfaceLight};
 
@@ -202,11 +197,11 @@ impl LightTable {
                 LightSample::of_delta(all, Colors::splat(simd, *radiance), shadow)
             }
             SceneLight::Infinite { radiance, .. } => {
-                let (is_there, wi, pdf) = match &at.lunes {
-                    Some(lunes) => (lunes.is_there, lunes.sample(u), lunes.inside_pdf()),
+                let (is_valid, wi, pdf) = match &at.lunes {
+                    Some(lunes) => (lunes.is_valid, lunes.sample(u), lunes.inside_pdf()),
                     None => (!all, at.surfaces.n, 1.0.simd_into(simd)),
                 };
-                LightSample::with_pdf(is_there, Colors::splat(simd, *radiance), pdf, at.surfaces.leave(wi))
+                LightSample::with_pdf(is_valid, Colors::splat(simd, *radiance), pdf, at.surfaces.leave(wi))
             }
             SceneLight::Environment(environment) => {
                 let EnvironmentSample { wi, radiance, pdf } = environment.sample(simd, at.lunes.as_ref(), u);
@@ -383,4 +378,117 @@ impl SceneLight {
 /// The place of a light in render space, and the transformation of directions to light space.
 fn placed(world_from_light: &Transform, origin: DVec3) -> (DVec3, DMat3) {
     (world_from_light.point(DVec3::ZERO) - origin, DMat3::from_mat4(world_from_light.inverse_matrix()))
+}
+
+/// Samples of lights.
+pub(crate) struct LightSample<S: Simd> {
+    /// Where there is one.
+    pub is_valid: mask64x8<S>,
+    /// Radiance, or for lights that are only a point or direction the irradiance on a surface that faces them. Nothing has been looked
+    /// up about what is in the way.
+    pub li: Colors<S>,
+    /// Densities by solid angle; 1 for lights that no other direction can hit.
+    pub pdf: f64x8<S>,
+    /// Where other directions can hit the light.
+    pub has_pdf: mask64x8<S>,
+    /// The rays that must be free.
+    pub shadow: Rays<S>,
+}
+
+impl<S: Simd> LightSample<S> {
+    /// Of a light that no other direction can hit.
+    #[inline(always)]
+    pub fn of_delta(is_valid: mask64x8<S>, li: Colors<S>, shadow: Rays<S>) -> Self {
+        let simd = shadow.t_max.token();
+        LightSample { is_valid, li, pdf: 1.0.simd_into(simd), has_pdf: bits(simd, 0), shadow }
+    }
+
+    /// Of a light that others can.
+    #[inline(always)]
+    pub fn with_pdf(is_valid: mask64x8<S>, li: Colors<S>, pdf: f64x8<S>, shadow: Rays<S>) -> Self {
+        let is_valid = is_valid & pdf.simd_gt(0.0) & pdf.is_finite();
+        LightSample { is_valid, li, pdf, has_pdf: bits(pdf.token(), 0xff), shadow }
+    }
+
+    /// These where `mask` says so, and the others elsewhere.
+    #[inline(always)]
+    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+        LightSample {
+            is_valid: mask & self.is_valid | !mask & others.is_valid,
+            li: self.li.or_wide(mask, others.li),
+            pdf: mask.select(self.pdf, others.pdf),
+            has_pdf: mask & self.has_pdf | !mask & others.has_pdf,
+            shadow: self.shadow.or(mask, others.shadow),
+        }
+    }
+}
+
+/// Points of surfaces, and the directions that these scatter light from.
+pub(crate) struct Receivers<'v, S: Simd> {
+    pub surfaces: &'v Surfaces<S>,
+    pub domain: Domain<S>,
+    /// Where samples of the BSDF miss light of skies; `None` if nowhere.
+    pub lunes: Option<Lunes<S>>,
+}
+
+/// Estimates are no better than this: a smaller cosine counts for as much.
+const LEAST_COSINE: f64 = 0.1;
+
+impl<S: Simd> Receivers<'_, S> {
+    /// One number where there is no lune, and another one where there is.
+    #[inline(always)]
+    pub fn by_lune(&self, simd: S, numbers: [f64; 2]) -> f64x8<S> {
+        let [without, with] = numbers.map(|number| number.simd_into(simd));
+        match &self.lunes {
+            Some(lunes) => lunes.is_valid.select(with, without),
+            None => without,
+        }
+    }
+
+    /// About the cosine at which light arrives from a ball in direction `wi`, whose radius is `spread` times its distance.
+    /// 0 where all of it arrives from a side that nothing is scattered from. 1 from elsewhere, where that depends on more than
+    /// the cosine: highlights are brightest in grazing light.
+    #[inline(always)]
+    pub fn cosine(&self, wi: Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
+        let Domain { n, ns, is_two_sided, is_diffuse } = self.domain;
+        let (none, one) = (0.0.simd_into(spread.token()), 1.0.simd_into(spread.token()));
+        let is_behind = !is_two_sided & wi.dot(n).simd_le(-spread);
+        // Of the part that is highest above the surface.
+        let cosine = (wi.dot(ns) + spread).max(LEAST_COSINE).min(1.0);
+        is_behind.select(none, is_diffuse.select(cosine, one))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::bits;
+    use crate::testing::baseline;
+    use crate::testing::surfaces_at;
+    use glam::DVec3;
+
+    #[test]
+    fn light_from_behind_counts_where_it_comes_through() {
+        let ns = DVec3::new(0.6, 0.0, 0.8);
+        let cosine = |[is_two_sided, is_diffuse]: [bool; 2], wi: DVec3, spread: f64| {
+            baseline!(simd => {
+                let mask = |all: bool| bits(simd, if all { 0xff } else { 0 });
+                let domain = Domain {
+                    n: Vec3x8::splat(simd, DVec3::Z),
+                    ns: Vec3x8::splat(simd, ns),
+                    is_two_sided: mask(is_two_sided),
+                    is_diffuse: mask(is_diffuse),
+                };
+                let receivers = Receivers { surfaces: &surfaces_at(simd, DVec3::ZERO), domain, lunes: None };
+                receivers.cosine(Vec3x8::splat(simd, wi), spread.simd_into(simd))[0]
+            })
+        };
+        let (diffuse, through, glossy) = ([false, true], [true, false], [false, false]);
+        let (above, below, grazing) = (DVec3::Z, -DVec3::Z, DVec3::new(-0.8, 0.0, 0.6));
+        assert_eq!([above, below].map(|wi| cosine(diffuse, wi, 0.0)), [0.8, 0.0]);
+        assert_eq!([above, below].map(|wi| cosine(through, wi, 0.0)), [1.0, 1.0]);
+        assert_eq!([diffuse, glossy].map(|of| cosine(of, grazing, 0.0)), [LEAST_COSINE, 1.0]);
+        // What reaches above the surface.
+        assert_eq!([0.9, 1.1].map(|spread| cosine(diffuse, below, spread) > 0.0), [false, true]);
+    }
 }

@@ -1,8 +1,9 @@
-//! Eight numbers of a kind at once, one for each of as many samples.
+//! Vectors of eight numbers: one lane for each of eight samples.
 //!
-//! A sample has the same bits with any instructions and any neighbors: operations have one order, and none is fused with the next. Functions are inlined into the one that is compiled for what the processor has.
+//! A sample has the same bits with any instruction set and any neighbors: operations have one order, and none is fused with the
+//! next. Functions are inlined into the one that is compiled for the processor. Colors are linear RGB.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
@@ -21,6 +22,7 @@ macro_rules! vectorized {
         )
     };
 }
+
 pub(crate) use vectorized;
 
 /// An expression for each axis, without a closure, which compilers do not always inline.
@@ -34,6 +36,7 @@ macro_rules! three {
         $of
     }};
 }
+
 pub(crate) use three;
 
 /// Does something with the instructions of a level, `simd`: AVX-512, AVX2, or what all processors of its kind have.
@@ -48,6 +51,7 @@ macro_rules! side_by_side {
         }
     };
 }
+
 pub(crate) use side_by_side;
 
 /// Does something with the instructions that all processors of a kind have.
@@ -65,6 +69,7 @@ macro_rules! baseline {
         $does
     }};
 }
+
 pub(crate) use baseline;
 
 /// Numbers side by side: `f64` for places, `f32` for light.
@@ -154,8 +159,8 @@ impl<T: Number> V3<T> {
     /// Of length one, or else `v`.
     #[inline(always)]
     pub fn normalize_or(self, v: impl Into<[T::Element; 3]>) -> Self {
-        let (normalized, is_there) = self.try_normalize();
-        normalized.or(is_there, V3::splat(self.x.token(), v))
+        let (normalized, is_valid) = self.try_normalize();
+        normalized.or(is_valid, V3::splat(self.x.token(), v))
     }
 
     /// These where `mask` says so, and the others elsewhere.
@@ -230,7 +235,7 @@ impl<S: Simd> Colors<S> {
         (self.widen() * by).narrow()
     }
 
-    /// As [`crate::color::strength`].
+    /// As [`strength`].
     #[inline(always)]
     pub fn strength(self) -> f64x8<S> {
         let of = |x: f32x8<S>, share: f64| to_f64(x.abs()) * share;
@@ -315,7 +320,7 @@ pub(crate) fn first_lanes<S: Simd>(simd: S, count: usize) -> mask64x8<S> {
 
 /// The lanes where a mask says so.
 #[inline(always)]
-pub(crate) fn those<S: Simd>(mask: mask64x8<S>) -> impl Iterator<Item = usize> {
+pub(crate) fn set_lanes<S: Simd>(mask: mask64x8<S>) -> impl Iterator<Item = usize> {
     let bits = mask.to_bitmask();
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }
@@ -380,4 +385,33 @@ pub(crate) fn narrow<S: Simd>(mask: mask64x8<S>) -> mask32x8<S> {
 pub(crate) fn widen<S: Simd>(mask: mask32x8<S>) -> mask64x8<S> {
     let (low, high) = mask.widen();
     mask.token().combine_mask64x4(low, high)
+}
+
+/// The luminance of linear RGB (ITU-R BT.709).
+pub(crate) fn luminance(rgb: Vec3) -> f64 {
+    rgb.as_dvec3().dot(LUMINANCE)
+}
+
+/// How bright a color is; negative channels count as positive ones, so that no light with any is 0.
+pub(crate) fn strength(rgb: Vec3) -> f64 {
+    luminance(rgb.abs())
+}
+
+/// What processors load at once, in bytes.
+const LINE: usize = 64;
+
+/// Asks for some lines of memory, counted from a place, which may be anywhere.
+#[inline(always)]
+pub(crate) fn prefetch<T>(at: *const T, lines: Range<usize>) {
+    #[cfg(target_arch = "x86_64")]
+    for line in lines {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: every such processor has it, and it does nothing wherever it points.
+        #[allow(unsafe_code)]
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(at.cast::<i8>().wrapping_add(LINE * line));
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (at, lines, LINE);
 }

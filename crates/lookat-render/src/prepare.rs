@@ -1,21 +1,22 @@
-//! Prepares a world for rays: its trees and its light tables, relative to an origin near the eye.
+//! Prepares a world for rendering: its hierarchy and its light tables, relative to an origin near the eye. A world that differs
+//! only in materials or lights keeps the hierarchy.
 
-mod brightest;
-mod origin;
-mod same;
-
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
-use lookat_scene::{Camera, Light, Primitive, Scene, Shape, View, World};
+use glam::{DVec3, Vec3};
+use lookat_image::MipMap;
+use lookat_scene::{
+    Camera, Emission, Instance, Light, Mesh, Object, Primitive, Scene, Shape, Transform, View, World,
+};
+use rayon::prelude::*;
 
 use crate::camera::CameraRays;
+use crate::curved::Curved;
 use crate::light::LightTable;
-use crate::traceable::Traceable;
-pub(crate) use brightest::Brightest;
-use origin::Lattice;
-pub(crate) use origin::corners_of_shape;
+use crate::traceable::{Traceable, placed_box};
+use crate::triangle::corners;
 
 /// A world with its trees and light tables. Views of it render without preparing it again:
 ///
@@ -58,12 +59,12 @@ impl Prepared {
     /// same. The pictures equal the ones after [`Prepared::new`].
     pub fn renew(&mut self, scene: &Scene) {
         let world = &scene.world;
-        if !same::is_geometry(&self.world, world) {
+        if !is_geometry(&self.world, world) {
             self.clear();
             *self = Prepared::new(scene);
             return;
         }
-        let are_lights = same::are_lights(&self.world, world);
+        let are_lights = are_lights(&self.world, world);
         self.world = world.clone();
         self.traceable.renew(world);
         self.brightest = Brightest::new(world);
@@ -139,15 +140,265 @@ pub fn preparation_bytes(world: &World) -> u64 {
         + TABLE * world.lights.iter().filter(has_table).count() as u64
 }
 
+/// The places where the origin may lie: multiples of the side of a cell.
+///
+/// Cells are small enough that `f32` tells neighbors apart, and large enough that a camera seldom leaves one: as large as 4
+/// worlds, but at most 1024 of the smaller shapes.
+struct Lattice {
+    /// A power of two, or 0 for a world without extent.
+    cell: f64,
+}
+
+/// The side of a cell in sizes of shapes.
+const CELL: f64 = 1024.0;
+/// This share of the shapes is smaller than the size that counts.
+const SMALLER: usize = 10;
+/// The most that it is in sizes of the world.
+const WORLDS: f64 = 4.0;
+/// About as many shapes are measured at most: a few tell how large they are.
+const MEASURED: usize = 1 << 12;
+
+/// A box along the axes.
+type Corners = [DVec3; 2];
+
+impl Lattice {
+    pub fn new(world: &World) -> Lattice {
+        let mut boxes = boxes(&world.primitives, stride(&world.primitives));
+        let every = world.instances.len().div_ceil(MEASURED).max(1);
+        let mut known: HashMap<*const Object, Corners> = HashMap::new();
+        boxes.extend(world.instances.iter().step_by(every).map(|instance| {
+            let object =
+                known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| of_object(&instance.object));
+            placed_box(*object, |p| instance.world_from_object.point(p))
+        }));
+        // Objects without an element have no box.
+        boxes.retain(|[low, high]| low.is_finite() && high.is_finite());
+        let [low, high] = around(boxes.iter().copied());
+        let mut sizes: Vec<f64> = boxes.iter().map(|[low, high]| (high - low).max_element()).collect();
+        sizes.retain(|size| *size > 0.0);
+        let at = sizes.len() / SMALLER;
+        let small = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(at, f64::total_cmp).1 };
+        let side = (CELL * small).min(WORLDS * (high - low).max_element());
+        let is_normal = side.is_normal() && side > 0.0;
+        Lattice { cell: if is_normal { libm::exp2(libm::log2(side).floor()) } else { 0.0 } }
+    }
+
+    /// The origin for an eye: the nearest place of the lattice, or the eye itself where the lattice is too fine for it.
+    pub fn origin(&self, eye: DVec3) -> DVec3 {
+        // Adds 0, so that no coordinate is -0.
+        let origin = (eye / self.cell).round() * self.cell + DVec3::ZERO;
+        if origin.is_finite() { origin } else { eye }
+    }
+}
+
+/// How many triangles a shape has; a quadric or a curve counts as one.
+fn elements(primitive: &Primitive) -> usize {
+    match &primitive.shape {
+        Shape::TriangleMesh(mesh) => mesh.triangles(),
+        Shape::Quadric(_) | Shape::Curve(_) => 1,
+    }
+}
+
+/// The box around an element.
+fn corners_of(primitive: &Primitive, index: usize) -> Corners {
+    match &primitive.shape {
+        Shape::TriangleMesh(mesh) => around(corners(mesh, index, DVec3::ZERO).map(|p| [p; 2])),
+        Shape::Quadric(quadric) => {
+            let shape = Curved::new(quadric, DVec3::ZERO);
+            [shape.center - shape.half_extent(), shape.center + shape.half_extent()]
+        }
+        Shape::Curve(curve) => {
+            around(curve.segments.iter().flatten().map(|p| [curve.world_from_object.point(*p); 2]))
+        }
+    }
+}
+
+/// The box around what can be seen of a shape: `None` for a mesh without area.
+pub(crate) fn corners_of_shape(primitive: &Primitive) -> Option<Corners> {
+    match &primitive.shape {
+        Shape::TriangleMesh(mesh) => {
+            let drawn = (0..mesh.triangles()).into_par_iter().with_min_len(1 << 12);
+            let drawn = drawn.filter(|index| mesh.has_area(*index));
+            drawn.map(|index| corners_of(primitive, index)).reduce_with(|a, b| around([a, b]))
+        }
+        Shape::Quadric(_) | Shape::Curve(_) => Some(corners_of(primitive, 0)),
+    }
+}
+
+/// The boxes around every so many of the elements.
+fn boxes(primitives: &[Primitive], stride: usize) -> Vec<Corners> {
+    let mut boxes = Vec::new();
+    let mut number: usize = 0;
+    for primitive in primitives {
+        let count = elements(primitive);
+        let first = number.next_multiple_of(stride) - number;
+        boxes.extend((first..count).step_by(stride).map(|index| corners_of(primitive, index)));
+        number += count;
+    }
+    boxes
+}
+
+/// A box around an object, in its own space.
+fn of_object(object: &Object) -> Corners {
+    around(boxes(&object.primitives, stride(&object.primitives)))
+}
+
+fn around(boxes: impl IntoIterator<Item = Corners>) -> Corners {
+    let nothing = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    boxes.into_iter().fold(nothing, |[low, high], corners| [low.min(corners[0]), high.max(corners[1])])
+}
+
+/// The distance of boxes to measure, so that they are not too many.
+fn stride(primitives: &[Primitive]) -> usize {
+    primitives.iter().map(elements).sum::<usize>().div_ceil(MEASURED).max(1)
+}
+
+/// Whether worlds have the same trees: shapes and instances at the same places in the same order, and the same of them emit.
+fn is_geometry(a: &World, b: &World) -> bool {
+    are_shapes(&a.primitives, &b.primitives)
+        && a.instances.len() == b.instances.len()
+        && a.objects().len() == b.objects().len()
+        && are_instances(&a.instances, &b.instances)
+}
+
+/// Whether worlds of the same geometry have the same light tables.
+fn are_lights(a: &World, b: &World) -> bool {
+    // Its place in the text makes no difference.
+    let light = |shape: &Primitive| shape.emission.map(|emission| Emission { span: None, ..emission });
+    let is_emitter = |(a, b): (&Primitive, &Primitive)| match a.emission {
+        // Textures are not compared, and a table keeps its mesh.
+        Some(_) => {
+            let has_cutout = a.cutout.is_some() || b.cutout.is_some();
+            let is_mesh = match (&a.shape, &b.shape) {
+                (Shape::TriangleMesh(a), Shape::TriangleMesh(b)) => Arc::ptr_eq(a, b),
+                _ => true,
+            };
+            let is_side = (a.reverse_orientation, a.mirrored) == (b.reverse_orientation, b.mirrored);
+            light(a) == light(b) && !has_cutout && is_mesh && is_side
+        }
+        None => true,
+    };
+    a.lights.len() == b.lights.len()
+        && a.lights.iter().zip(&b.lights).all(|(a, b)| is_light(a, b))
+        && a.primitives.iter().zip(&b.primitives).all(is_emitter)
+}
+
+fn are_instances(a: &[Instance], b: &[Instance]) -> bool {
+    // Each object of one world is one object of the other.
+    let mut objects: HashMap<*const Object, *const Object> = HashMap::new();
+    let mut is_object =
+        |a: &Arc<Object>, b: &Arc<Object>| match objects.insert(Arc::as_ptr(a), Arc::as_ptr(b)) {
+            Some(known) => known == Arc::as_ptr(b),
+            None => are_shapes(&a.primitives, &b.primitives),
+        };
+    a.iter().zip(b).all(|(a, b)| {
+        is_transform(&a.world_from_object, &b.world_from_object) && is_object(&a.object, &b.object)
+    })
+}
+
+fn are_shapes(a: &[Primitive], b: &[Primitive]) -> bool {
+    let is_one = |(a, b): (&Primitive, &Primitive)| {
+        a.emission.is_some() == b.emission.is_some() && is_shape(&a.shape, &b.shape)
+    };
+    a.len() == b.len() && a.iter().zip(b).all(is_one)
+}
+
+fn is_shape(a: &Shape, b: &Shape) -> bool {
+    match (a, b) {
+        (Shape::TriangleMesh(a), Shape::TriangleMesh(b)) => Arc::ptr_eq(a, b) || is_mesh(a, b),
+        (Shape::Quadric(a), Shape::Quadric(b)) => {
+            a == b && is_transform(&a.world_from_object, &b.world_from_object)
+        }
+        (Shape::Curve(a), Shape::Curve(b)) => {
+            a == b && is_transform(&a.world_from_object, &b.world_from_object)
+        }
+        _ => false,
+    }
+}
+
+fn is_mesh(a: &Mesh, b: &Mesh) -> bool {
+    a.indices() == b.indices()
+        && are_bits(a.positions().as_flattened(), b.positions().as_flattened())
+        && are_bits(a.normals().as_flattened(), b.normals().as_flattened())
+        && are_bits(a.tangents().as_flattened(), b.tangents().as_flattened())
+        && are_bits(a.uvs().as_flattened(), b.uvs().as_flattened())
+}
+
+fn is_transform(a: &Transform, b: &Transform) -> bool {
+    let bits = |transform: &Transform| {
+        [transform.matrix(), transform.inverse_matrix()]
+            .map(|matrix| matrix.to_cols_array().map(f64::to_bits))
+    };
+    bits(a) == bits(b)
+}
+
+/// Whether numbers have the same bits: 0 is not -0.
+fn are_bits(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+fn is_light(a: &Light, b: &Light) -> bool {
+    // Comparing pictures takes longer than preparing other lights.
+    let is_map = |a: &Arc<MipMap<_>>, b: &Arc<MipMap<_>>| Arc::ptr_eq(a, b);
+    match (a, b) {
+        (Light::Environment { map, .. }, Light::Environment { map: other, .. }) if !is_map(map, other) => {
+            false
+        }
+        (Light::Goniometric { map, .. }, Light::Goniometric { map: other, .. }) if !is_map(map, other) => {
+            false
+        }
+        _ => a == b,
+    }
+}
+
+/// The largest numbers of a world's lights, in any channel.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Brightest {
+    /// The most radiance of what a ray can hit.
+    pub emitted: f64,
+    /// The most intensity of a light that is a point, or irradiance of one that is a direction.
+    pub intensity: f64,
+}
+
+impl Brightest {
+    pub fn new(world: &World) -> Brightest {
+        let surfaces = world.shapes().filter_map(|shape| shape.emission).map(|emission| emission.radiance);
+        let mut brightest = Brightest { emitted: surfaces.map(most).fold(0.0, f64::max), intensity: 0.0 };
+        for light in &world.lights {
+            match light {
+                Light::Infinite { radiance, .. } => {
+                    brightest.emitted = brightest.emitted.max(most(*radiance))
+                }
+                Light::Environment { map, scale, .. } => {
+                    // As if one texel had all the light.
+                    let texels = (map.width() * map.height()) as f64;
+                    brightest.emitted = brightest.emitted.max(most(*scale) * most(map.mean()) * texels);
+                }
+                Light::Point { intensity, .. }
+                | Light::Spot { intensity, .. }
+                | Light::Distant { radiance: intensity, .. }
+                | Light::Goniometric { intensity, .. }
+                | Light::Projection { intensity, .. } => {
+                    brightest.intensity = brightest.intensity.max(most(*intensity));
+                }
+            }
+        }
+        brightest
+    }
+}
+
+fn most(color: Vec3) -> f64 {
+    f64::from(color.abs().max_element())
+}
+
 #[cfg(test)]
 mod tests {
-    use std::ops::ControlFlow;
-
-    use lookat_scene::Transform;
-
     use super::*;
-    use crate::render::{Settings, render};
+    use crate::render::Settings;
+    use crate::render::render;
     use crate::testing::scene;
+    use lookat_scene::Transform;
+    use std::ops::ControlFlow;
 
     /// A prepared world gives the same picture as its scene alone, bit for bit. Earlier views make no difference.
     #[test]
@@ -243,7 +494,7 @@ mod tests {
             assert_eq!(WORLD.matches(old).count(), 1, "{old}");
             for text in [WORLD.replace(old, new), WORLD.to_owned()] {
                 let scene = scene(&text);
-                assert_eq!(same::is_geometry(&prepared.world, &scene.world), keeps_trees, "{new}");
+                assert_eq!(is_geometry(&prepared.world, &scene.world), keeps_trees, "{new}");
                 prepared.renew(&scene);
                 let picked = |prepared: &Prepared| {
                     prepared.pick(&scene.view, glam::DVec2::new(12.0, 8.0)).map(|hit| hit.primitive.span)
@@ -254,5 +505,52 @@ mod tests {
                 assert_eq!(picked(&prepared), picked(&Prepared::new(&scene)), "{new}");
             }
         }
+    }
+
+    fn lattice(world: &str) -> Lattice {
+        Lattice::new(
+            &scene(&format!(
+                "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
+                LightSource \"infinite\" {world} WorldEnd"
+            ))
+            .world,
+        )
+    }
+
+    const GROUND: &str = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+        \"point P\" [-1e6 0 -1e6 -1e6 0 1e6 1e6 0 1e6 1e6 0 -1e6]";
+    const BALL: &str = "Shape \"sphere\"";
+
+    #[test]
+    fn cells_are_about_as_large_as_what_there_is_to_see() {
+        assert_eq!(lattice(BALL).cell, 8.0);
+        assert_eq!(lattice(GROUND).cell, 4_194_304.0);
+        // 1,024 times the size of the ball, the smallest shape.
+        assert_eq!(lattice(&format!("{GROUND} {BALL}")).cell, 2048.0);
+        assert_eq!(lattice(&format!("Translate 1e8 0 0 {BALL}")).cell, 8.0);
+        let placed = format!("ObjectBegin \"a\" {BALL} ObjectEnd Scale 8 8 8 ObjectInstance \"a\"");
+        assert_eq!(lattice(&placed).cell, 64.0);
+        let curve = "Shape \"curve\" \"point P\" [0 0 0 0 0 1 0 0 2 0 0 4]";
+        assert_eq!(lattice(curve).cell, 16.0);
+    }
+
+    #[test]
+    fn shapes_are_measured_far_into_long_lists() {
+        let long = format!("{GROUND} {}", "Translate 2 0 0 Shape \"sphere\" ".repeat(3 * MEASURED));
+        assert_eq!(lattice(&long).cell, 2048.0);
+    }
+
+    #[test]
+    fn the_origin_is_near_the_eye() {
+        let lattice = lattice(BALL);
+        let eye = DVec3::new(3.1, -700.2, 1e9 + 0.1);
+        let origin = lattice.origin(eye);
+        assert!((eye - origin).abs().max_element() <= 4.0 && origin != eye);
+        assert_eq!(lattice.origin(origin + 3.9), origin);
+        // Where there is nothing, or it is too small for the eye, coordinates are relative to the eye.
+        for cell in [0.0, 1e-300] {
+            assert_eq!(Lattice { cell }.origin(eye * 1e20), eye * 1e20);
+        }
+        assert_eq!(Lattice::new(&World::default()).origin(eye), eye);
     }
 }

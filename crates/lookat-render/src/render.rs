@@ -5,17 +5,12 @@ mod adaptive;
 mod bits;
 mod brightest;
 mod control;
-mod exposure;
-mod fixed;
-mod forecast;
 mod layers;
 mod profile;
 mod rounds;
 mod sample;
 mod settings;
-mod stop;
 mod target;
-mod waves;
 
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -27,17 +22,17 @@ use lookat_scene::{Scene, View};
 use crate::film::{Film, FilmSums, Keeps, lock};
 use crate::integrator::Profiler;
 use crate::prepare::Prepared;
+use crate::render::rounds::Fixed;
+pub use crate::render::rounds::TimeLeft;
+pub use crate::render::settings::TargetError;
 use crate::threads;
 use adaptive::Adaptive;
 pub use brightest::{BrightestSample, PathEnd};
 use control::{Control, State};
-use fixed::Fixed;
-pub use forecast::TimeLeft;
 pub use layers::{Layer, Layers};
 pub use profile::profile;
 use sample::Context;
 pub use settings::{Settings, Stop, film_bytes};
-pub use stop::TargetError;
 use target::Target;
 
 /// The luminance below which errors are not judged relative to the pixel, as a share of the brightness of the picture,
@@ -153,7 +148,7 @@ pub fn render(
         let started = Instant::now();
         let prepared = Prepared::new(scene);
         let preparation = started.elapsed();
-        let rendered = run(&prepared, &scene.view, settings, deadline, progress, None, always);
+        let rendered = run(&prepared, &scene.view, settings, deadline, progress, None);
         Rendered { preparation, ..rendered }
     })
 }
@@ -170,7 +165,7 @@ impl Prepared {
         let deadline = settings.stop.deadline();
         on_threads(settings, || {
             let preparation = self.look(&view.camera);
-            Rendered { preparation, ..run(self, view, settings, deadline, progress, None, always) }
+            Rendered { preparation, ..run(self, view, settings, deadline, progress, None) }
         })
     }
 
@@ -183,19 +178,7 @@ impl Prepared {
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Rendered {
         let deadline = settings.stop.deadline();
-        on_threads(settings, || run(self, view, settings, deadline, progress, None, always))
-    }
-
-    /// The same. `None`, and sooner, if the callback breaks off.
-    pub fn render_whole(
-        &self,
-        view: &View,
-        settings: &Settings,
-        progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
-    ) -> Option<Rendered> {
-        let deadline = settings.stop.deadline();
-        let unless_broken_off = |is_broken_off: bool, develop: Develop| (!is_broken_off).then(develop);
-        on_threads(settings, || run(self, view, settings, deadline, progress, None, unless_broken_off))
+        on_threads(settings, || run(self, view, settings, deadline, progress, None))
     }
 
     /// The layers of the settings as [`Prepared::render_unmoved`] gives them, beside a black picture. `progress` is called with a
@@ -217,14 +200,6 @@ impl Prepared {
     }
 }
 
-/// Develops the film of a rendering.
-type Develop<'f> = &'f mut dyn FnMut() -> Rendered;
-
-/// Develops it even if the rendering was broken off.
-fn always(_is_broken_off: bool, develop: Develop) -> Rendered {
-    develop()
-}
-
 /// Runs on the threads that the settings ask for.
 fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R {
     let pool = if settings.threads > 0 { threads::pool(settings.threads) } else { None };
@@ -234,16 +209,15 @@ fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R
     }
 }
 
-/// Samples the film, in the way that the settings ask for, and lets `finish` develop it.
-fn run<R>(
+/// Samples the film as the settings ask for, and develops it.
+fn run(
     prepared: &Prepared,
     view: &View,
     settings: &Settings,
     deadline: Option<Instant>,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     profilers: Option<&Mutex<Vec<Profiler>>>,
-    finish: impl FnOnce(bool, Develop) -> R,
-) -> R {
+) -> Rendered {
     let Settings { seed, stop, .. } = *settings;
     let film = Film::new(view, stop.keeps());
     let control = Control { deadline, profilers, ..Control::new(progress, &film) };
@@ -266,8 +240,7 @@ fn run<R>(
             None
         }
     };
-    let is_broken_off = control.state().interrupted;
-    finish(is_broken_off, &mut || develop(&context, view, settings, target))
+    develop(&context, view, settings, target)
 }
 
 impl Film<'_> {

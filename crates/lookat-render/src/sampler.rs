@@ -1,23 +1,19 @@
-//! Where samples lie: for each pixel and sample numbers between 0 and 1, one for each dimension, that depend on nothing else.
+//! Samplers: the sample numbers of a pixel, between 0 and 1, one for each dimension. They depend on the pixel, the sample and the seed
+//! alone. Hashes and permutations randomize them.
 //!
 //! A number has 52 bits, so that it may choose one of many and go on with what is left of it: after a choice of one of a million, 32 bits.
 
-mod hash;
-mod orders;
-mod permute;
 mod sobol;
 #[cfg(test)]
 mod tests;
 
 use std::array::from_fn;
 
-use fearless_simd::{Simd, f64x8, prelude::*};
+use fearless_simd::{Simd, f64x8, prelude::*, u32x8, u64x8};
 use glam::DVec2;
 use lookat_scene::{Sampler, SamplerKind};
 
 use crate::number::{LANES, vectorized};
-use hash::{BELOW_ONE, mix, random, unit};
-use permute::permute;
 use sobol::Shuffled;
 
 /// How many numbers a camera ray takes: for the place on the film and on a lens, whether there is one or not.
@@ -133,7 +129,7 @@ impl Points {
             SamplerKind::Random | SamplerKind::Stratified { .. } => {
                 let (seed, pixel, index) = sample;
                 let [x, y] = pixel.map(|at| u64::from(at.cast_unsigned()));
-                (hash::of_place(seed, x | y << 32), index)
+                (of_place(seed, x | y << 32), index)
             }
         }
     }
@@ -158,7 +154,7 @@ impl Points {
         match self.kind {
             SamplerKind::Random => self.random(simd, dimension),
             SamplerKind::Stratified { jitter, .. } => self.each(simd, |seed, index| {
-                let hash = hash::of_dimension(seed, dimension);
+                let hash = of_dimension(seed, dimension);
                 let stratum = permute(index, self.count, hash as u32);
                 let within = if jitter { unit(mix(hash ^ u64::from(index) << 32)) } else { 0.5 };
                 ((f64::from(stratum) + within) / f64::from(self.count)).min(BELOW_ONE)
@@ -228,7 +224,7 @@ impl Points {
                 // More than can be numbered: independent ones.
                 let (seed, index) = Points { kind: SamplerKind::Random, ..*self }.place(samples[lane]);
                 let own = u64::from(index) << 32 | u64::from(k);
-                let seed = mix(hash::of_dimension(seed, dimension) ^ own);
+                let seed = mix(of_dimension(seed, dimension) ^ own);
                 (x[lane], y[lane]) = (unit(mix(seed)), unit(mix(!seed)));
             }
             [x, y]
@@ -244,7 +240,7 @@ impl Points {
     ) -> [f64x8<S>; 2] {
         let points: [DVec2; LANES] = from_fn(|lane| {
             let (seed, index) = (self.seeds[lane], self.indices[lane]);
-            let hash = hash::of_dimension(seed, dimension);
+            let hash = of_dimension(seed, dimension);
             let cell = permute(index % (across * down).max(1), across * down, hash as u32);
             let random = mix(hash ^ u64::from(index) << 32);
             let within = if jitter { DVec2::new(unit(random), unit(mix(random))) } else { DVec2::splat(0.5) };
@@ -269,4 +265,115 @@ impl Points {
 /// The seed of the `i`-th of several patterns that have nothing in common.
 pub(crate) fn replicate_seed(seed: u64, i: u32) -> u64 {
     mix(mix(seed).wrapping_add(u64::from(i)))
+}
+
+/// The image of `i` under a permutation of `0..n` that `seed` chooses (Kensler, "Correlated Multi-Jittered Sampling",
+/// 2013).
+fn permute(mut i: u32, n: u32, seed: u32) -> u32 {
+    if n <= 1 {
+        return 0;
+    }
+    let mask = n.next_power_of_two().wrapping_sub(1);
+    loop {
+        i ^= seed;
+        i = i.wrapping_mul(0xe170_893d);
+        i ^= seed >> 16;
+        i ^= (i & mask) >> 4;
+        i ^= seed >> 8;
+        i = i.wrapping_mul(0x0929_eb3f);
+        i ^= seed >> 23;
+        i ^= (i & mask) >> 1;
+        i = i.wrapping_mul(1 | seed >> 27);
+        i = i.wrapping_mul(0x6935_fa69);
+        i ^= (i & mask) >> 11;
+        i = i.wrapping_mul(0x74dc_b303);
+        i ^= (i & mask) >> 2;
+        i = i.wrapping_mul(0x9e50_1cc3);
+        i ^= (i & mask) >> 2;
+        i = i.wrapping_mul(0xc860_a3df);
+        i &= mask;
+        i ^= i >> 5;
+        if i < n {
+            return ((u64::from(i) + u64::from(seed)) % u64::from(n)) as u32;
+        }
+    }
+}
+
+/// The seed of a pixel or of another place.
+fn of_place(seed: u64, place: u64) -> u64 {
+    mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ place)
+}
+
+/// Chooses the scramble of one dimension of a pixel.
+fn of_dimension(seed: u64, dimension: u32) -> u64 {
+    mix(seed ^ (u64::from(dimension) << 32 | 0x5bd1))
+}
+
+/// A random number of sample `index`.
+fn random(seed: u64, dimension: u32, index: u32) -> f64 {
+    unit(mix(of_dimension(seed, dimension) ^ u64::from(index) << 32))
+}
+
+/// The largest number below one.
+const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
+/// 52 bits as a number: the middle of one of 2^52 equal steps from 0 to 1. It is never 0, which would choose what has next to no
+/// probability.
+fn unit(bits: u64) -> f64 {
+    f64::from_bits(bits >> 12 | 1.0_f64.to_bits()) - BELOW_ONE
+}
+
+/// The same of 32 bits side by side. A hash of them and of the scramble gives 20 more: enough to choose one of a million, and to use what
+/// is left of the number.
+#[inline(always)]
+fn units<S: Simd>(bits: u32x8<S>, scramble: u32x8<S>) -> f64x8<S> {
+    let all = widened(bits) << 20 | widened(lowbias(bits ^ scramble)) >> 12 | 1.0_f64.to_bits();
+    let above_one: f64x8<S> = all.bitcast();
+    above_one - BELOW_ONE
+}
+
+/// Spreads every bit over all bits (Stafford's variant 13 of the finaliser of MurmurHash3).
+fn mix(mut x: u64) -> u64 {
+    x ^= x >> 30;
+    x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x ^= x >> 27;
+    x = x.wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// The same of 32 bits (Wellons's hash "lowbias32").
+#[inline(always)]
+fn lowbias<S: Simd>(mut x: u32x8<S>) -> u32x8<S> {
+    x ^= x >> 16;
+    x *= 0x7feb_352d;
+    x ^= x >> 15;
+    x *= 0x846c_a68b;
+    x ^ x >> 16
+}
+
+/// Owen's scramble of numbers whose bits are in reverse; that of `sobol_burley` (Burley, "Practical Hash-based Owen Scrambling", JCGT
+/// 9(4), 2020).
+#[inline(always)]
+fn owen_scramble_rev<S: Simd>(mut x: u32x8<S>, scramble: u32x8<S>) -> u32x8<S> {
+    x ^= x * 0x3d20_adea;
+    x += scramble;
+    x *= scramble >> 16 | 1;
+    x ^= x * 0x0552_6c56;
+    x ^ (x * 0x53a2_2864)
+}
+
+/// The bits in reverse.
+#[inline(always)]
+fn reversed<S: Simd>(mut x: u32x8<S>) -> u32x8<S> {
+    x = (x >> 1 & 0x5555_5555) | ((x & 0x5555_5555) << 1);
+    x = (x >> 2 & 0x3333_3333) | ((x & 0x3333_3333) << 2);
+    x = (x >> 4 & 0x0f0f_0f0f) | ((x & 0x0f0f_0f0f) << 4);
+    x = (x >> 8 & 0x00ff_00ff) | ((x & 0x00ff_00ff) << 8);
+    x >> 16 | x << 16
+}
+
+#[inline(always)]
+fn widened<S: Simd>(x: u32x8<S>) -> u64x8<S> {
+    let (low, high) = x.widen();
+    x.token().combine_u64x4(low, high)
 }

@@ -1,23 +1,27 @@
-//! How surfaces scatter light where rays have hit them: from the material, its textures and its bumps.
+//! Shading: the surfaces that eight rays have hit, their texture coordinates, bumps and BSDFs.
 
-mod coordinates;
-pub(crate) mod shaded;
+use std::collections::HashMap;
+use std::sync::Arc;
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3};
-use lookat_scene::{Material, Texture};
+use lookat_scene::{Material, MaterialKind, Primitive, Shape, Texture};
 
-use crate::camera::views::Views;
+use crate::bsdf::{PointLobes, Slots};
+use crate::camera::Views;
 use crate::frame::Frames;
-use crate::number::{LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, vectorized};
-use crate::parametric::Parametrics;
-use crate::ray::{Hit, Ray};
-use crate::surface::Surface;
-use crate::surface::points::Surfaces;
+use crate::number::prefetch;
+use crate::number::{LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, set_lanes, vectorized};
+use crate::ray::{ElementId, Hit, Ray};
+use crate::surface::Parametrics;
+use crate::surface::{Point, Sheet, Surface, Surfaces, Triangles};
 use crate::texture::{Footprint, TexturePoint};
-use crate::trace::rays::{NONE, WORLD};
+use crate::trace::{
+    List, Tree,
+    rays::{Hits, NONE, Rays, WORLD},
+};
 use crate::traceable::Traceable;
-use coordinates::Coordinates;
+use crate::triangle::parametric::ParametricTriangles;
 
 /// A ray, and what it has hit.
 pub(crate) type Found = (Ray, Hit);
@@ -64,9 +68,9 @@ fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Vie
             #[inline(always)]
             |(o, d)| o + d * (n.dot(p - o) / n.dot(d)) - p,
         );
-        let is_there = bits(simd, views.direct) & is_finite(right) & is_finite(below);
+        let is_valid = bits(simd, views.direct) & is_finite(right) & is_finite(below);
         let none = Vec3x8::splat(simd, DVec3::ZERO);
-        let (right, below) = (right.or(is_there, none), below.or(is_there, none));
+        let (right, below) = (right.or(is_valid, none), below.or(is_valid, none));
         let sides = sides(n);
         let (a, b) = (pick(flat.dpdu, sides), pick(flat.dpdv, sides));
         let determinant = a[0] * b[1] - a[1] * b[0];
@@ -76,8 +80,8 @@ fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Vie
                 let dp = pick(dp, sides);
                 let u = (b[1] * dp[0] - b[0] * dp[1]) / determinant;
                 let v = (a[0] * dp[1] - a[1] * dp[0]) / determinant;
-                let (is_there, zero) = (u.is_finite() & v.is_finite(), f64x8::splat(simd, 0.0));
-                [is_there.select(u, zero), is_there.select(v, zero)]
+                let (is_valid, zero) = (u.is_finite() & v.is_finite(), f64x8::splat(simd, 0.0));
+                [is_valid.select(u, zero), is_valid.select(v, zero)]
             },
         );
         Footprint { dp: [right, below], duv }
@@ -133,11 +137,296 @@ fn bumped<S: Simd>(
         let dpdu = shading.dpdu + ns * slopes[0] + shading.dndu * height;
         let dpdv = shading.dpdv + ns * slopes[1] + shading.dndv * height;
         let across = dpdu.cross(dpdv);
-        let (bent, is_there) = across.try_normalize();
+        let (bent, is_valid) = across.try_normalize();
         // A height of minus the radius leaves nothing but rounding.
         let whole = (shading.dpdu.length_squared() * shading.dpdv.length_squared()).sqrt();
-        let is_there = is_there & across.length_squared().sqrt().simd_gt(1e-9 * whole);
+        let is_valid = is_valid & across.length_squared().sqrt().simd_gt(1e-9 * whole);
         let bent = (-bent).or(bent.dot(surfaces.n).simd_lt(0.0), bent);
-        (bent.or(is_there, ns), dpdu.or(is_there, shading.dpdu))
+        (bent.or(is_valid, ns), dpdu.or(is_valid, shading.dpdu))
     })
+}
+
+/// Texture coordinates: of the surfaces themselves, and as their shading normals have it.
+struct Coordinates<S: Simd> {
+    pub flat: Parametrics<S>,
+    pub shading: Parametrics<S>,
+}
+
+impl<S: Simd> Coordinates<S> {
+    /// Of surfaces that are active, where rays have found them.
+    #[inline(never)]
+    pub fn new(
+        scene: &Traceable,
+        surfaces: &Surfaces<S>,
+        found: &[Option<Found>; LANES],
+        active: mask64x8<S>,
+    ) -> Self {
+        let simd = active.token();
+        vectorized!(simd, {
+            let all = || set_lanes(active).filter_map(|lane| Some((lane, found[lane].as_ref()?)));
+            let mut triangles = ParametricTriangles::default();
+            for (lane, (_, hit)) in all() {
+                let (primitive, index) = (scene.primitive(hit.element.primitive), hit.element.index);
+                if let Shape::TriangleMesh(mesh) = &primitive.shape {
+                    let mut ns = surfaces.ns.lane(lane);
+                    if let Some(instance) = scene.instance(hit.element.instance) {
+                        ns = instance.normal_to_object(ns);
+                    }
+                    let normal = (ns, primitive.reverse_orientation);
+                    triangles.put(lane, (mesh, index as usize), hit.barycentric, normal);
+                }
+            }
+            let [flat, shading] = triangles.parametrics(simd);
+            let mut coordinates = Coordinates { flat, shading };
+            for (lane, found) in all() {
+                coordinates.place(scene, surfaces, (lane, found));
+            }
+            coordinates
+        })
+    }
+
+    /// What is no triangle of the world, one by one.
+    #[inline(never)]
+    fn place(&mut self, scene: &Traceable, surfaces: &Surfaces<S>, (lane, (ray, hit)): (usize, &Found)) {
+        let instance = scene.instance(hit.element.instance);
+        let own = match &scene.primitive(hit.element.primitive).shape {
+            Shape::TriangleMesh(_) if instance.is_none() => return,
+            Shape::TriangleMesh(_) => [self.flat.lane(lane), self.shading.lane(lane)],
+            Shape::Curve(_) => {
+                let d = instance.map_or(ray.d, |instance| instance.vector_to_object(ray.d));
+                [scene.curves.parametric(hit.element.index, d, hit.barycentric.into()); 2]
+            }
+            Shape::Quadric(_) => {
+                let p = surfaces.p.lane(lane);
+                let p = instance.map_or(p, |instance| instance.to_object(p));
+                // Every quadric is one of the curved shapes.
+                let curved = scene.curved(hit.element.primitive);
+                [curved.map(|curved| curved.parametric(p)).unwrap_or_default(); 2]
+            }
+        };
+        let [flat, shading] = own.map(|own| match instance {
+            Some(instance) => instance.parametric_to_world(own),
+            None => own,
+        });
+        self.flat.put(lane, &flat);
+        self.shading.put(lane, &shading);
+    }
+}
+
+/// Surfaces, and their shading frames.
+#[derive(Clone, Copy)]
+pub(crate) struct Shaded<S: Simd> {
+    pub surfaces: Surfaces<S>,
+    pub frames: Frames<f32x8<S>>,
+    /// Those whose materials have textures: their lobes have to be asked for.
+    pub is_open: mask64x8<S>,
+}
+
+impl<S: Simd> Shaded<S> {
+    /// Gives surfaces that are open their lobes and shading normals; `found` has the rays and hits of these. `views`: what has
+    /// found them, if these are camera rays.
+    #[inline(never)]
+    pub fn paint(
+        &mut self,
+        scene: &Traceable,
+        found: &[Option<Found>; LANES],
+        views: Option<&Views>,
+        slots: &mut Slots<S>,
+    ) {
+        let simd = self.is_open.token();
+        vectorized!(simd, {
+            let material =
+                |lane: usize| found[lane].map(|(_, hit)| &scene.primitive(hit.element.primitive).material);
+            let is_same = |first: usize, lane: usize| matches!((material(first), material(lane)), (Some(a), Some(b)) if Arc::ptr_eq(a, b));
+            for (first, own) in groups(self.is_open.to_bitmask(), is_same) {
+                let Some(material) = material(first) else { continue };
+                let active = bits(simd, own);
+                let (at, frames) = points((scene, material), &self.surfaces, found, views, active);
+                self.surfaces.ns = frames.z.or(active, self.surfaces.ns);
+                self.frames = frames.narrow().or(active, self.frames);
+                slots.build(material.kind(), &at, active);
+            }
+        })
+    }
+}
+
+/// The materials of a scene.
+pub(crate) struct Materials<'s> {
+    /// All, in the order of the first primitives that have them.
+    pub all: Vec<&'s Material>,
+    pub has_textures: bool,
+    /// Whether any surface has none, so that rays pass it.
+    pub has_passed: bool,
+    /// Whether shading normals may differ from geometric ones.
+    pub has_normals: bool,
+    /// Their lobes where these are everywhere alike; `None` of those with textures.
+    lobes: Vec<Option<PointLobes>>,
+    /// The material of each primitive.
+    of_primitive: Vec<u32>,
+}
+
+impl<'s> Materials<'s> {
+    pub fn new(traceable: &'s Traceable) -> Self {
+        let (mut known, mut all) = (HashMap::new(), Vec::new());
+        let number = |primitive: &'s Primitive| {
+            *known.entry(Arc::as_ptr(&primitive.material)).or_insert_with(|| {
+                all.push(&*primitive.material);
+                all.len() as u32 - 1
+            })
+        };
+        let of_primitive = traceable.primitives().map(number).collect();
+        let alike = |material: &&Material| {
+            let is_alike = !material.needs().coordinates;
+            is_alike.then(|| PointLobes::new(material.kind()))
+        };
+        let has_normals = |primitive: &Primitive| matches!(&primitive.shape, Shape::TriangleMesh(mesh) if !mesh.normals().is_empty());
+        Materials {
+            has_textures: all.iter().any(|material| material.needs().coordinates),
+            has_passed: all.iter().any(|material| matches!(material.kind(), MaterialKind::None)),
+            has_normals: all.iter().any(|material| material.bump().is_some())
+                || traceable.primitives().any(has_normals),
+            lobes: all.iter().map(alike).collect(),
+            all,
+            of_primitive,
+        }
+    }
+
+    /// The number of the material of a primitive.
+    pub fn number(&self, primitive: u32) -> u32 {
+        self.of_primitive[primitive as usize]
+    }
+
+    /// The lobes of points on primitives, and where they have to be asked for.
+    #[inline(always)]
+    pub fn lobes<S: Simd>(
+        &self,
+        simd: S,
+        primitives: &[u32; LANES],
+        is_hit: mask64x8<S>,
+        slots: &mut Slots<S>,
+    ) -> mask64x8<S> {
+        let mut is_open = 0;
+        let of = |lane: usize| self.number(primitives[lane]);
+        for (first, own) in groups(is_hit.to_bitmask(), |first, lane| of(first) == of(lane)) {
+            match &self.lobes[of(first) as usize] {
+                Some(lobes) => slots.add(simd, lobes, bits(simd, own)),
+                None => is_open |= own,
+            }
+        }
+        bits(simd, is_open)
+    }
+}
+
+/// The forms of the elements of a list, and the primitives that they are of.
+pub(crate) struct Sheets<'s>(Vec<(Sheet<'s>, u32)>);
+
+impl<'s> Sheets<'s> {
+    /// `None` where any has normals of its own.
+    pub fn new(traceable: &'s Traceable, list: &List<'s>) -> Option<Self> {
+        let elements = list.elements.iter().map(|element| {
+            let number = element.id.primitive;
+            Some((Sheet::new(traceable.level, element, traceable.primitive(number))?, number))
+        });
+        elements.collect::<Option<Vec<_>>>().map(Sheets)
+    }
+
+    /// Where rays have hit something, and the primitives there; one of them has.
+    #[inline(always)]
+    pub fn at<S: Simd>(
+        &self,
+        simd: S,
+        (rays, hits): (&Rays<S>, &Hits<S>),
+        is_hit: mask64x8<S>,
+    ) -> (Surfaces<S>, [u32; LANES]) {
+        let (mut rest, mut primitives) = (is_hit, [0; LANES]);
+        let mut surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives);
+        // Mostly it is one element.
+        while rest.any_true() {
+            let others = rest;
+            surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives).or(others, surfaces);
+        }
+        (surfaces, primitives)
+    }
+
+    /// The same of the element that the first of the rest has hit. Takes all that have hit it from the rest, and notes its primitive.
+    #[inline(always)]
+    fn next<S: Simd>(
+        &self,
+        simd: S,
+        rays: &Rays<S>,
+        hits: &Hits<S>,
+        rest: &mut mask64x8<S>,
+        primitives: &mut [u32; LANES],
+    ) -> Surfaces<S> {
+        let element = hits.element[rest.to_bitmask().trailing_zeros() as usize];
+        let is_same = hits.element.simd_eq(element);
+        *rest &= !is_same;
+        let (sheet, primitive) = &self.0[element as usize];
+        for lane in set_lanes(is_same) {
+            primitives[lane] = *primitive;
+        }
+        sheet.points(simd, rays, hits)
+    }
+}
+
+impl Tree<'_> {
+    /// Where rays have hit something, and the primitives there; one of them has.
+    #[inline(always)]
+    pub fn at<S: Simd>(
+        &self,
+        simd: S,
+        (rays, hits): (&Rays<S>, &Hits<S>),
+        is_hit: mask64x8<S>,
+    ) -> (Surfaces<S>, [u32; LANES]) {
+        // What is far in memory is asked for before any of it is needed.
+        let mut elements = [(ElementId::NONE, Hit::NO_PLACE); LANES];
+        for lane in set_lanes(is_hit) {
+            elements[lane] = self.element(hits, lane);
+            let (element, _) = elements[lane];
+            if let Shape::TriangleMesh(mesh) = &self.scene.primitive(element.primitive).shape
+                && !mesh.normals().is_empty()
+            {
+                for vertex in mesh.triangle(element.index as usize) {
+                    prefetch(&mesh.normals()[vertex], 0..1);
+                }
+            }
+        }
+        let (mut primitives, mut there) = ([0; LANES], 0);
+        let mut triangles = Triangles::default();
+        for lane in set_lanes(is_hit) {
+            let (element, place) = elements[lane];
+            primitives[lane] = element.primitive;
+            let primitive = self.scene.primitive(element.primitive);
+            if let Shape::TriangleMesh(mesh) = &primitive.shape {
+                let corners = self.scene.group(element.instance).triangle(place).in_order();
+                triangles.put(lane, primitive, (mesh, element.index as usize, corners));
+                there |= 1 << lane;
+            }
+        }
+        let Point { p, magnitude, n, ns, .. } = triangles.points(simd, hits.sides, bits(simd, there));
+        let (others, placed) = (is_hit & !bits(simd, there), is_hit & !hits.instance.simd_eq(WORLD));
+        let Hits { element, instance, .. } = *hits;
+        let mut surfaces = Surfaces { p, n, ns, magnitude, element, instance };
+        if placed.any_true() {
+            surfaces.place_in_world(self.scene, placed);
+        }
+        if others.any_true() {
+            self.put_others(rays, hits, others, &mut surfaces);
+        }
+        (surfaces, primitives)
+    }
+
+    /// Those that are no triangles.
+    #[inline(never)]
+    fn put_others<S: Simd>(
+        &self,
+        rays: &Rays<S>,
+        hits: &Hits<S>,
+        others: mask64x8<S>,
+        surfaces: &mut Surfaces<S>,
+    ) {
+        for lane in set_lanes(others) {
+            surfaces.put(lane, &Surface::new(self.scene, &self.ray(rays, lane), &self.hit(hits, lane)));
+        }
+    }
 }

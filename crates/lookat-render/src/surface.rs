@@ -1,14 +1,21 @@
-//! The point of a surface that a ray has hit.
+//! Points of surfaces: one that a ray has hit or eight side by side, their parametric derivatives, and the holes that alpha textures
+//! cut into meshes.
 
-pub(crate) mod points;
+use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use lookat_scene::{Cutout, Mesh, Primitive, Shape};
 
-use glam::{DVec3, Vec3};
-use lookat_scene::{Primitive, Shape};
-
+use crate::curved::Curved;
 use crate::frame::flipped;
+use crate::number::{LANES, Vec2x8, Vec3x8, bits, set_lanes, side_by_side, three};
 use crate::ray::{ElementId, Hit, Ray};
+use crate::texture::TexturePoint;
+use crate::trace::{
+    Element, ListedShape,
+    rays::{Hits, Rays},
+};
 use crate::traceable::Traceable;
-use points::{Point, on_triangle};
+use crate::triangle::{Triangle, parametric, sheared::BoxedTriangle};
 
 /// A point of a surface, relative to the origin. Normals have length one.
 #[derive(Debug, Clone, Copy)]
@@ -105,3 +112,360 @@ fn direction_across(e1: DVec3, e2: DVec3) -> DVec3 {
 
 /// 2^-40.
 const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// Points of surfaces, relative to the origin; as [`Surface`].
+#[derive(Clone, Copy)]
+pub(crate) struct Surfaces<S: Simd> {
+    pub p: Vec3x8<S>,
+    pub n: Vec3x8<S>,
+    pub ns: Vec3x8<S>,
+    pub magnitude: f64x8<S>,
+    /// The numbers of the elements in their groups.
+    pub element: f64x8<S>,
+    /// Their instances.
+    pub instance: f64x8<S>,
+}
+
+impl<S: Simd> Surfaces<S> {
+    /// These where `mask` says so, and the others elsewhere.
+    #[inline(always)]
+    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+        Surfaces {
+            p: self.p.or(mask, others.p),
+            n: self.n.or(mask, others.n),
+            ns: self.ns.or(mask, others.ns),
+            magnitude: mask.select(self.magnitude, others.magnitude),
+            // Of the same hits.
+            element: self.element,
+            instance: self.instance,
+        }
+    }
+
+    /// As [`Surface::leave`].
+    #[inline(always)]
+    pub fn leave(&self, d: Vec3x8<S>) -> Rays<S> {
+        let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
+        let (leaving, leaving_instance) = (self.element, self.instance);
+        Rays { leaving, leaving_instance, ..Rays::new(self.p + offset, d) }
+    }
+
+    /// Shadow rays to points of a light: from where rays leave the surface to just there. Were they to run beside the lines
+    /// from the surface to the light, they would meet the plane that the light lies in before their end.
+    #[inline(always)]
+    pub fn towards(&self, light: Vec3x8<S>) -> Rays<S> {
+        let start = self.leave(light - self.p);
+        let way = light - start.o;
+        let distance = way.length_squared().sqrt();
+        Rays { d: way * (1.0 / distance.max(f64::MIN_POSITIVE)), t_max: distance, ..start }
+    }
+
+    /// The distances up to which shadow rays are blocked on their way to points whose coordinates are up to `magnitude`: all the way, but
+    /// for rounding, so that what lies in the plane of a light does not hide it, and the light is not before the end.
+    #[inline(always)]
+    pub fn reach(&self, distance: f64x8<S>, magnitude: f64x8<S>) -> f64x8<S> {
+        distance - self.rounding(magnitude)
+    }
+
+    /// The most that rounding and the offsets of rays change distances to points whose coordinates are up to `magnitude`.
+    #[inline(always)]
+    pub fn rounding(&self, magnitude: f64x8<S>) -> f64x8<S> {
+        self.magnitude.max(magnitude) * 4.0 * OFFSET
+    }
+
+    /// Takes some from the space of their objects to the world.
+    #[inline(never)]
+    pub fn place_in_world(&mut self, scene: &Traceable, placed: mask64x8<S>) {
+        for lane in set_lanes(placed) {
+            let Some(instance) = scene.instance(self.instance[lane] as u32) else { continue };
+            self.p.put(lane, instance.to_world(self.p.lane(lane)));
+            self.magnitude[lane] = instance.magnitude(self.magnitude[lane]);
+            self.n.put(lane, instance.normal_to_world(self.n.lane(lane)));
+            self.ns.put(lane, instance.normal_to_world(self.ns.lane(lane)));
+        }
+    }
+
+    /// Puts another surface in the place of one.
+    pub fn put(&mut self, lane: usize, surface: &Surface) {
+        self.p.put(lane, surface.p);
+        self.n.put(lane, surface.n);
+        self.ns.put(lane, surface.ns);
+        self.magnitude[lane] = surface.magnitude;
+    }
+}
+
+/// What points of an element of a list have in common.
+pub(crate) struct Sheet<'s> {
+    form: Form<'s>,
+    magnitude: f64,
+}
+
+enum Form<'s> {
+    /// A triangle, its corners as the mesh has them, and its normal.
+    Flat { triangle: &'s Triangle, corners: [DVec3; 3], n: DVec3 },
+    /// A sphere; whether its normal points inwards.
+    Round { curved: &'s Curved, is_inward: bool },
+}
+
+impl<'s> Sheet<'s> {
+    /// `None` of those that have shading normals.
+    pub fn new(level: Level, element: &Element<'s>, primitive: &Primitive) -> Option<Self> {
+        match (element.shape, &primitive.shape) {
+            (ListedShape::Triangle(BoxedTriangle { triangle, .. }), Shape::TriangleMesh(mesh)) => {
+                let corners = triangle.in_order();
+                // Normal and magnitude are those of any point.
+                let of_mesh = (&**mesh, element.id.index as usize, corners);
+                let Point { magnitude, n, .. } = on_triangle(level, primitive, of_mesh, [1.0, 0.0, 0.0]);
+                let form = Form::Flat { triangle, corners, n };
+                mesh.normals().is_empty().then_some(Sheet { form, magnitude })
+            }
+            (ListedShape::Sphere(curved), _) => {
+                let is_inward = primitive.reverse_orientation != primitive.mirrored;
+                let form = Form::Round { curved, is_inward };
+                Some(Sheet { form, magnitude: curved.magnitude() })
+            }
+            _ => None,
+        }
+    }
+
+    /// Where the rays meet it.
+    #[inline(always)]
+    pub fn points<S: Simd>(&self, simd: S, rays: &Rays<S>, hits: &Hits<S>) -> Surfaces<S> {
+        let (p, n) = match &self.form {
+            Form::Flat { triangle, corners: [p0, p1, p2], n } => {
+                let [b0, b1, b2] = triangle.weights(hits.sides);
+                let (p0, p1, p2) =
+                    (Vec3x8::splat(simd, *p0), Vec3x8::splat(simd, *p1), Vec3x8::splat(simd, *p2));
+                (p0 * b0 + p1 * b1 + p2 * b2, Vec3x8::splat(simd, *n))
+            }
+            Form::Round { curved, is_inward } => {
+                let (p, outward) = curved.on_sphere(rays.at(hits.t));
+                (p, if *is_inward { -outward } else { outward })
+            }
+        };
+        let Hits { element, instance, .. } = *hits;
+        Surfaces { p, n, ns: n, magnitude: self.magnitude.simd_into(simd), element, instance }
+    }
+}
+
+/// Triangles of any meshes, one for each point.
+#[derive(Default)]
+pub(crate) struct Triangles {
+    corners: [[[f64; LANES]; 3]; 3],
+    normals: [[[f64; LANES]; 3]; 3],
+    /// Which of them have normals.
+    has_normals: u64,
+    /// Where the winding order gives the normals, the lanes that turn them.
+    is_n: u64,
+    /// The lanes that turn the normals on the side that emits.
+    is_emitting: u64,
+    /// Where the file gives the normals, the lanes that turn them.
+    is_smooth: u64,
+}
+
+/// A point of a shape, or points; as in [`Surface`].
+#[derive(Clone, Copy)]
+pub(crate) struct Point<V = DVec3, N = f64> {
+    pub p: V,
+    pub magnitude: N,
+    pub n: V,
+    pub ns: V,
+    pub emitting: V,
+}
+
+pub(crate) type Points<S> = Point<Vec3x8<S>, f64x8<S>>;
+
+/// The point of a triangle, of a mesh and with these corners, that the corners weigh so much at.
+pub(crate) fn on_triangle(
+    level: Level,
+    primitive: &Primitive,
+    triangle: (&Mesh, usize, [DVec3; 3]),
+    weights: [f64; 3],
+) -> Point {
+    let mut triangles = Triangles::default();
+    triangles.put(0, primitive, triangle);
+    side_by_side!(level, simd => {
+        let weights = three!(corner, weights[corner].simd_into(simd));
+        let Point { p, magnitude, n, ns, emitting } = triangles.points(simd, weights, bits(simd, 1));
+        let [p, n, ns, emitting] = [p.lane(0), n.lane(0), ns.lane(0), emitting.lane(0)];
+        Point { p, magnitude: magnitude[0], n, ns, emitting }
+    })
+}
+
+impl Triangles {
+    /// Puts a triangle of a primitive, a mesh, in its place.
+    #[inline(always)]
+    pub fn put(
+        &mut self,
+        lane: usize,
+        primitive: &Primitive,
+        (mesh, index, corners): (&Mesh, usize, [DVec3; 3]),
+    ) {
+        for (own, corner) in self.corners.iter_mut().zip(corners) {
+            [own[0][lane], own[1][lane], own[2][lane]] = corner.into();
+        }
+        if !mesh.normals().is_empty() {
+            self.has_normals |= 1 << lane;
+            for (own, vertex) in self.normals.iter_mut().zip(mesh.triangle(index)) {
+                [own[0][lane], own[1][lane], own[2][lane]] = mesh.normals()[vertex];
+            }
+        }
+        let Primitive { reverse_orientation, mirrored, .. } = *primitive;
+        // With tangents, pbrt-v3 reverses once more.
+        let is_n = mirrored != (reverse_orientation && mesh.tangents().is_empty());
+        self.is_n |= u64::from(is_n) << lane;
+        self.is_emitting |= u64::from(mirrored != reverse_orientation) << lane;
+        self.is_smooth |= u64::from(reverse_orientation) << lane;
+    }
+
+    /// The corners.
+    #[inline(always)]
+    pub fn corners<S: Simd>(&self, simd: S) -> [Vec3x8<S>; 3] {
+        Vec3x8::three(simd, &self.corners)
+    }
+
+    /// Those that the corners weigh so much at; of the triangles that are there.
+    #[inline(always)]
+    pub fn points<S: Simd>(&self, simd: S, [b0, b1, b2]: [f64x8<S>; 3], there: mask64x8<S>) -> Points<S> {
+        let [p0, p1, p2] = self.corners(simd);
+        let p = p0 * b0 + p1 * b1 + p2 * b2;
+        let magnitude = p0.magnitude().max(p1.magnitude()).max(p2.magnitude());
+        let winding = across(p1 - p0, p2 - p0, there);
+        let mut n = (-winding).or(bits(simd, self.is_n), winding);
+        let (mut ns, mut emitting) = (n, (-winding).or(bits(simd, self.is_emitting), winding));
+        if self.has_normals != 0 {
+            let [n0, n1, n2] = Vec3x8::three(simd, &self.normals);
+            let (smooth, is_valid) = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize();
+            let is_valid = is_valid & bits(simd, self.has_normals);
+            let turned = (-smooth).or(bits(simd, self.is_smooth), smooth);
+            let own_n = (-winding).or(winding.dot(turned).simd_lt(0.0), winding);
+            let own_emitting = (-winding).or(winding.dot(smooth).simd_lt(0.0), winding);
+            n = own_n.or(is_valid, n);
+            ns = turned.or(is_valid, ns);
+            emitting = own_emitting.or(is_valid, emitting);
+        }
+        Point { p, magnitude, n, ns, emitting }
+    }
+}
+
+/// As [`direction_across`].
+#[inline(always)]
+fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S> {
+    let product = e1.cross(e2);
+    let squared = product.length_squared();
+    let mut direction = product * (1.0 / squared.sqrt());
+    let is_usual = squared.simd_gt(1e-200) & squared.simd_lt(1e200);
+    for lane in set_lanes(there & !is_usual) {
+        direction.put(lane, direction_across(e1.lane(lane), e2.lane(lane)));
+    }
+    direction
+}
+
+/// Whether there is something at a point of an element of the primitive, and no hole.
+#[inline]
+pub(crate) fn is_solid(
+    level: Level,
+    (primitive, element): (&Primitive, ElementId),
+    barycentric: [f64; 2],
+    is_shadow: bool,
+) -> bool {
+    match (&primitive.cutout, &primitive.shape) {
+        (Some(cutout), Shape::TriangleMesh(mesh)) => {
+            is_left(level, (cutout, mesh, element), barycentric, is_shadow)
+        }
+        _ => true,
+    }
+}
+
+#[inline(never)]
+fn is_left(
+    level: Level,
+    (cutout, mesh, element): (&Cutout, &Mesh, ElementId),
+    [b0, b1]: [f64; 2],
+    is_shadow: bool,
+) -> bool {
+    let (index, weights) = (element.index as usize, [b0, b1, 1.0 - b0 - b1]);
+    // As in pbrt-v3, the point is that of the object where it is part of one. Positions of the mesh are not relative to an origin.
+    let corners = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]));
+    let p = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+    let uvs = parametric::coordinates(mesh, index);
+    let uv = uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2];
+    let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
+    side_by_side!(level, simd => {
+        let (at, first) = (TexturePoint::splat(simd, p, uv.into()), bits(simd, 1));
+        cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha, first)[0] != 0.0)
+    })
+}
+
+/// How a surface goes on about one of its points, by pbrt-v3's parameters u and v. In the world, or the space
+/// of an object.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Parametric<P = DVec2, V = DVec3> {
+    /// The parameters; 0 to 1 on the shape.
+    pub uv: P,
+    /// Change of the position with u and with v. One is 0 where a surface ends in a point, as at the poles of a sphere.
+    pub dpdu: V,
+    pub dpdv: V,
+    /// Change of the unit normal of object space, as it is before it is flipped; transformed like a normal, as in pbrt-v3, so
+    /// that it is that of the unit normal of the world only where that space is not scaled.
+    pub dndu: V,
+    pub dndv: V,
+}
+
+/// The same side by side.
+pub(crate) type Parametrics<S> = Parametric<Vec2x8<S>, Vec3x8<S>>;
+
+impl<S: Simd> Parametrics<S> {
+    /// That of a lane.
+    pub fn lane(&self, lane: usize) -> Parametric {
+        Parametric {
+            uv: DVec2::new(self.uv[0][lane], self.uv[1][lane]),
+            dpdu: self.dpdu.lane(lane),
+            dpdv: self.dpdv.lane(lane),
+            dndu: self.dndu.lane(lane),
+            dndv: self.dndv.lane(lane),
+        }
+    }
+
+    /// Puts another one in a lane.
+    pub fn put(&mut self, lane: usize, other: &Parametric) {
+        [self.uv[0][lane], self.uv[1][lane]] = other.uv.into();
+        self.dpdu.put(lane, other.dpdu);
+        self.dpdv.put(lane, other.dpdv);
+        self.dndu.put(lane, other.dndu);
+        self.dndv.put(lane, other.dndv);
+    }
+}
+
+/// The same in the space of a form f(p) = 0, with derivatives of f.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Local {
+    pub uv: DVec2,
+    pub dpdu: DVec3,
+    pub dpdv: DVec3,
+    /// Half the gradient of f, on the side of `dpdu x dpdv`.
+    pub gradient: DVec3,
+    /// How `gradient` changes along each axis: half the Hessian of f, which is diagonal.
+    pub bend: DVec3,
+}
+
+impl Local {
+    /// In the world. `normals` takes normals of object space there. The derivatives of the normal are what the Weingarten
+    /// equations give (PBR 3.2).
+    pub fn placed(&self, world_from_local: DMat3, normals: DMat3) -> Parametric {
+        let length = self.gradient.length();
+        let unit = self.gradient / length;
+        let turn = |dp: DVec3| {
+            let change = self.bend * dp / length;
+            let across = normals * (change - unit * unit.dot(change));
+            // The tip of a cone has no normal.
+            if across.is_finite() { across } else { DVec3::ZERO }
+        };
+        Parametric {
+            uv: self.uv,
+            dpdu: world_from_local * self.dpdu,
+            dpdv: world_from_local * self.dpdv,
+            dndu: turn(self.dpdu),
+            dndv: turn(self.dpdv),
+        }
+    }
+}

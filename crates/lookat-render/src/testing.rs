@@ -8,7 +8,7 @@ use lookat_scene::{LoadOptions, Scene, load};
 
 use crate::number::Vec3x8;
 pub(crate) use crate::number::baseline;
-use crate::surface::points::Surfaces;
+use crate::surface::Surfaces;
 use crate::trace::rays::{NONE, WORLD};
 
 /// A number without a pattern, from -1 to 1.

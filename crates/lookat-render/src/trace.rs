@@ -1,26 +1,22 @@
-//! Rays against a scene: the nearest hit, and whether anything is in the way.
+//! Traces rays in a scene: the nearest hit, and occlusion. Filters in `f32` leave out what a ray surely misses; `f64` decides.
 
-pub(crate) mod forms;
 mod list;
-mod packet;
+mod packets;
 pub(crate) mod rays;
-mod stream;
 #[cfg(test)]
 mod tests;
 mod tree;
 
-use fearless_simd::{Simd, f64x8, mask64x8};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
-use crate::bvh::Leaf;
-use crate::cutout;
-use crate::number::{Vec3x8, bits, side_by_side, those, vectorized};
+use crate::bvh::{Leaf, SlabRays, Slabs};
+use crate::number::{LANES, Vec3x8, bits, set_lanes, side_by_side, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::traceable::{Group, Other, Traceable};
-use crate::triangle::block::Block;
-use crate::triangle::{ShearedRay, Triangle, holds_end};
-use forms::Forms;
-pub(crate) use list::{Element, List, Shape};
-pub(crate) use stream::{MOST_PACKETS, StreamSize, Together};
+use crate::surface::is_solid;
+use crate::traceable::{Group, NonTriangle, Traceable};
+use crate::triangle::{Axis, Block, Filter, MOST_MAGNITUDE, ShearedRay, Triangle, Turned, holds_end};
+pub(crate) use list::{Element, List, ListedShape};
+pub(crate) use packets::{MOST_PACKETS, PacketCount, Together};
 pub(crate) use tree::Tree;
 
 /// A ray among the elements of a group, which belong to an instance or to the world.
@@ -120,8 +116,13 @@ impl Traceable {
                                 found |= self.meet_triangle::<ANY>(query, place, &mut sheared, hit);
                             }
                         }
-                        Leaf::Other(other) => {
-                            found |= self.meet_other::<S, ANY>(simd, query, group.others[other], hit);
+                        Leaf::NonTriangle(other) => {
+                            found |= self.meet_non_triangle::<S, ANY>(
+                                simd,
+                                query,
+                                group.non_triangles[other],
+                                hit,
+                            );
                         }
                     }
                     (!ANY || !found).then_some(hit.t)
@@ -173,9 +174,9 @@ impl Traceable {
         for place in (0..query.group.triangles.len() as u32).filter(|place| *place != query.leaving) {
             found |= self.meet_triangle::<ANY>(query, place, &mut sheared, hit);
         }
-        for other in &query.group.others {
+        for other in &query.group.non_triangles {
             found |= match *other {
-                Other::Instance { instance } => {
+                NonTriangle::Instance { instance } => {
                     let placed = &self.instances[instance as usize];
                     let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
                     self.search_all::<ANY>(Query::new(group, ray, instance, query.is_shadow), hit)
@@ -188,28 +189,30 @@ impl Traceable {
 
     /// Out of line: triangles are not to pay for it.
     #[inline(never)]
-    fn meet_other<S: Simd, const ANY: bool>(
+    fn meet_non_triangle<S: Simd, const ANY: bool>(
         &self,
         simd: S,
         query: Query,
-        other: Other,
+        other: NonTriangle,
         hit: &mut Hit,
     ) -> bool {
-        let Other::Instance { instance } = other else { return self.meet_shape::<ANY>(query, other, hit) };
+        let NonTriangle::Instance { instance } = other else {
+            return self.meet_shape::<ANY>(query, other, hit);
+        };
         let placed = &self.instances[instance as usize];
         let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
         let query = Query::new(group, ray, instance, query.is_shadow);
-        match group.others[..] {
+        match group.non_triangles[..] {
             [other] if group.blocks.is_empty() => self.meet_shape::<ANY>(query, other, hit),
             _ => vectorized!(simd, self.search_alone::<S, ANY>(simd, query, hit)),
         }
     }
 
-    fn meet_shape<const ANY: bool>(&self, query: Query, other: Other, hit: &mut Hit) -> bool {
+    fn meet_shape<const ANY: bool>(&self, query: Query, other: NonTriangle, hit: &mut Hit) -> bool {
         let Query { ray, instance, .. } = query;
         let (element, met) = match other {
-            Other::Instance { .. } => return false,
-            Other::Curved { primitive, shape } => {
+            NonTriangle::Instance { .. } => return false,
+            NonTriangle::Curved { primitive, shape } => {
                 let element = ElementId { instance, primitive, index: 0 };
                 if ANY && element == ray.target {
                     return false;
@@ -219,7 +222,7 @@ impl Traceable {
                 let is_end = |t: &f64| ANY && ray.may_end_at(*t) && shape.is_met_at_end(ray, leaving);
                 (element, t.filter(|t| !is_end(t)).map(|t| (t, [0.0; 2])))
             }
-            Other::Curve { primitive, piece } => {
+            NonTriangle::Curve { primitive, piece } => {
                 let element = ElementId { instance, primitive, index: piece };
                 let same = ElementId { index: ray.leaving.index, ..element } == ray.leaving;
                 let meeting = self.curves.meet(piece, ray, hit.t, same.then_some(ray.leaving.index));
@@ -232,8 +235,8 @@ impl Traceable {
 
     /// Whether there is something at a point of an element, and no hole.
     #[inline(always)]
-    fn is_there(&self, element: ElementId, barycentric: [f64; 2], is_shadow: bool) -> bool {
-        let of = |primitive| cutout::is_there(self.level, (primitive, element), barycentric, is_shadow);
+    fn is_valid(&self, element: ElementId, barycentric: [f64; 2], is_shadow: bool) -> bool {
+        let of = |primitive| is_solid(self.level, (primitive, element), barycentric, is_shadow);
         !self.is_cut_out(element.primitive) || of(self.primitive(element.primitive))
     }
 
@@ -252,7 +255,7 @@ impl Traceable {
         let element = triangle.element(ElementId::WORLD);
         let barycentric =
             |lane: usize| triangle.barycentric([sides[0][lane], sides[1][lane], sides[2][lane]]);
-        let solid = those(met).filter(|lane| self.is_there(element, barycentric(*lane), is_shadow));
+        let solid = set_lanes(met).filter(|lane| self.is_valid(element, barycentric(*lane), is_shadow));
         bits(simd, solid.fold(0, |solid, lane| solid | 1 << lane))
     }
 
@@ -265,7 +268,7 @@ impl Traceable {
             false => hit.yields_to(found.t, found.element),
         };
         let Hit { element, barycentric, .. } = found;
-        let accepted = counts && self.is_there(element, barycentric, query.is_shadow);
+        let accepted = counts && self.is_valid(element, barycentric, query.is_shadow);
         if accepted {
             *hit = found;
         }
@@ -276,4 +279,58 @@ impl Traceable {
 /// No hit yet, within the length of a ray.
 fn nothing(ray: &Ray) -> Hit {
     Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2], place: Hit::NO_PLACE }
+}
+
+/// Eight rays.
+pub(crate) struct Forms<S: Simd> {
+    pub slabs: SlabRays<S>,
+    turned: Turned<S>,
+    /// The largest coordinate of each origin; infinite where `f32` tells nothing.
+    pub magnitude: f32x8<S>,
+    /// Where the longest axis of the direction is not x, and where it is not y either, as bits.
+    is_not: [u64; 2],
+}
+
+impl<S: Simd> Forms<S> {
+    #[inline(always)]
+    pub fn new(simd: S, o: Vec3x8<S>, d: Vec3x8<S>) -> Self {
+        let o = [to_f32(o.x), to_f32(o.y), to_f32(o.z)];
+        let d = [to_f32(d.x), to_f32(d.y), to_f32(d.z)];
+        let [x, y, z] = [d[0].abs(), d[1].abs(), d[2].abs()];
+        let is_not_x = x.simd_lt(y) | x.simd_lt(z);
+        let is_not_y = is_not_x & y.simd_lt(z);
+        let longest = x.max(y).max(z);
+        let magnitude = o[0].abs().max(o[1].abs()).max(o[2].abs());
+        let is_safe = longest.simd_gt(1e-30) & longest.simd_lt(1e30) & magnitude.simd_lt(MOST_MAGNITUDE);
+        let turned = |[x, y, z]: [f32x8<S>; 3]| {
+            let pick = |if_x, if_y, if_z| is_not_y.select(if_z, is_not_x.select(if_y, if_x));
+            [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
+        };
+        Forms {
+            slabs: SlabRays::new(simd, o, d),
+            turned: Turned::new(turned(o), turned(d)),
+            magnitude: is_safe.select(magnitude, splat_f32(simd, f32::INFINITY)),
+            is_not: [is_not_x.to_bitmask(), is_not_y.to_bitmask()],
+        }
+    }
+
+    /// One of them for boxes, and for triangles.
+    #[inline(always)]
+    pub fn one(&self, simd: S, lane: usize) -> (Slabs<S>, Filter<S>) {
+        let filter = Filter::new(self.axes(lane), self.turned.one(simd, lane), self.magnitude[lane]);
+        (self.slabs.one(simd, lane), filter)
+    }
+
+    /// All of them for triangles, if they are longest along one axis.
+    #[inline(always)]
+    pub fn all(&self) -> Option<Filter<S>> {
+        let are_alike = self.is_not.iter().all(|is_not| [0, (1 << LANES) - 1].contains(is_not));
+        are_alike.then(|| Filter::new(self.axes(0), self.turned, self.magnitude.reduce_max()))
+    }
+
+    /// The axes, that along which a ray is longest last.
+    #[inline(always)]
+    fn axes(&self, lane: usize) -> [Axis; 3] {
+        Axis::ORDERS[self.is_not.iter().map(|is_not| (is_not >> lane & 1) as usize).sum::<usize>()]
+    }
 }

@@ -1,23 +1,24 @@
-//! A world that rays are traced in: everything relative to an origin, in trees.
-
-mod elements;
-mod group;
+//! A world in the form that rays are traced in: positions relative to an origin; hierarchies of the world, of objects, and of
+//! instances of these.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use fearless_simd::Level;
-use glam::DVec3;
-use lookat_scene::{MaterialKind, Object, Primitive, Shape, World};
+use glam::{DMat3, DVec3};
+use lookat_scene::{MaterialKind, Mesh, Object, Primitive, Shape, Transform, World};
+use rayon::prelude::*;
 
+use crate::bvh::{Bvh, Reference, around, build};
 use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::emitters::Emitters;
-use crate::instance::PlacedInstance;
-use crate::ray::Hit;
+use crate::frame::Bounds;
+use crate::ray::{Hit, Ray};
+use crate::surface::Parametric;
 use crate::trace::rays::Labels;
-use elements::Builder;
-pub(crate) use group::{Group, Other};
+use crate::triangle::{Block, Extent, Triangle, corners};
 
 /// A world that rays can be traced in. Positions are relative to the origin.
 pub(crate) struct Traceable {
@@ -27,7 +28,7 @@ pub(crate) struct Traceable {
     /// The primitives of objects: the object, and which of its primitives.
     of_objects: Vec<(Arc<Object>, u32)>,
     pub(crate) curved: Vec<Curved>,
-    /// Which of the curved shapes a primitive is, or [`group::NOT_CURVED`].
+    /// Which of the curved shapes a primitive is, or [`NOT_CURVED`].
     curved_of: Vec<u32>,
     /// Curves; the index of an element names the piece.
     pub curves: Curves,
@@ -67,7 +68,7 @@ impl Traceable {
                 continue;
             }
             let bounds = placed.bounds(of_object);
-            world.push(bounds, Other::Instance { instance: instances.len() as u32 });
+            world.push(bounds, NonTriangle::Instance { instance: instances.len() as u32 });
             if glows {
                 world.emitters.push(bounds);
             }
@@ -166,4 +167,229 @@ impl Traceable {
     pub fn group(&self, instance: u32) -> &Group {
         self.instance(instance).map_or(&self.world, |placed| &self.objects[placed.object])
     }
+}
+
+/// For a primitive that is no curved shape.
+const NOT_CURVED: u32 = u32::MAX;
+
+/// Elements with their tree.
+pub(crate) struct Group {
+    pub bvh: Bvh,
+    /// What tells of most triangles that they are not met. Apart from these, to stay in the cache.
+    pub blocks: Vec<Block>,
+    /// Each at its place, see [`crate::ray::Hit::place`].
+    pub triangles: Vec<Triangle>,
+    pub non_triangles: Vec<NonTriangle>,
+}
+
+impl Group {
+    /// The triangle at a place.
+    #[inline(always)]
+    pub fn triangle(&self, place: u32) -> &Triangle {
+        &self.triangles[place as usize]
+    }
+}
+
+/// An element that is no triangle.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum NonTriangle {
+    Curved { primitive: u32, shape: u32 },
+    Curve { primitive: u32, piece: u32 },
+    Instance { instance: u32 },
+}
+
+/// Numbers primitives as they come.
+#[derive(Default)]
+struct Builder {
+    pub curved: Vec<Curved>,
+    /// Which of the curved shapes a primitive is, or [`NOT_CURVED`].
+    pub curved_of: Vec<u32>,
+    pub curves: Curves,
+}
+
+/// Elements that become one tree.
+#[derive(Default)]
+struct Elements<'s> {
+    /// What positions of meshes are relative to.
+    origin: DVec3,
+    /// Meshes, the number of their primitive, and which of all triangles are theirs.
+    meshes: Vec<(&'s Mesh, u32, Range<usize>)>,
+    non_triangles: Vec<NonTriangle>,
+    references: Vec<Reference>,
+    /// Boxes around the elements that emit light.
+    pub emitters: Vec<Bounds>,
+}
+
+impl Builder {
+    pub fn elements<'s>(&mut self, primitives: &'s [Primitive], origin: DVec3) -> Elements<'s> {
+        let mut all = Elements { origin, ..Elements::default() };
+        for shape in primitives {
+            let primitive = self.curved_of.len() as u32;
+            self.curved_of.push(NOT_CURVED);
+            let before = all.references.len();
+            match &shape.shape {
+                Shape::Quadric(quadric) => {
+                    let shape = Curved::new(quadric, origin);
+                    let (half, number) = (shape.half_extent(), self.curved.len() as u32);
+                    let bounds = Bounds::padded(shape.center - half, shape.center + half, shape.magnitude());
+                    all.push(bounds, NonTriangle::Curved { primitive, shape: number });
+                    self.curved.push(shape);
+                    self.curved_of[primitive as usize] = number;
+                }
+                Shape::Curve(curve) => {
+                    for (piece, [low, high], magnitude) in self.curves.add(curve, origin) {
+                        all.push(
+                            Bounds::padded(low, high, magnitude),
+                            NonTriangle::Curve { primitive, piece },
+                        );
+                    }
+                }
+                Shape::TriangleMesh(mesh) => all.push_mesh(mesh, primitive),
+            }
+            if shape.emission.is_some() && all.references.len() > before {
+                all.emitters.push(around(&all.references[before..]));
+            }
+        }
+        all
+    }
+}
+
+impl<'s> Elements<'s> {
+    pub fn push(&mut self, bounds: Bounds, other: NonTriangle) {
+        self.references.push(Reference::non_triangle(bounds, self.non_triangles.len() as u32));
+        self.non_triangles.push(other);
+    }
+
+    fn push_mesh(&mut self, mesh: &'s Mesh, primitive: u32) {
+        let first = self.meshes.last().map_or(0, |(.., range)| range.end);
+        let origin = self.origin;
+        let reference = |index: usize| {
+            // Triangles without area cannot be seen.
+            mesh.has_area(index).then(|| {
+                let Extent { low, high, .. } = Extent::new(&corners(mesh, index, origin));
+                Reference::triangle(Bounds::new(low, high), (first + index) as u32)
+            })
+        };
+        self.references
+            .par_extend((0..mesh.triangles()).into_par_iter().with_min_len(1 << 12).filter_map(reference));
+        self.meshes.push((mesh, primitive, first..first + mesh.triangles()));
+    }
+
+    /// Sorts the elements into a tree.
+    pub fn group(mut self) -> Group {
+        let mut references = std::mem::take(&mut self.references);
+        let tree = build(&mut references);
+        let sorted: Vec<u32> = references.iter().filter(|it| it.is_triangle).map(|it| it.number).collect();
+        drop(references);
+        let triangles: Vec<Triangle> = sorted.par_iter().map(|number| self.triangle(*number)).collect();
+        let mut end = 0;
+        let next = |length: &u8| {
+            end += usize::from(*length);
+            end - usize::from(*length)..end
+        };
+        let ranges: Vec<Range<usize>> = tree.blocks.iter().map(next).collect();
+        let block = |range: &Range<usize>| Block::new(&triangles[range.clone()], range.start);
+        let blocks = ranges.par_iter().map(block).collect();
+        Group { bvh: tree.bvh, blocks, triangles, non_triangles: self.non_triangles }
+    }
+
+    fn triangle(&self, number: u32) -> Triangle {
+        let number = number as usize;
+        let at = self.meshes.partition_point(|(.., range)| range.end <= number);
+        let (mesh, primitive, range) = &self.meshes[at];
+        Triangle::new(mesh, number - range.start, *primitive, self.origin)
+    }
+}
+
+/// A copy of an object.
+pub(crate) struct PlacedInstance {
+    pub object: usize,
+    /// Takes world positions to the object: a matrix and an offset.
+    object_from_world: DMat3,
+    offset: DVec3,
+    world_from_object: DMat3,
+    origin: DVec3,
+}
+
+impl PlacedInstance {
+    /// The copy of the object of a number, in a world of that origin.
+    pub fn new(object: usize, world_from_object: &Transform, world_origin: DVec3) -> Self {
+        let (m, inv) = (world_from_object.matrix(), world_from_object.inverse_matrix());
+        PlacedInstance {
+            object,
+            object_from_world: DMat3::from_mat4(inv),
+            offset: inv.transform_point3(world_origin),
+            world_from_object: DMat3::from_mat4(m),
+            origin: m.w_axis.truncate() - world_origin,
+        }
+    }
+
+    /// A position of the world in the space of the object.
+    pub fn to_object(&self, p: DVec3) -> DVec3 {
+        self.object_from_world * p + self.offset
+    }
+
+    /// The largest coordinate that the way back to the world computes with, for a position of the object whose own
+    /// coordinates are up to `magnitude`.
+    pub fn magnitude(&self, magnitude: f64) -> f64 {
+        let m = &self.world_from_object;
+        let rows = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
+        (rows * magnitude + self.origin.abs()).max_element()
+    }
+
+    /// And back.
+    pub fn to_world(&self, p: DVec3) -> DVec3 {
+        self.world_from_object * p + self.origin
+    }
+
+    /// A unit normal of the object, in the world.
+    pub fn normal_to_world(&self, n: DVec3) -> DVec3 {
+        (self.object_from_world.transpose() * n).normalize_or(DVec3::Z)
+    }
+
+    /// A direction of the world, in the object; distances along it are the same.
+    pub fn vector_to_object(&self, v: DVec3) -> DVec3 {
+        self.object_from_world * v
+    }
+
+    /// A normal of the world, in the object.
+    pub fn normal_to_object(&self, n: DVec3) -> DVec3 {
+        (self.world_from_object.transpose() * n).normalize_or(DVec3::Z)
+    }
+
+    /// Derivatives in the object, in the world.
+    pub fn parametric_to_world(&self, object: Parametric) -> Parametric {
+        let normals = self.object_from_world.transpose();
+        Parametric {
+            uv: object.uv,
+            dpdu: self.world_from_object * object.dpdu,
+            dpdv: self.world_from_object * object.dpdv,
+            dndu: normals * object.dndu,
+            dndv: normals * object.dndv,
+        }
+    }
+
+    /// The ray in the space of the object; distances along it are the same.
+    pub fn ray(&self, ray: &Ray, t_max: f64) -> Ray {
+        Ray { o: self.to_object(ray.o), d: self.object_from_world * ray.d, t_max, ..*ray }
+    }
+
+    /// A box around the copy of an object with a box.
+    pub fn bounds(&self, object: Bounds) -> Bounds {
+        let (low, high) = object.corners();
+        let [min, max] = placed_box([low, high], |p| self.to_world(p));
+        Bounds::padded(min, max, self.magnitude(low.abs().max(high.abs()).max_element()))
+    }
+}
+
+/// The box around a placed box. Rounding is not covered.
+pub(crate) fn placed_box(corners: [DVec3; 2], place: impl Fn(DVec3) -> DVec3) -> [DVec3; 2] {
+    let corner = |at: usize| {
+        let pick = |axis: usize| corners[at >> axis & 1][axis];
+        place(DVec3::new(pick(0), pick(1), pick(2)))
+    };
+    let points: [DVec3; 8] = std::array::from_fn(corner);
+    let min = points.iter().fold(DVec3::INFINITY, |min, p| min.min(*p));
+    let max = points.iter().fold(DVec3::NEG_INFINITY, |max, p| max.max(*p));
+    [min, max]
 }

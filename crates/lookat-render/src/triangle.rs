@@ -1,16 +1,19 @@
-//! Ray against triangle, watertight.
+//! Rays against triangles, watertight (Woop, Benthin and Wald 2013). Blocks of eight triangles are tested in `f32` before `f64`
+//! decides.
 
-pub(crate) mod block;
-pub(crate) mod filter;
 pub(crate) mod parametric;
 pub(crate) mod sheared;
+#[cfg(test)]
+mod tests;
 
 use std::cmp::Ordering;
 
+use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::{DVec3, Vec3Swizzles};
 use lookat_scene::Mesh;
 
-use crate::bvh::within_box;
+use crate::bvh::{WIDTH, within_box};
+use crate::number::{splat_f32, three};
 use crate::ray::{ElementId, Ray};
 
 /// An axis of space.
@@ -233,103 +236,241 @@ fn side(p: (f64, f64, f64), q: (f64, f64, f64)) -> f64 {
     p.0.mul_add(q.1, -left) - p.1.mul_add(q.0, -right)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::noise;
+/// The corners of up to eight triangles in `f32`, and how far these are to be trusted.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct Block {
+    /// By corner, axis and triangle.
+    pub corners: [[[f32; WIDTH]; 3]; 3],
+    /// What rounding does to them.
+    error: f32,
+    /// Twice the longest side of the box of any of the triangles, or more.
+    size: f32,
+    /// A bit for each triangle.
+    pub mask: u32,
+    /// The place of the first triangle; those of the others follow.
+    first: u32,
+}
 
-    fn hit(o: DVec3, d: DVec3, triangle: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
-        let (t, sides) = ShearedRay::new(&Ray::new(o, d)).intersect(&triangle)?;
-        Some((t, sides.map(|side| side / sides.iter().sum::<f64>())))
-    }
-
-    #[test]
-    fn finds_distance_and_weights() {
-        let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let (t, weights) = hit(DVec3::new(0.25, 0.5, -3.0), DVec3::Z, triangle).unwrap();
-        assert_eq!((t, weights), (3.0, [0.25, 0.25, 0.5]));
-        assert!(hit(DVec3::new(0.6, 0.6, -3.0), DVec3::Z, triangle).is_none());
-        // A ray in the plane of the triangle misses.
-        assert!(hit(DVec3::new(-1.0, 0.2, 0.0), DVec3::X, triangle).is_none());
-    }
-
-    #[test]
-    fn corners_in_any_order_give_the_same_distance() {
-        let p = [DVec3::new(0.1, 0.2, 0.7), DVec3::new(1.3, -0.4, 0.9), DVec3::new(0.3, 1.7, 1.1)];
-        let (o, d) = (DVec3::new(0.3, 0.4, -3.0), DVec3::new(0.07, 0.02, 1.0));
-        let (corners, _) = sorted(p);
-        let (t, weights) = hit(o, d, corners).unwrap();
-        for [i, j, k] in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]] {
-            let (corners, first) = sorted([p[i], p[j], p[k]]);
-            assert_eq!(hit(o, d, corners), Some((t, weights)));
-            assert_eq!(first.map(|at| corners[usize::from(at)]), [p[i], p[j]]);
-        }
-    }
-
-    /// An eye in the plane of two triangles, on their edge or beside it, in planes that are rounded: nothing is met. A little above
-    /// the plane of an axis it meets what is below.
-    #[test]
-    fn rays_from_the_plane_of_a_triangle_miss_it() {
-        for case in 0..20_000 {
-            let vector = |k: f64| DVec3::new(noise(case, k), noise(case, k + 0.1), noise(case, k + 0.2));
-            let (x, d) = (vector(1.1).normalize(), vector(5.1).normalize());
-            let y = x.cross(vector(2.1)).normalize();
-            let size = 10_f64.powi(case as i32 % 13 - 6);
-            let corner = |u: f64, v: f64| (x * u + y * v) * size;
-            let o = if case % 2 == 0 { DVec3::ZERO } else { corner(noise(case, 7.1), noise(case, 8.1)) };
-            let square = [corner(-4.0, -3.0), corner(4.0, -5.0), corner(4.0, 3.0), corner(-5.0, 4.0)];
-            for corners in [[square[0], square[1], square[2]], [square[0], square[2], square[3]]] {
-                assert_eq!(hit(o, d, corners), None, "{case}");
+impl Block {
+    /// Of one to eight triangles, with finite corners, and the place of the first.
+    pub fn new(triangles: &[Triangle], first: usize) -> Self {
+        debug_assert!((1..=WIDTH).contains(&triangles.len()));
+        debug_assert!(triangles.iter().flat_map(|triangle| triangle.corners).all(|p| p.is_finite()));
+        let (mut magnitude, mut extent) = (0.0, LEAST_SIZE);
+        let mut corners = [[[0.0; WIDTH]; 3]; 3];
+        for (lane, triangle) in triangles.iter().enumerate() {
+            for (corner, p) in triangle.corners.iter().enumerate() {
+                for axis in 0..3 {
+                    corners[corner][axis][lane] = p[axis] as f32;
+                }
+                magnitude = p.abs().max_element().max(magnitude);
             }
+            let [p, q, r] = &triangle.corners;
+            let sides = p.max(*q).max(*r) - p.min(*q).min(*r);
+            extent = sides.max_element().max(extent);
         }
-        let floor = [DVec3::new(-30.0, 0.0, -20.0), DVec3::new(30.0, 0.0, -20.0), DVec3::new(0.0, 0.0, 50.0)];
-        let down = DVec3::new(0.3, -1.0, 0.2).normalize();
-        for height in [1e-300, 1e-30, 1e-15, 1.0] {
-            let above = DVec3::new(0.1, height, 0.7);
-            assert!(hit(above, down, floor).is_some() && hit(above, -down, floor).is_none(), "{height}");
-        }
-    }
-
-    /// A seam on the side of the boxes of both triangles, whose vertices are far beyond the hit.
-    #[test]
-    fn rays_at_a_seam_between_boxes_never_pass() {
-        for half in [1e2, 1e4, 1e6, 1e9] {
-            let [a, b] = [-half, half].map(|z| DVec3::new(0.5, -1.0, z));
-            let (left, right) = (DVec3::new(-half, -1.0, 0.0), DVec3::new(half, -1.0, 0.0));
-            for case in 0..20_000 {
-                let k = f64::from(case);
-                let beside =
-                    10_f64.powf(-17.0 + 12.0 * (k * 0.618).fract()) * if case % 2 == 0 { 1.0 } else { -1.0 };
-                let o = DVec3::new((k * 0.37).sin(), 0.0, (k * 0.71).cos());
-                let target = DVec3::new(0.5 + beside, -1.0, 2.0 + 48.0 * (k * 0.414).fract());
-                let d = (target - o).normalize();
-                let found = [[a, b, left], [a, right, b]].map(|triangle| hit(o, d, triangle));
-                assert!(found.iter().any(Option::is_some), "{half} {case}");
-            }
+        let is_safe = extent < MOST_SIZE && magnitude < f64::from(MOST_MAGNITUDE);
+        Block {
+            corners,
+            error: if is_safe { 12.0 * UNIT * magnitude as f32 + f32::MIN_POSITIVE } else { f32::INFINITY },
+            size: 2.0 * extent as f32,
+            mask: (1 << triangles.len()) - 1,
+            first: first as u32,
         }
     }
 
-    #[test]
-    fn rays_at_shared_edges_and_vertices_never_pass() {
-        // Two triangles that share an edge, and rays aimed at it from every side.
-        let corner = |k: f64| DVec3::new((k * 0.7).sin(), (k * 1.3).cos(), (k * 0.37).sin() * 0.5);
-        for case in 0..20_000 {
-            let k = f64::from(case) * 0.618;
-            let [p, q] = [corner(k), corner(k + 5.0)];
-            let across = (q - p).cross(corner(k + 9.0)).normalize();
-            let (left, right) = (p + across + 0.3 * q, q - across * 2.0);
-            let along = f64::from(case % 11) / 10.0;
-            let (target, o) = (p + (q - p) * along, corner(k + 2.0) * 4.0 + DVec3::splat(3.0));
-            let d = (target - o).normalize();
-            // Only where the two lie on opposite sides of the edge as seen from the origin.
-            let normal = (p - o).cross(q - o);
-            if normal.dot(left - o) * normal.dot(right - o) >= 0.0 {
-                continue;
-            }
-            // The ends of the edge are corners of the pair: a ray may pass beyond them by rounding.
-            let inner = (0.05..0.95).contains(&along);
-            let hits = hit(o, d, [p, q, left]).is_some() || hit(o, d, [q, p, right]).is_some();
-            assert!(hits || !inner, "case {case}");
+    /// The least and the greatest coordinates of the triangles along each axis, wider by what rounding has taken.
+    #[inline(always)]
+    pub fn boxes<S: Simd>(&self, simd: S) -> [[f32x8<S>; 3]; 2] {
+        let mut boxes = [[splat_f32(simd, 0.0); 3]; 2];
+        let [a, b, c] = &self.corners;
+        for axis in 0..3 {
+            let (a, b): (f32x8<S>, f32x8<S>) = (a[axis].simd_into(simd), b[axis].simd_into(simd));
+            let c: f32x8<S> = c[axis].simd_into(simd);
+            boxes[0][axis] = a.min(b).min(c) - self.error;
+            boxes[1][axis] = a.max(b).max(c) + self.error;
+        }
+        boxes
+    }
+
+    /// What rounding may do, with rays that it does so much to.
+    #[inline(always)]
+    pub fn tolerance(&self, error: f32) -> Tolerance {
+        let error = self.error + error;
+        let size = self.size + 2.0 * error;
+        Tolerance { error, size, side: 4.0 * size * (error + UNIT * size) }
+    }
+
+    /// The place of a triangle.
+    #[inline(always)]
+    pub fn place(&self, lane: u32) -> u32 {
+        self.first + lane
+    }
+
+    /// The bit of the triangle at a place, if it is here.
+    #[inline(always)]
+    pub fn bit_of(&self, place: u32) -> u32 {
+        let lane = place.wrapping_sub(self.first);
+        u32::from(lane < WIDTH as u32) << (lane % WIDTH as u32)
+    }
+}
+
+/// What rounding may do to triangles, seen from a ray that runs along z from the origin.
+///
+/// Corners and origin are rounded, and their difference, and its product with the shear: a corner moves by less than
+/// `error`. Where the ray passes the box of a triangle, its corners are not farther from it than `size`. The cross
+/// product of two of them then moves by less than `side`. Where products overflow or vanish, nothing is known.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tolerance {
+    pub error: f32,
+    pub size: f32,
+    pub side: f32,
+}
+
+/// The rounding of one operation, relative to its result.
+pub(crate) const UNIT: f32 = f32::EPSILON / 2.0;
+
+/// Products of smaller numbers vanish in `f32`.
+const LEAST_SIZE: f64 = 1e-15;
+/// Products of larger ones overflow.
+const MOST_SIZE: f64 = 1e17;
+/// Coordinates that may be rounded by more than that.
+pub(crate) const MOST_MAGNITUDE: f32 = 1e23;
+
+/// Rays turned to run along z, as [`ShearedRay`]: one in all lanes, or eight of them side by side.
+///
+/// It tells what rays certainly miss, with any instructions: a corner is moved by less than 12 [`UNIT`]s of the coordinates that
+/// it is computed from.
+#[derive(Clone, Copy)]
+pub(crate) struct Filter<S: Simd> {
+    /// The longest of the direction last.
+    pub axes: [Axis; 3],
+    pub rays: Turned<S>,
+    /// What the rounding of the rays does to corners.
+    pub error: f32,
+}
+
+/// Rays along three axes.
+#[derive(Clone, Copy)]
+pub(crate) struct Turned<S: Simd> {
+    /// How far they go along each of the first two axes while they go minus one along the last.
+    shear: [f32x8<S>; 2],
+    /// Where they pass zero along the last axis.
+    offset: [f32x8<S>; 2],
+    /// The origin along the last axis.
+    start: f32x8<S>,
+    /// The direction along it.
+    along: f32x8<S>,
+}
+
+/// A triangle as a ray passes it.
+pub(crate) struct Sides<S: Simd> {
+    corners: [[f32x8<S>; 2]; 3],
+    /// On which sides of its edges: in proportion to the areas between these and the ray.
+    least: f32x8<S>,
+    greatest: f32x8<S>,
+}
+
+impl<S: Simd> Turned<S> {
+    /// Of origins and directions that have been rounded once.
+    #[inline(always)]
+    pub fn new(o: [f32x8<S>; 3], d: [f32x8<S>; 3]) -> Self {
+        let inverse = -1.0 / d[2];
+        let shear = [d[0] * inverse, d[1] * inverse];
+        let offset = [shear[0].mul_add(o[2], o[0]), shear[1].mul_add(o[2], o[1])];
+        Turned { shear, offset, start: o[2], along: d[2] }
+    }
+
+    /// One of the rays, in all lanes.
+    #[inline(always)]
+    pub fn one(&self, simd: S, lane: usize) -> Self {
+        Turned {
+            shear: [splat_f32(simd, self.shear[0][lane]), splat_f32(simd, self.shear[1][lane])],
+            offset: [splat_f32(simd, self.offset[0][lane]), splat_f32(simd, self.offset[1][lane])],
+            start: splat_f32(simd, self.start[lane]),
+            along: splat_f32(simd, self.along[lane]),
         }
     }
+}
+
+impl<S: Simd> Filter<S> {
+    /// Of rays along these axes, and the largest of their coordinates.
+    #[inline(always)]
+    pub fn new(axes: [Axis; 3], rays: Turned<S>, magnitude: f32) -> Self {
+        Filter { axes, rays, error: 12.0 * UNIT * magnitude }
+    }
+
+    /// The size of the direction along the last axis.
+    #[inline(always)]
+    pub fn length(&self) -> f32x8<S> {
+        self.rays.along.abs()
+    }
+
+    /// A triangle whose corners these are, along each axis.
+    #[inline(always)]
+    pub fn sides(&self, corner: impl Fn(usize, Axis) -> f32x8<S>) -> Sides<S> {
+        let ([x, y, z], Turned { shear, offset, .. }) = (self.axes, &self.rays);
+        let [a, b, c] = three!(at, {
+            let z = corner(at, z);
+            let (x, y) = (shear[0].mul_add(z, corner(at, x)), shear[1].mul_add(z, corner(at, y)));
+            [x - offset[0], y - offset[1]]
+        });
+        let (u, v, w) = (cross(c, b), cross(a, c), cross(b, a));
+        Sides { corners: [a, b, c], least: u.min(v).min(w), greatest: u.max(v).max(w) }
+    }
+
+    /// Between which distances along the last axis a triangle is.
+    #[inline(always)]
+    pub fn depths(&self, corner: impl Fn(usize, Axis) -> f32x8<S>) -> [f32x8<S>; 2] {
+        let sign = splat_f32(self.rays.along.token(), 1.0).copysign(self.rays.along);
+        let [a, b, c] = three!(at, (corner(at, self.axes[2]) - self.rays.start) * sign);
+        [a.min(b).min(c), a.max(b).max(c)]
+    }
+
+    /// Which triangles of a block one ray, in all lanes, may meet before `t_max`, as bits; and some of those that it certainly
+    /// meets. None of those that are `left_out`.
+    #[inline(always)]
+    pub fn meet(&self, simd: S, block: &Block, t_max: f64, left_out: u32) -> (u32, u32) {
+        let corner = |at: usize, axis: Axis| f32x8::from_slice(simd, &block.corners[at][axis as usize]);
+        let (tolerance, sides) = (block.tolerance(self.error), self.sides(corner));
+        let may = !sides.pass(&tolerance).to_bitmask() as u32 & block.mask & !left_out;
+        if may == 0 {
+            return (0, 0);
+        }
+        // A product in f32 may overflow to infinity, which is a limit too.
+        let end = (t_max * f64::from(self.length()[0])) as f32;
+        let [front, back] = self.depths(corner);
+        let farthest = end * (1.0 + 4.0 * UNIT) + tolerance.error;
+        let is_out = front.simd_gt(farthest) | back.simd_lt(-tolerance.error);
+        let may = may & !is_out.to_bitmask() as u32;
+        if may == 0 {
+            return (0, 0);
+        }
+        let is_between =
+            front.simd_gt(tolerance.error) & back.simd_lt(end * (1.0 - 4.0 * UNIT) - 2.0 * tolerance.error);
+        (may, may & (is_between & sides.are_one(&tolerance)).to_bitmask() as u32)
+    }
+}
+
+impl<S: Simd> Sides<S> {
+    /// Where the ray certainly passes one edge on the one side, and another edge on the other.
+    #[inline(always)]
+    pub fn pass(&self, tolerance: &Tolerance) -> mask32x8<S> {
+        self.least.simd_lt(-tolerance.side) & self.greatest.simd_gt(tolerance.side)
+    }
+
+    /// Where it certainly passes all edges on the same side.
+    #[inline(always)]
+    fn are_one(&self, tolerance: &Tolerance) -> mask32x8<S> {
+        let is_one_side = self.least.simd_gt(tolerance.side) | self.greatest.simd_lt(-tolerance.side);
+        let [a, b, c] = three!(at, self.corners[at][0].abs().max(self.corners[at][1].abs()));
+        // The tolerance holds near the ray.
+        is_one_side & a.max(b).max(c).simd_le(tolerance.size)
+    }
+}
+
+#[inline(always)]
+fn cross<S: Simd>(p: [f32x8<S>; 2], q: [f32x8<S>; 2]) -> f32x8<S> {
+    p[0].mul_sub(q[1], p[1] * q[0])
 }

@@ -29,8 +29,7 @@ const FIRST: f64 = 360.0;
 /// The integral of y over wavelength, in nanometers.
 const Y_INTEGRAL: f64 = 106.856_895;
 
-/// The luminance weights of linear RGB, as in pbrt-v3.
-pub const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
+pub use lookat_image::LUMINANCE;
 
 /// The color of a parameter. If it has several colors, the first one counts.
 pub(crate) fn from_param(param: &Param, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {

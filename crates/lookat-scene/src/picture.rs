@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, linear_from_srgb};
+use lookat_image::{ImageError, ImageFault, MipMap, PictureFile, Texel, Window, linear_from_srgb, luminance};
 use lookat_syntax::{Diagnostic, Text};
 
 use crate::cache::{PictureKey, PictureSettings};
-use crate::color::{self, LUMINANCE};
+use crate::color;
 use crate::files::{Charged, shown_path};
 use crate::params::Params;
 
@@ -160,7 +160,7 @@ impl FromColor for Vec3 {
 impl FromColor for f32 {
     /// The luminance, which pbrt-v3 computes before the sRGB conversion.
     fn from_color(color: Vec3, settings: &PictureSettings) -> Self {
-        texel_value(color.dot(LUMINANCE.as_vec3()), settings)
+        texel_value(luminance(color.to_array()), settings)
     }
 
     fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<f32>> {
@@ -243,11 +243,9 @@ fn unreadable(error: ImageError) -> (String, String) {
 
 /// The help for a picture that cannot be decoded.
 fn help(error: &ImageError) -> String {
-    match error {
-        ImageError::NotThatFormat { format: Some(ending), .. } => {
-            format!("rename it to end in .{ending}, or {HELP}")
-        }
-        ImageError::TooLarge { .. } => SMALLER.into(),
+    match error.fault {
+        ImageFault::WrongFormat(Some(ending)) => format!("rename it to end in .{ending}, or {HELP}"),
+        ImageFault::TooLarge { .. } => SMALLER.into(),
         _ => HELP.into(),
     }
 }

@@ -15,7 +15,6 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
-use lookat_lab::bench::Suite;
 use lookat_render::Layers;
 use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
@@ -64,8 +63,6 @@ pub enum Command {
     Inspect(Inspect),
     /// Explain a directive, a type or a parameter of the format
     Explain(Explain),
-    /// Measure the speed of lookat on this machine
-    Bench(Bench),
 }
 
 impl Command {
@@ -174,23 +171,6 @@ pub struct Explain {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Takes about a minute and a half. Other running programs disturb the measurement.")]
-pub struct Bench {
-    /// Measure only these parts: tracing, reading, rendering, features or profile
-    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = suite)]
-    pub only: Vec<Suite>,
-    /// Measure `lookat view` of these scenes instead, with copies beside them
-    #[arg(long, value_name = "SCENE", num_args = 1.., conflicts_with_all = ["only", "rounds"])]
-    pub view: Vec<PathBuf>,
-    /// Number of measurements; the output shows medians
-    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = whole(1_u16, 1000))]
-    pub rounds: u16,
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Debug, Args)]
 pub struct Inspect {
     /// The scene file; - is standard input
     pub scene: PathBuf,
@@ -208,13 +188,13 @@ pub struct Inspect {
 #[derive(Debug, Args)]
 #[command(after_help = "Exit status: 0 all cases pass; 1 a case fails; 2 wrong usage or another failure")]
 pub struct Stability {
-    /// Run only these cases: a name such as S1 or far-sphere, or the letter of a family. Families: C (camera), S (spheres and quadrics), T (triangles), P (coplanar eyes and lights) or V (traversal)
+    /// Run only these cases: a name such as S1 or far-sphere, or the letter of a family. Families: C (camera), S (spheres and quadrics), T (triangles), P (coplanar eyes and lights), V (traversal and pictures) or B (scattering and lights)
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
     /// Random rays per row of a case
     #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true, value_parser = rays)]
     pub rays: u64,
-    /// Write charts and tables to this folder
+    /// Write the results to this folder: stability.csv, stability.json
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Print one JSON array
@@ -339,11 +319,6 @@ pub struct Verify {
 
 fn metric(text: &str) -> Result<Metric, String> {
     Metric::from_name(text).ok_or_else(|| format!("the metrics are {}", Metric::names()))
-}
-
-fn suite(text: &str) -> Result<Suite, String> {
-    let found = Suite::ALL.into_iter().find(|suite| suite.name() == text);
-    found.ok_or_else(|| format!("the parts are {}", Suite::ALL.map(Suite::name).join(", ")))
 }
 
 fn layers(text: &str) -> Result<Layers, String> {

@@ -4,21 +4,19 @@ mod text;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use lookat_image::{Image, MemoryBudget, write_file};
 use lookat_lab::chart::{
-    Budget, Climb, Cost, End, FEWEST_SEEDS, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method,
-    Origin, Plan, Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
+    Chart, End, FEWEST_SEEDS, Fitted, METHODS, MOST_POINTS, Measured, Measurement, Method, Origin, Plan,
+    Reference, Renderer, as_csv, draw, fitted, named, significant,
 };
-use lookat_lab::plot::significant;
 use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::nearest;
 use lookat_scene::{FilmOverride, LoadOptions, Scene, kinds};
 
 use crate::Failure;
-use crate::args::{Chart, Other, Report, way_out};
+use crate::args::{self, Other, Report, way_out};
 use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
 use crate::render::{charge_memory, progress_bar};
 use crate::source::{load_scene, read_image};
@@ -38,12 +36,12 @@ const PICTURE_BYTES: u64 = 24;
 const METHOD_BYTES: u64 = 48;
 
 /// Runs the command.
-pub fn chart(arguments: &Chart) -> ExitCode {
+pub fn chart(arguments: &args::Chart) -> ExitCode {
     crate::exit_code(run(arguments))
 }
 
 /// Measures and writes the results. Returns the exit status.
-fn run(arguments: &Chart) -> Result<u8, Failure> {
+fn run(arguments: &args::Chart) -> Result<u8, Failure> {
     let started = Instant::now();
     let methods = chosen(&arguments.methods)?;
     let options = LoadOptions {
@@ -80,129 +78,118 @@ fn run(arguments: &Chart) -> Result<u8, Failure> {
         check_inputs(file, inputs.iter().copied())?;
     }
 
-    let mut header = header(arguments, &scene, parse);
-    let runner = Runner::new(scene, 0);
-    let budget = Budget { started, seconds: arguments.budget };
+    let mut renderer = Renderer::new(&scene);
     standard_error::detach();
-    let bench = Bench { arguments, methods, budget, bar: progress_bar() };
+    let run = Run { arguments, methods, started, bar: progress_bar() };
     interrupt::stop_in_order(Some("stopping; interrupt again to quit without a chart"), || true);
-    let found = bench.measure(&runner, reference)?;
-    bench.bar.clear();
-    let Some((plan, reference, measured)) = found else {
+    let found = run.measure(&mut renderer, reference)?;
+    run.bar.clear();
+    let Some((reference, measured)) = found else {
         crate::say("interrupted before the first point; nothing was written");
         return Ok(interrupt::STATUS);
     };
     let status = if measured.end == End::Interrupted { interrupt::STATUS } else { 0 };
-    header.preparation = measured.preparation();
-    let marker =
-        |(other, found): &(&Other, Fitted)| Marker::new(&other.name, other.seconds, found, &reference);
-    let markers = others.iter().map(marker).collect();
-    let results = Results::new(measured, markers, &reference);
-    let files = files(&header, &plan, &reference, &results)?;
+    let name = if arguments.scene == Path::new("-") { Path::new("standard input") } else { &arguments.scene };
+    let mut chart = Chart {
+        scene: name.display().to_string(),
+        size: [scene.view.film.crop.width(), scene.view.film.crop.height()],
+        threads: lookat_render::threads(),
+        seed: arguments.seed,
+        seeds_per_point: arguments.seeds,
+        parse_seconds: parse,
+        preparation_seconds: renderer.preparation,
+        ..Chart::new(&run.methods, &measured, &reference)
+    };
+    for (other, picture) in &others {
+        chart.add(&other.name, other.seconds, picture, &reference);
+    }
+    let files = files(&chart, &measured)?;
     // If this fails, `Destination` writes the files to another folder.
     let _ = make_folder(&folder);
     let mut destination = Destination::new(&folder);
     for (name, bytes) in FILE_NAMES.iter().zip(files) {
         destination.write(name.as_ref(), |path| write_file(path, &bytes[..]))?;
     }
-    let printed = crate::print(&text::results(&header, &reference, &results));
+    let printed = crate::print(&text::results(&chart, &reference));
     let (folder, seconds) = (destination.folder().display(), started.elapsed().as_secs_f64());
     crate::say(&format!("{folder}: {}; {seconds:.1} s in all", FILE_NAMES.join(", ")));
     Ok(printed.and(destination.result()).map(|()| status)?)
 }
 
-/// The facts known before measuring.
-fn header(arguments: &Chart, scene: &Scene, parse: f64) -> Header {
-    let name = if arguments.scene == Path::new("-") { Path::new("standard input") } else { &arguments.scene };
-    Header {
-        scene: name.display().to_string(),
-        size: [scene.view.film.crop.width(), scene.view.film.crop.height()],
-        threads: lookat_render::threads(),
-        seed: arguments.seed,
-        parse,
-        preparation: 0.0,
-    }
-}
-
-/// The inputs of the measurement.
-struct Bench<'a> {
-    arguments: &'a Chart,
+/// The inputs of a measurement.
+struct Run<'a> {
+    arguments: &'a args::Chart,
     methods: Vec<&'static Method>,
-    budget: Budget,
+    started: Instant,
     bar: Bar,
 }
 
-impl Bench<'_> {
-    /// Plans, renders a reference if none is given, and measures points with growing samples. `None` if interrupted
-    /// before the first point.
+impl Run<'_> {
+    /// Plans, renders a reference if none is given, and measures the points. `None` if interrupted before the first point.
     fn measure(
         &self,
-        runner: &Runner,
+        renderer: &mut Renderer,
         given: Option<Reference>,
-    ) -> Result<Option<(Plan, Reference, Measured)>, String> {
-        let Some(costs) = self.costs(runner, given.is_none()) else { return Ok(None) };
-        let plan = self.plan(costs, given.is_some())?;
-        crate::say(&text::plan(&plan, &self.methods, self.arguments.spp.is_some()));
-        let farthest = AtomicU64::new(0);
+    ) -> Result<Option<(Reference, Measured)>, String> {
+        let Some((plan, seconds)) = self.plan(renderer, given.is_none())? else { return Ok(None) };
+        crate::say(&text::plan(&plan, seconds, &self.methods));
+        let samples: Vec<f64> = plan.samples(&self.methods).collect();
         // The reference takes its share of the samples on the progress bar.
-        let share = plan.reference_share();
+        let share =
+            if given.is_none() { samples[self.methods.len()] / samples.iter().sum::<f64>() } else { 0.0 };
         let watch = |from: f64, to: f64| {
-            let farthest = &farthest;
             move |done: f64| {
-                // After a new plan, the computed position may be lower: the bar waits.
-                let at = (1000.0 * (from + done * (to - from))) as u64;
-                self.bar.set(at.max(farthest.fetch_max(at, Ordering::Relaxed)), String::new());
+                self.bar.set((1000.0 * (from + done * (to - from))) as u64, String::new());
                 interrupt::flow()
             }
         };
-        let first = self.arguments.seed;
+        let seed = self.arguments.seed;
         let reference = match given {
             Some(given) => Some(given),
-            None => runner.reference(plan.reference, plan.reference_seed(first), &watch(0.0, share)),
+            None => {
+                let samples = plan.reference_samples(&self.methods);
+                renderer.reference(samples, plan.reference_seed(seed), &watch(0.0, share))
+            }
         };
         let Some(reference) = reference else { return Ok(None) };
-        let budget = self.arguments.spp.is_none().then_some(self.budget);
-        let climb =
-            Climb { methods: &self.methods, plan: &plan, first_seed: first, reference: &reference, budget };
-        let measured = climb.run(runner, &watch(share, 1.0));
-        Ok(measured.has_points().then_some((plan, reference, measured)))
+        let budget = self.arguments.spp.is_none().then_some((self.started, self.arguments.budget));
+        let measurement = Measurement { methods: &self.methods, plan, seed, reference: &reference, budget };
+        let measured = measurement.run(renderer, &watch(share, 1.0));
+        let has_points = measured.points.iter().any(|points| !points.is_empty());
+        Ok(has_points.then_some((reference, measured)))
     }
 
-    /// The costs of the methods, then of the reference if it must be rendered. `None` if interrupted.
-    fn costs(&self, runner: &Runner, with_reference: bool) -> Option<Vec<Cost>> {
-        // The reference uses this method.
-        let reference = with_reference.then(|| named("sobol")).flatten();
-        let methods = self.methods.iter().copied().chain(reference);
-        // With a fixed plan, the pilot is only a warm-up.
-        let seconds =
-            if self.arguments.spp.is_some() { 0.0 } else { PILOT.1.min(PILOT.0 * self.arguments.budget) };
-        methods.map(|method| Cost::pilot(runner, method, seconds, &|_| interrupt::flow())).collect()
-    }
-
-    fn plan(&self, mut costs: Vec<Cost>, has_reference: bool) -> Result<Plan, String> {
-        let reference = if has_reference { None } else { costs.pop() };
-        let seeds = self.arguments.seeds;
-        if let Some(samples) = self.arguments.spp {
-            return Ok(Plan::fixed(costs, reference, seeds, samples.ilog2() + 1));
+    /// The points, and the seconds that they take if a budget decides. `None` if interrupted.
+    fn plan(
+        &self,
+        renderer: &mut Renderer,
+        renders_reference: bool,
+    ) -> Result<Option<(Plan, Option<f64>)>, String> {
+        let args::Chart { seeds, budget, .. } = *self.arguments;
+        if let Some(largest) = self.arguments.spp {
+            return Ok(Some((Plan { largest, seeds, renders_reference }, None)));
         }
-        plan(&costs, reference, seeds, self.budget.left()).map_err(|needed| {
-            let needed = needed + self.budget.started.elapsed().as_secs_f64();
-            let costly = (0..costs.len()).max_by(|a, b| costs[*a].of(1).total_cmp(&costs[*b].of(1)));
+        // The reference uses this method.
+        let reference = renders_reference.then(|| named("sobol")).flatten();
+        let pilot = PILOT.1.min(PILOT.0 * budget);
+        let cost = |method| renderer.seconds_per_sample(method, pilot, &|_| interrupt::flow());
+        let costs: Option<Vec<f64>> = self.methods.iter().copied().chain(reference).map(cost).collect();
+        let Some(costs) = costs else { return Ok(None) };
+        let spent = self.started.elapsed().as_secs_f64();
+        let planned = Plan::within((budget - spent).max(0.0), &self.methods, &costs, seeds);
+        let planned = planned.map_err(|needed| {
             let methods = match &self.methods[..] {
                 [only] => format!("a chart of {}", only.name),
                 several => format!("the smallest chart of {} methods", several.len()),
             };
-            let costly = costly
-                .filter(|_| costs.len() > 1)
-                .map_or(String::new(), |costly| format!(", most of all for {}", self.methods[costly].name));
             format!(
-                "{methods} takes about {} s{costly}; the budget is {} s: raise --budget, name fewer \
-                 --methods, or lower --resolution{}",
-                significant(needed, 2),
-                self.arguments.budget,
+                "{methods} takes about {} s; the budget is {budget} s: raise --budget, name fewer --methods, or lower \
+                 --resolution{}",
+                significant(needed + spent, 2),
                 if seeds > FEWEST_SEEDS { " or --seeds" } else { "" }
             )
-        })
+        });
+        planned.map(|(plan, seconds)| Some((plan, Some(seconds))))
     }
 }
 
@@ -276,7 +263,7 @@ fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, String> {
 fn read_reference(
     file: &Path,
     scene: &Scene,
-    arguments: &Chart,
+    arguments: &args::Chart,
     memory: &MemoryBudget,
 ) -> Result<Reference, String> {
     let image = read_image(file, memory)?;
@@ -288,7 +275,7 @@ fn read_reference(
             file.display()
         ));
     }
-    let last = arguments.seed.saturating_add(u64::from(MOST_RUNGS * arguments.seeds) - 1);
+    let last = arguments.seed.saturating_add(u64::from(MOST_POINTS * arguments.seeds) - 1);
     if let Some(seed) = seed(&image).filter(|seed| (arguments.seed..=last).contains(seed)) {
         crate::say(&format!(
             "warning: {} has the seed {seed}, which a measured picture may have too: their errors would not be \
@@ -316,17 +303,10 @@ fn seed(image: &Image) -> Option<u64> {
 }
 
 /// The contents of the output files.
-fn files(
-    header: &Header,
-    plan: &Plan,
-    reference: &Reference,
-    results: &Results,
-) -> Result<[Vec<u8>; FILE_NAMES.len()], String> {
-    let cannot = |error| format!("cannot draw the chart: {error}");
-    let Some(plot) = draw(results, &text::title(header)).map_err(cannot)? else {
-        return Err("there is nothing to chart: every picture equals the reference".into());
-    };
-    let png = plot.png().map_err(cannot)?;
-    let json = escaped(&format!("{:#}\n", as_json(header, plan, reference, results)));
-    Ok([plot.svg.into_bytes(), png, as_csv(results).into_bytes(), json.into_bytes()])
+fn files(chart: &Chart, measured: &Measured) -> Result<[Vec<u8>; FILE_NAMES.len()], String> {
+    let plot = draw(chart, &text::title(chart)).map_err(|error| format!("cannot draw the chart: {error}"))?;
+    let plot = plot.ok_or("there is nothing to chart: every picture equals the reference")?;
+    let json = serde_json::to_string_pretty(chart).map_err(|error| error.to_string())?;
+    let csv = as_csv(chart, &measured.pictures);
+    Ok([plot.svg.into_bytes(), plot.png, csv.into_bytes(), escaped(&(json + "\n")).into_bytes()])
 }

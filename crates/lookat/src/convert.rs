@@ -86,33 +86,18 @@ fn charge_copy(image: &Image, memory: &MemoryBudget) -> Result<lookat_image::Cha
 fn cropped(placement: Placement, edges: [f64; 4]) -> Result<Window, String> {
     let Placement { data_window: data, display_window: full, .. } = placement;
     let bounds = PixelBounds::of_fractions(edges, full.size());
-    // Sides are below 2^31.
-    let range = |start: i32, length: u32, origin: i32, low: u32, high: u32| {
-        let start = i64::from(start);
-        let low = (i64::from(origin) + i64::from(low)).max(start);
-        let high = (i64::from(origin) + i64::from(high)).min(start + i64::from(length));
-        (low < high).then_some((low as i32, (high - low) as u32))
-    };
-    let columns = range(data.x, data.width, full.x, bounds.x0, bounds.x1);
-    let rows = range(data.y, data.height, full.y, bounds.y0, bounds.y1);
-    let Some(((x, width), (y, height))) = columns.zip(rows) else {
+    let (width, height) = (bounds.width(), bounds.height());
+    let (x, y) = (full.x.saturating_add_unsigned(bounds.x0), full.y.saturating_add_unsigned(bounds.y0));
+    data.intersection(Window { x, y, width, height }).ok_or_else(|| {
         let Window { width, height, .. } = full;
-        return Err(format!("the crop window contains no pixel of {width} x {height}"));
-    };
-    Ok(Window { x, y, width, height })
+        format!("the crop window contains no pixel of {width} x {height}")
+    })
 }
 
 /// Leaves the pixels of a window inside the data window.
 fn crop(image: &mut Image, window: Window) {
-    let old = image.data_window;
-    if window == old {
-        return;
-    }
-    let (left, width) = ((window.x - old.x) as usize, window.width as usize);
-    let top = (window.y - old.y) as usize;
     for channel in &mut image.channels {
-        let rows = channel.samples.chunks(old.width as usize).skip(top).take(window.height as usize);
-        channel.samples = rows.flat_map(|row| &row[left..left + width]).copied().collect();
+        channel.samples = image.data_window.cut(std::mem::take(&mut channel.samples), window);
     }
     image.data_window = window;
 }

@@ -79,7 +79,7 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
 impl<'s> Inspected<'s> {
     fn new(scene: &'s Scene, loaded: &'s Loaded) -> Result<Self, Failure> {
         let render_bytes = render_bytes(loaded, scene);
-        let mut prepared = crate::sight::prepare(loaded, scene)?;
+        let prepared = crate::sight::prepare(loaded, scene)?;
         let inspection = lookat_render::inspect(&prepared, &scene.view);
         let sight = crate::sight::look(loaded, scene, prepared.facts(&scene.view));
         Ok(Inspected {

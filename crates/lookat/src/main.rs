@@ -1,7 +1,6 @@
 //! The program `lookat`. See its `--help`, and README.md.
 
 mod args;
-mod bench;
 mod chart;
 mod check;
 mod command_line;
@@ -65,7 +64,6 @@ fn main() -> ExitCode {
         args::Command::Stability(arguments) => stability::stability(&arguments),
         args::Command::Inspect(arguments) => inspect::inspect(&arguments),
         args::Command::Explain(arguments) => explain::explain(&arguments),
-        args::Command::Bench(arguments) => bench::bench(&arguments),
     };
     wait_for_messages();
     status

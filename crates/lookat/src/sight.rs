@@ -63,7 +63,10 @@ pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, facts: ViewFacts) -> Sight
 
 /// Warnings. Where the camera is in the wrong place, nothing is said about what it shows from there.
 pub fn advise(loaded: &Loaded, scene: &Scene, prepared: &mut Prepared) -> Vec<Diagnostic> {
-    advise_by(loaded, scene, |view| prepared.facts(view))
+    advise_by(loaded, scene, |view| {
+        prepared.look(&view.camera);
+        prepared.facts(view)
+    })
 }
 
 /// The same from facts about views.

@@ -1,11 +1,11 @@
-//! `lookat stability`: numerical tests of lookat and of other methods.
+//! `lookat stability`: numerical tests of lookat.
 
 use std::fmt::Write;
 use std::process::ExitCode;
 
 use lookat_image::write_file;
 use lookat_lab::interval::interval;
-use lookat_lab::stability::{Case, Effort, Found, LOOKAT, Row, as_csv, as_json, cases};
+use lookat_lab::stability::{ALL, Case, Found, Row, as_csv, cases};
 use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;
@@ -21,46 +21,34 @@ fn run(arguments: &Stability) -> Result<bool, String> {
     let cases = chosen(&arguments.case)?;
     if let Some(folder) = &arguments.output {
         make_folder(folder)?;
-        let charts = cases.iter().flat_map(|case| ["svg", "png"].map(|ending| chart_name(case, ending)));
-        TABLES
-            .map(String::from)
-            .into_iter()
-            .chain(charts)
-            .try_for_each(|name| check_folder(&folder.join(name)))?;
+        TABLES.iter().try_for_each(|name| check_folder(&folder.join(name)))?;
     }
     let mut destination = arguments.output.as_deref().map(Destination::new);
-    let effort = Effort { rays: arguments.rays };
     let mut results = Vec::new();
     for case in cases {
-        let found = case.run(&effort);
+        let found = case.run(arguments.rays);
         if !arguments.json {
-            crate::print(&as_text(&case, &found))?;
+            crate::print(&as_text(&found))?;
         }
-        if let Some(destination) = &mut destination {
-            draw(&case, &found, destination)?;
-        }
-        results.push((case, found));
+        results.push(found);
+        // After each case, so that an interrupted run leaves its results.
         if let Some(destination) = &mut destination {
             write_tables(&results, destination)?;
         }
     }
-    let passes = results.iter().all(|(case, found)| found.passes(case));
-    let printed = match arguments.json {
-        true => crate::print_json(&as_json(&results)),
-        false => crate::print(&totals(&results)),
-    };
-    printed?;
+    if arguments.json { crate::print_json(&results) } else { crate::print(&totals(&results)) }?;
     destination.map_or(Ok(()), |destination| destination.result())?;
-    Ok(passes)
+    Ok(results.iter().all(|found| found.passes))
 }
 
 /// The tables of all cases.
 const TABLES: [&str; 2] = ["stability.csv", "stability.json"];
 
-/// Writes the tables so far, so that an interrupted run leaves its results.
-fn write_tables(results: &[(Case, Found)], destination: &mut Destination) -> Result<(), String> {
-    let texts = [as_csv(results), format!("{:#}\n", as_json(results))];
-    TABLES.iter().zip(texts).try_for_each(|(name, text)| write(name, text.as_bytes(), destination))
+fn write_tables(results: &[Found], destination: &mut Destination) -> Result<(), String> {
+    let json = serde_json::to_string_pretty(results).map_err(|error| error.to_string())?;
+    TABLES.iter().zip([as_csv(results), json + "\n"]).try_for_each(|(name, text)| {
+        destination.write(name.as_ref(), |path| write_file(path, text.as_bytes())).map(drop)
+    })
 }
 
 /// The cases with these names or family letters. All cases without names.
@@ -83,54 +71,12 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
 }
 
 /// The last line: the number of cases that pass.
-fn totals(results: &[(Case, Found)]) -> String {
-    let judged: Vec<_> = results.iter().filter(|(case, _)| case.limit.is_finite()).collect();
-    let passed = judged.iter().filter(|(case, found)| found.passes(case)).count();
+fn totals(results: &[Found]) -> String {
+    let judged: Vec<&Found> = results.iter().filter(|found| found.limit.is_finite()).collect();
+    let passed = judged.iter().filter(|found| found.passes).count();
     let measured = results.len() - judged.len();
     let rest = if measured > 0 { format!(", {measured} measured only") } else { String::new() };
     format!("{passed} of {} cases pass{rest}\n", judged.len())
-}
-
-/// One case as text.
-fn as_text(case: &Case, found: &Found) -> String {
-    let verdict = match (found.passes(case), case.limit.is_finite()) {
-        (true, true) => "pass",
-        (true, false) => "measured",
-        (false, _) => "FAIL",
-    };
-    let mut text = format!("{} {}: {verdict}\n    {}\n", case.id, case.name, case.claim);
-    let own: Vec<&Row> = found.rows.iter().filter(|row| row.method == LOOKAT).collect();
-    let (tried, failed) = own.iter().fold((0, 0), |sum, row| (sum.0 + row.tried, sum.1 + row.failed));
-    let _ = write!(text, "    lookat: {failed} of {tried} wrong");
-    // A few fixed questions are not a random sample.
-    if tried >= SAMPLE {
-        let [low, high] = interval(failed, tried).map(share);
-        let _ = write!(text, " (95 % interval {low} to {high})");
-    }
-    text.push('\n');
-    let worst = own.iter().filter_map(|row| row.worst).fold(f64::NEG_INFINITY, f64::max);
-    if worst.is_finite() {
-        let limit =
-            if case.limit.is_finite() { format!("limit {}", share(case.limit)) } else { "not judged".into() };
-        let _ = writeln!(text, "    largest {}: {} ({limit})", case.error, share(worst));
-    }
-    let places = found.places();
-    if places.len() > 1 || found.rows.iter().any(|row| row.method != LOOKAT) {
-        let errors = own.iter().any(|row| row.worst.is_some())
-            && found.rows.iter().any(|row| row.method != LOOKAT && row.worst.is_some());
-        if !errors || found.rows.iter().any(|row| row.failed > 0) {
-            matrix(&mut text, "fraction of wrong answers", case, found, &places, |row| {
-                Some(row.failed as f64 / row.tried as f64)
-            });
-        }
-        if errors {
-            matrix(&mut text, case.error, case, found, &places, |row| row.worst);
-        }
-    }
-    for remark in found.remarks.iter().take(MOST_REMARKS) {
-        let _ = writeln!(text, "    {remark}");
-    }
-    text + "\n"
 }
 
 /// The fewest answers that count as a random sample.
@@ -138,33 +84,42 @@ const SAMPLE: u64 = 1000;
 /// The most remarks printed for a case.
 const MOST_REMARKS: usize = 10;
 
-/// A table with a row per method and a column per place.
-fn matrix(
-    text: &mut String,
-    title: &str,
-    case: &Case,
-    found: &Found,
-    places: &[Option<f64>],
-    value: impl Fn(&Row) -> Option<f64>,
-) {
-    let by = if case.axis.is_empty() { String::new() } else { format!(", by {}", case.axis) };
-    let _ = writeln!(text, "    {title}{by}");
-    let cells = |cell: &dyn Fn(&Option<f64>) -> String| {
-        places.iter().map(|place| format!("{:>9}", cell(place))).collect::<String>()
+/// One case as text.
+fn as_text(found: &Found) -> String {
+    let verdict = match (found.passes, found.limit.is_finite()) {
+        (true, true) => "pass",
+        (true, false) => "measured",
+        (false, _) => "FAIL",
     };
-    let width = found.rows.iter().map(|row| row.method.chars().count()).max().unwrap_or(0) + 1;
-    if places.len() > 1 {
-        let _ = writeln!(text, "    {:width$}{}", "", cells(&|place| place.map_or("other".into(), share)));
+    let mut text = format!("{} {}: {verdict}\n    {}\n", found.case, found.name, found.claim);
+    let all: Vec<&Row> = found.rows.iter().filter(|row| row.part == ALL).collect();
+    let (tried, wrong) = all.iter().fold((0, 0), |sum, row| (sum.0 + row.tried, sum.1 + row.wrong));
+    let _ = write!(text, "    {wrong} of {tried} wrong");
+    // A few fixed questions are not a random sample.
+    if tried >= SAMPLE {
+        let [low, high] = interval(wrong, tried).map(short);
+        let _ = write!(text, " (95 % interval {low} to {high})");
     }
-    for method in found.methods() {
-        let at = |place: &Option<f64>| found.rows.iter().find(|row| row.method == method && row.at == *place);
-        let line = cells(&|place| at(place).and_then(&value).map_or("-".into(), share));
-        let _ = writeln!(text, "    {method:width$}{line}");
+    text.push('\n');
+    if let Some(worst) = all.iter().filter_map(|row| row.worst).reduce(f64::max) {
+        let limit =
+            if found.limit.is_finite() { format!("limit {}", short(found.limit)) } else { "no limit".into() };
+        let _ = writeln!(text, "    largest {}: {} ({limit})", found.error, short(worst));
     }
+    let is_wrong = |row: &&&Row| row.wrong > 0 || row.worst.is_some_and(|worst| worst > found.limit);
+    for Row { at, tried, wrong, worst, .. } in all.iter().filter(is_wrong) {
+        let place = at.map_or(String::new(), |at| format!(" at {} {}", found.axis, short(at)));
+        let worst = worst.map_or(String::new(), |worst| format!(", largest error {}", short(worst)));
+        let _ = writeln!(text, "    {wrong} of {tried} wrong{place}{worst}");
+    }
+    for remark in found.remarks.iter().take(MOST_REMARKS) {
+        let _ = writeln!(text, "    {remark}");
+    }
+    text + "\n"
 }
 
-/// Formats a number with two digits.
-fn share(x: f64) -> String {
+/// A number with two or three digits.
+fn short(x: f64) -> String {
     match x {
         0.0 => "0".into(),
         0.01..1000.0 | -1000.0..-0.01 => {
@@ -173,20 +128,4 @@ fn share(x: f64) -> String {
         }
         _ => format!("{x:.1e}"),
     }
-}
-
-/// The file of a case's chart.
-fn chart_name(case: &Case, ending: &str) -> String {
-    format!("{}-{}.{ending}", case.id, case.name)
-}
-
-fn draw(case: &Case, found: &Found, destination: &mut Destination) -> Result<(), String> {
-    let cannot = |error| format!("cannot draw {}: {error}", case.id);
-    let Some(plot) = lookat_lab::stability::draw(case, found).map_err(cannot)? else { return Ok(()) };
-    write(&chart_name(case, "svg"), plot.svg.as_bytes(), destination)?;
-    write(&chart_name(case, "png"), &plot.png().map_err(cannot)?, destination)
-}
-
-fn write(name: &str, bytes: &[u8], destination: &mut Destination) -> Result<(), String> {
-    destination.write(name.as_ref(), |path| write_file(path, bytes)).map(drop)
 }

@@ -1,11 +1,7 @@
 //! Written files, read back; and files that are damaged or of other programs.
 
-use super::write::write;
 use super::*;
 use ::exr::image::Blocks;
-use ::exr::image::write::WritableImage;
-use ::exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
-use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use std::io::Cursor;
 
 fn sample() -> Image {
@@ -19,8 +15,9 @@ fn sample() -> Image {
     Image { channels, metadata, ..nothing }
 }
 
-fn read(file: impl Read + Seek, layer: Option<&str>) -> Result<Image, Fault> {
-    Ok(open(file, layer)?.read(&MemoryBudget::new(1 << 32))?.0)
+fn read(file: impl Read + Seek, layer: Option<&str>) -> Result<Image, ImageFault> {
+    let Opened { metadata, read, .. } = open(file, layer)?;
+    Ok(Image { metadata, ..read(&MemoryBudget::new(1 << 32))?.0 })
 }
 
 fn bytes(image: &Image) -> Vec<u8> {
@@ -107,7 +104,7 @@ fn names_the_layers_there_are() {
         let mut image = Image::from_rgb(window, window, &[[0.0; 3]]);
         image.channels.extend(names.iter().map(channel));
         match read(Cursor::new(bytes(&image)), Some("x")) {
-            Err(Fault::Unfit(reason)) => assert_eq!(reason, expected),
+            Err(ImageFault::Refused(reason)) => assert_eq!(reason, expected),
             other => panic!("{other:?}"),
         }
     };
@@ -128,8 +125,8 @@ fn refuses_damaged_files() {
         for end in 0..file.len() {
             for layer in [Some("n"), Some("albedo"), None] {
                 match (end, layer, read(Cursor::new(&file[..end]), layer)) {
-                    (..4, _, Err(Fault::Foreign(None))) | (4.., _, Err(Fault::Damaged(_))) => {}
-                    (_, Some(_), Err(Fault::Unfit(reason))) => assert!(reason.contains("no layer")),
+                    (..4, _, Err(ImageFault::WrongFormat(None))) | (4.., _, Err(ImageFault::Damaged(_))) => {}
+                    (_, Some(_), Err(ImageFault::Refused(reason))) => assert!(reason.contains("no layer")),
                     // The first part may be whole without the second.
                     (_, None, Ok(image)) => assert_eq!(image.channels.len(), 1),
                     other => panic!("{other:?}"),
@@ -137,7 +134,7 @@ fn refuses_damaged_files() {
             }
         }
     }
-    assert!(matches!(read(Cursor::new(b"P6 1 1 255\n..."), None), Err(Fault::Foreign(None))));
+    assert!(matches!(read(Cursor::new(b"P6 1 1 255\n..."), None), Err(ImageFault::WrongFormat(None))));
 
     // The upper corner of the data window, as it stands in the file.
     let corner = file.windows(10).position(|bytes| bytes == b"dataWindow").unwrap() + 10 + 1 + 6 + 4 + 8;
@@ -201,7 +198,7 @@ fn refuses_what_headers_claim() {
             refuses(patch("dataWindow box2i", corner, number), "");
             // No pixel depends on it.
             let result = read(Cursor::new(patch("displayWindow box2i", corner, number)), None);
-            assert!(matches!(result, Ok(_) | Err(Fault::Damaged(_))), "{result:?}");
+            assert!(matches!(result, Ok(_) | Err(ImageFault::Damaged(_))), "{result:?}");
         }
     }
     let scan_lines = bytes(&sample());

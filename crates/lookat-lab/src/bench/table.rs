@@ -1,33 +1,36 @@
-//! What is measured, as plain data.
+//! Tables of measured numbers.
 
+use std::fmt::{Display, Formatter, Result};
 use std::time::Instant;
 
-/// Measured numbers: a line for each thing, a column for each quantity.
-#[derive(Debug, Clone)]
-pub struct BenchTable {
-    /// A word for programs.
+use serde::Serialize;
+
+/// A row for each measured thing, a column for each quantity.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct BenchTable {
+    /// The name, for programs.
     pub name: &'static str,
-    /// What was done, for people.
+    /// What was measured, for people.
     pub title: String,
     /// The quantities, with units.
     pub columns: Vec<&'static str>,
-    /// The things.
+    /// The measured things.
     pub rows: Vec<BenchRow>,
 }
 
-/// A line of a table.
-#[derive(Debug, Clone)]
-pub struct BenchRow {
-    /// What it is about.
+/// A row of a table.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct BenchRow {
+    /// The measured thing.
     pub name: String,
-    /// As many as there are columns.
+    /// One per column.
     pub cells: Vec<Cell>,
 }
 
 /// A quantity over all rounds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cell {
-    /// Half of the rounds have less. Not a number where there is nothing to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Cell {
+    /// The median; NaN without a measurement.
     pub median: f64,
     /// The least of all rounds.
     pub low: f64,
@@ -71,19 +74,67 @@ impl Cell {
     }
 
     /// Half the distance from the least to the most, as a share of the median.
-    pub fn spread(&self) -> f64 {
+    fn spread(&self) -> f64 {
         0.5 * (self.high - self.low) / self.median
+    }
+
+    /// Three digits and the spread; - without a measurement. If only other cells have a spread, pads to the same width.
+    fn text(&self, is_spread: bool) -> String {
+        let decimals = match self.median.abs() {
+            ..1e-3 => 6,
+            ..0.01 => 5,
+            ..0.1 => 4,
+            ..1.0 => 3,
+            ..10.0 => 2,
+            ..100.0 => 1,
+            _ => 0,
+        };
+        let (spread, pad) = (100.0 * self.spread(), if is_spread { "     " } else { "" });
+        if self.median.is_nan() {
+            return format!("-{pad}");
+        }
+        if self.low == self.high {
+            return format!("{:.decimals$}{pad}", self.median);
+        }
+        format!("{:.decimals$} ({spread:2.0})", self.median)
     }
 }
 
-/// The machine that is measured.
-#[derive(Debug, Clone)]
-pub struct Machine {
-    /// The name that the processor has for itself, or that of its architecture.
+/// The table with aligned columns.
+impl Display for BenchTable {
+    fn fmt(&self, f: &mut Formatter) -> Result {
+        let longest = |texts: &mut dyn Iterator<Item = &str>| texts.map(|text| text.chars().count()).max();
+        let name = longest(&mut self.rows.iter().map(|row| row.name.as_str())).unwrap_or(0);
+        let is_spread = self.rows.iter().flat_map(|row| &row.cells).any(|cell| cell.low < cell.high);
+        let cells: Vec<Vec<String>> =
+            self.rows.iter().map(|row| row.cells.iter().map(|cell| cell.text(is_spread)).collect()).collect();
+        let column = |(i, title): (usize, &&'static str)| {
+            let texts = cells.iter().map(|row| row[i].as_str()).chain([*title]);
+            longest(&mut { texts }).unwrap_or(0) + 2
+        };
+        let widths: Vec<usize> = self.columns.iter().enumerate().map(column).collect();
+        writeln!(f, "{}: {}", self.name, self.title)?;
+        let mut line = |name_of_row: &str, cells: &mut dyn Iterator<Item = &str>| {
+            write!(f, "  {name_of_row:name$}")?;
+            cells.zip(&widths).try_for_each(|(cell, width)| write!(f, "{cell:>width$}"))?;
+            writeln!(f)
+        };
+        line("", &mut self.columns.iter().copied())?;
+        for (row, cells) in self.rows.iter().zip(&cells) {
+            line(&row.name, &mut cells.iter().map(String::as_str))?;
+        }
+        writeln!(f)
+    }
+}
+
+/// The measured machine.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct Machine {
+    /// The name of the processor, or its architecture.
     pub processor: String,
-    /// Threads that run side by side.
+    /// Hardware threads.
     pub threads: usize,
-    /// The instructions that rays are traced with.
+    /// The instruction set of packets of rays.
     pub simd: &'static str,
 }
 
@@ -93,16 +144,26 @@ impl Machine {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         Machine { processor: processor(), threads, simd: lookat_render::simd() }
     }
+
+    /// The heading of a report: version, machine and number of rounds.
+    pub(super) fn head(&self, version: &str, rounds: u16) -> String {
+        let Machine { processor, threads, simd } = self;
+        let rounds = match rounds {
+            1 => "one round".into(),
+            _ => format!("medians of {rounds} rounds; in brackets, half the range in percent"),
+        };
+        format!("lookat {version}, {processor}, threads: {threads}, SIMD: {simd}\n{rounds}\n\n")
+    }
 }
 
-/// As Linux says it; elsewhere the architecture.
+/// The processor's name on Linux; elsewhere its architecture.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     name.map_or(std::env::consts::ARCH, |(_, name)| name.trim()).into()
 }
 
-/// For each thing what was measured in all rounds.
+/// The measurements of each thing in all rounds.
 pub(super) fn in_turn<T>(rounds: usize, things: usize, mut measure: impl FnMut(usize) -> T) -> Vec<Vec<T>> {
     let mut values: Vec<Vec<T>> = (0..things).map(|_| Vec::with_capacity(rounds)).collect();
     for _ in 0..rounds.max(1) {
@@ -111,7 +172,7 @@ pub(super) fn in_turn<T>(rounds: usize, things: usize, mut measure: impl FnMut(u
     values
 }
 
-/// How long something takes, in seconds, and what it gives.
+/// The seconds that a function takes, and its result.
 pub(super) fn timed<T>(run: impl FnOnce() -> T) -> (f64, T) {
     let started = Instant::now();
     let result = std::hint::black_box(run());

@@ -1,108 +1,142 @@
-//! Numbers with 95 % intervals, from repetitions with different seeds.
+//! Numbers from repetitions with different seeds.
 
-use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// A number, and the interval that has it with a probability of 95 %, or a little more.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A number and its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
     /// The number.
     pub value: f64,
-    /// The lower end.
-    pub low: f64,
-    /// The upper end.
-    pub high: f64,
+    /// The ends of the interval.
+    pub interval: [f64; 2],
 }
 
 impl Estimate {
-    /// The same on another scale; `scale` must not decrease.
-    pub(super) fn map(self, scale: impl Fn(f64) -> f64) -> Estimate {
-        Estimate { value: scale(self.value), low: scale(self.low), high: scale(self.high) }
+    /// The mean of independent values, with an interval by Student's t: infinite for a single value.
+    pub fn mean(values: &[f64]) -> Estimate {
+        let (value, standard_error) = mean_and_error(values);
+        let t = StudentsT::new(0.0, 1.0, values.len() as f64 - 1.0);
+        let half = t.map_or(f64::INFINITY, |t| t.inverse_cdf(0.975) * standard_error);
+        Estimate { value, interval: [value - half, value + half] }
+    }
+
+    /// The median, with the range of all values. At least one value. The range of 6 or more holds the median of their
+    /// distribution with a probability above 95 %.
+    pub fn median(values: &[f64]) -> Estimate {
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let last = sorted.len() - 1;
+        let value = 0.5 * (sorted[last / 2] + sorted[last.div_ceil(2)]);
+        Estimate { value, interval: [sorted[0], sorted[last]] }
+    }
+
+    /// The root of a number that cannot be negative; an end of the interval below 0 becomes 0.
+    pub fn root(self) -> Estimate {
+        let root = |x: f64| x.max(0.0).sqrt();
+        Estimate { value: root(self.value), interval: self.interval.map(root) }
     }
 }
 
-/// The mean, with Student's t. At least two values.
-pub(super) fn mean(values: &[f64]) -> Estimate {
-    let Moments { mean, standard_error } = moments(values);
-    let half = t_quantile(values.len()) * standard_error;
-    Estimate { value: mean, low: mean - half, high: mean + half }
-}
-
-/// The mean of what cannot be negative, with Student's t on a logarithmic scale, so that the interval cannot be either.
-pub(super) fn positive_mean(values: &[f64]) -> Estimate {
-    let Moments { mean, standard_error } = moments(values);
-    let factor = if mean > 0.0 { (t_quantile(values.len()) * standard_error / mean).exp() } else { 1.0 };
-    Estimate { value: mean, low: mean / factor, high: mean * factor }
-}
-
-/// The median, between two of the values in order: whatever their distribution is, it lies between them with 95 % or more.
-/// That takes 6 values; fewer give their whole range. At least one value.
-pub(super) fn median(values: &[f64]) -> Estimate {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let count = sorted.len();
-    let value = 0.5 * (sorted[(count - 1) / 2] + sorted[count / 2]);
-    let outside = outside(count);
-    Estimate { value, low: sorted[outside], high: sorted[count - 1 - outside] }
-}
-
-/// How many of so many values can be left out on each side: the median is beyond `k` of them on either side with the
-/// probability that at most `k` of so many coins show heads.
-fn outside(count: usize) -> usize {
-    let Ok(heads) = Binomial::new(0.5, count as u64) else { return 0 };
-    (0..count).take_while(|k| heads.cdf(*k as u64) <= 0.025).last().unwrap_or(0)
-}
-
-pub(super) struct Moments {
-    pub mean: f64,
-    /// Of the mean.
-    pub standard_error: f64,
-}
-
-/// Of independent values; the standard error of a single one is infinite.
-pub(super) fn moments(values: &[f64]) -> Moments {
+/// The mean, and its standard error from the scatter of the values.
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    let standard_error = if count > 1.0 { (squares / (count - 1.0) / count).sqrt() } else { f64::INFINITY };
-    Moments { mean, standard_error }
+    (mean, (squares / (count - 1.0) / count).sqrt())
 }
 
-/// The half width of a 95 % interval in standard errors, for so many values.
-pub(super) fn t_quantile(count: usize) -> f64 {
-    StudentsT::new(0.0, 1.0, count as f64 - 1.0).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
+/// How fast an error falls: it is proportional to samples^slope.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Slope {
+    /// The slope; -0.5 for independent samples.
+    pub slope: f64,
+    /// The ends of its 95 % interval, by Student's t over the seeds.
+    pub interval: [f64; 2],
+    /// The number of points that the line goes through.
+    pub points: usize,
+}
+
+impl Slope {
+    /// The mean slope of the lines of single seeds, each by least squares on logarithmic axes. A point is its samples and the
+    /// squared error of each seed. `None` for fewer than three points, for fewer than two seeds, for samples that do not even
+    /// double, and where an error is 0.
+    pub fn new(points: &[(f64, &[f64])]) -> Option<Slope> {
+        let seeds = points.first()?.1.len();
+        let (least, most) = (points.first()?.0, points.last()?.0);
+        let is_positive = points.iter().all(|(_, squares)| squares.iter().all(|square| *square > 0.0));
+        if points.len() < 3 || seeds < 2 || most < 2.0 * least || !is_positive {
+            return None;
+        }
+        let x: Vec<f64> = points.iter().map(|point| point.0.ln()).collect();
+        let middle = x.iter().sum::<f64>() / x.len() as f64;
+        let spread: f64 = x.iter().map(|x| (x - middle).powi(2)).sum();
+        let slope_of = |seed: usize| {
+            let errors = points.iter().map(|(_, squares)| 0.5 * squares[seed].ln());
+            x.iter().zip(errors).map(|(x, error)| (x - middle) * error).sum::<f64>() / spread
+        };
+        let Estimate { value, interval } = Estimate::mean(&(0..seeds).map(slope_of).collect::<Vec<_>>());
+        Some(Slope { slope: value, interval, points: points.len() })
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
     use super::*;
 
-    fn close(found: f64, expected: f64) {
-        assert!((found / expected - 1.0).abs() < 1e-6, "{found}, not {expected}");
-    }
-
     #[test]
-    fn intervals_are_those_of_tables() {
-        // t of 7 degrees of freedom at 97.5 %.
-        close(t_quantile(8), 2.364_624_252);
+    fn intervals_equal_those_of_tables() {
         let values = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
-        let found = mean(&values);
-        close(found.value, 4.5);
-        // The variance of 1 to 8 is 6.
-        close(found.high - found.value, 2.364_624_252 * (6.0_f64 / 8.0).sqrt());
-        let found = positive_mean(&values);
-        close(found.high / found.value, (2.364_624_252 * (6.0_f64 / 8.0).sqrt() / 4.5).exp());
-        close(found.value / found.low, found.high / found.value);
-        assert_eq!(positive_mean(&[0.0; 8]), Estimate { value: 0.0, low: 0.0, high: 0.0 });
+        let found = Estimate::mean(&values);
+        // t of 7 degrees of freedom at 97.5 %; the variance of 1 to 8 is 6.
+        let half = 2.364_624_252 * (6.0_f64 / 8.0).sqrt();
+        assert!(found.value == 4.5 && (found.interval[1] - 4.5 - half).abs() < 1e-6, "{found:?}");
+        assert_eq!(Estimate::median(&values), Estimate { value: 4.5, interval: [1.0, 8.0] });
+        assert_eq!(Estimate::median(&[3.0, 1.0, 2.0]).value, 2.0);
+        let root = Estimate { value: 4.0, interval: [-1.0, 9.0] }.root();
+        assert_eq!(root, Estimate { value: 2.0, interval: [0.0, 3.0] });
+    }
+
+    fn slope(squares: &[Vec<f64>]) -> Option<Slope> {
+        let point = |(i, squares): (usize, &Vec<f64>)| (f64::from(1 << i), squares.clone());
+        let points: Vec<_> = squares.iter().enumerate().map(point).collect();
+        let points: Vec<_> = points.iter().map(|(samples, squares)| (*samples, &squares[..])).collect();
+        Slope::new(&points)
     }
 
     #[test]
-    fn the_median_lies_between_values_in_order() {
-        // The sign test at 5 %: all of 8 values, all but one on each side of 9 to 11, but two of 12 to 14, but 5 of 20.
-        let first_to = |count: usize| median(&(0..count).rev().map(|i| i as f64).collect::<Vec<_>>());
-        assert_eq!(first_to(8), Estimate { value: 3.5, low: 0.0, high: 7.0 });
-        assert_eq!(first_to(9), Estimate { value: 4.0, low: 1.0, high: 7.0 });
-        assert_eq!(first_to(12).low, 2.0);
-        assert_eq!(first_to(20).low, 5.0);
-        assert_eq!(first_to(3), Estimate { value: 1.0, low: 0.0, high: 2.0 });
+    fn a_line_has_its_slope() {
+        for expected in [-0.5, -0.75, 0.0, -1.5] {
+            let squares = |i: i32| vec![(0.3 * 2.0_f64.powi(i).powf(expected)).powi(2); 8];
+            let found = slope(&(0..6).map(squares).collect::<Vec<_>>()).unwrap();
+            assert!((found.slope - expected).abs() < 1e-12 && found.points == 6, "{found:?}");
+            assert!(found.interval.iter().all(|end| (end - expected).abs() < 1e-12), "{found:?}");
+        }
+        assert_eq!(slope(&[vec![1.0; 8], vec![0.5; 8]]), None);
+        assert_eq!(slope(&[vec![1.0; 8], vec![0.5; 8], vec![0.0; 8]]), None);
+        assert_eq!(slope(&[vec![1.0], vec![0.5], vec![0.2]]), None);
+    }
+
+    /// 95 % of the intervals of 1000 slopes hold the true one, where the scatter of the points differs.
+    #[test]
+    fn intervals_hold_the_slope() {
+        const FITS: usize = 1000;
+        let mut random = Pcg64Mcg::seed_from_u64(6);
+        let mut squares = |i: i32| -> Vec<f64> {
+            // The logarithm scatters around that of the line, by less with more samples.
+            let spread = 0.4 / f64::from(1 + i);
+            let mut even = || (0..4).map(|_| random.random::<f64>() - 0.5).sum::<f64>();
+            (0..8).map(|_| 0.25_f64.powi(i) * (spread * even()).exp()).collect()
+        };
+        let mut holds = 0;
+        for _ in 0..FITS {
+            let found = slope(&(0..6).map(&mut squares).collect::<Vec<_>>()).unwrap();
+            holds += usize::from(found.interval[0] <= -1.0 && -1.0 <= found.interval[1]);
+        }
+        // Five standard deviations of a count with p = 0.95 are 34.
+        assert!((916..=984).contains(&holds), "{holds} of {FITS}");
     }
 }

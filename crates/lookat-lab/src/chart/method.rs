@@ -7,31 +7,31 @@ use lookat_scene::{DirectStrategy, Integrator, View};
 
 use Change::{Direct, Path, Sampler};
 
-/// A way to render, to be held against others.
+/// A way to render a scene.
 #[derive(Debug)]
 pub struct Method {
-    /// As users type it.
+    /// The name on the command line.
     pub name: &'static str,
-    /// In a few words.
+    /// What it does, in a few words for the help.
     pub about: &'static str,
-    /// The samples per pixel that it begins with, in place of 1; they double from there.
+    /// The samples per pixel of its first point, a power of two. They double from point to point.
     pub first: u32,
     change: Change,
-    /// When a picture of so many samples per pixel is done.
+    /// The stopping rule of a picture by its samples per pixel.
     pub(super) stop: fn(u32) -> Stop,
 }
 
-/// What is not as the scene says.
+/// How a method departs from the scene.
 #[derive(Debug)]
 enum Change {
     Sampler(SamplerKind),
-    /// Direct lighting, as deep as the scene's integrator.
+    /// Direct lighting with the scene's depth.
     Direct(DirectStrategy),
-    /// Path tracing, as deep as the scene's integrator, with its choice of lights if no other is given.
+    /// Path tracing with the scene's depth, and with its choice of lights for `None`.
     Path(Option<LightChoice>),
 }
 
-/// All of them. Another one is another line here.
+/// All methods. A further one is a further line here.
 pub const METHODS: &[Method] = &[
     method("random", "independent samples", Sampler(Random)),
     method(
@@ -51,7 +51,7 @@ pub const METHODS: &[Method] = &[
         Path(Some(Spatial)),
     ),
     Method {
-        // Every pixel takes as many before it is judged.
+        // Each pixel takes at least 64 samples.
         first: 64,
         stop: to_target,
         ..method(
@@ -61,14 +61,14 @@ pub const METHODS: &[Method] = &[
         )
     },
     Method {
-        // With fewer, all pixels have alike many.
+        // With fewer samples all pixels have equally many.
         first: 8,
         stop: |_| Stop::Adaptive,
         ..method("adaptive", "Sobol sequence, with more samples in noisy pixels", Sampler(SamplerKind::SOBOL))
     },
 ];
 
-/// Makes the reference.
+/// Renders the reference.
 pub(super) const REFERENCE: Method = Method {
     stop: |_| Stop::Samples { error_layers: true },
     ..method("reference", "Sobol sequence", Sampler(SamplerKind::SOBOL))
@@ -78,26 +78,26 @@ const fn method(name: &'static str, about: &'static str, change: Change) -> Meth
     Method { name, about, first: 1, change, stop: |_| Stop::Samples { error_layers: false } }
 }
 
-/// The methods that are charted where none is named: the samplers.
+/// The default methods: the samplers.
 pub const DEFAULT: &str = "random,stratified,sobol";
 
-/// Depth where the scene's integrator has none, and pbrt-v3's default.
+/// Depth for a scene whose integrator has none: pbrt-v3's default.
 const DEPTH: u32 = 5;
 
-/// The method of this name.
+/// The method with this name.
 pub fn named(name: &str) -> Option<&'static Method> {
     METHODS.iter().find(|method| method.name == name)
 }
 
-/// The target error on the rung of so many samples: what as many independent samples of a pixel give whose deviation is
-/// about its value. The samples that are really taken are counted.
+/// The target error of independent samples whose standard deviation is the value of the pixel. A picture may take up to four
+/// times the samples.
 fn to_target(samples: u32) -> Stop {
     let target = TargetError { relative: f64::from(samples).sqrt().recip(), confidence: 0.95 };
     Stop::TargetError { target, max_samples: samples.saturating_mul(4), limit: None, error_layers: false }
 }
 
 impl Method {
-    /// Changes how a scene is rendered.
+    /// Changes the view of a scene to this method.
     pub(super) fn apply(&self, view: &mut View) {
         let max_depth = depth(view.integrator);
         match self.change {
@@ -130,7 +130,7 @@ mod tests {
     use crate::text_scene::{around_eye, scene};
 
     #[test]
-    fn methods_change_what_they_name() {
+    fn methods_change_the_view() {
         let integrator =
             |light_choice| Integrator::Path { max_depth: 7, roulette_threshold: 0.5, light_choice };
         let mut view = scene(&around_eye("")).view;

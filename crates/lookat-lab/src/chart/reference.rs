@@ -17,6 +17,19 @@ pub struct Reference {
     pub origin: Origin,
 }
 
+/// A squared error is clear of the noise of the reference if it is at least 11 times as large: noise is then less than 5 % of the
+/// error.
+pub(super) fn is_clear(square: f64, noise_square: f64) -> bool {
+    square >= 11.0 * noise_square
+}
+
+impl Reference {
+    /// The mean squared noise; 0 if unknown.
+    pub(super) fn noise_square(&self) -> f64 {
+        self.noise.unwrap_or(0.0).powi(2)
+    }
+}
+
 /// Where a reference comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Origin {

@@ -1,259 +1,415 @@
-//! What was measured, and what follows from it.
+//! What follows from the measurements.
 
-use std::iter::repeat;
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
-use super::equal::{Curve, EqualValues, equal_errors, equal_times};
-use super::estimate::{Estimate, median};
-use super::fit::{Fit, RungErrors, fit};
-use super::front::{Entry, Reign, front};
+use lookat_image::{Means, means};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::estimate::Slope;
+use super::measure::{End, Measured, Picture, Point};
 use super::method::Method;
-use super::point::{Marker, Picture, Point};
-use super::reference::Reference;
+use super::reference::{Fitted, Origin, Reference, is_clear};
 
-/// A point tells its method's error if its square is so many times that of the reference's noise or of the level: that is
-/// then less than 5 % of the error.
-const CLEAR: f64 = 11.0;
+/// The fewest standard errors of a bias.
+const SIGNIFICANT: f64 = 4.0;
+/// The most columns of a table.
+const COLUMNS: usize = 6;
 
-/// All pictures.
-#[derive(Debug, Clone, Default)]
-pub struct Measured {
-    /// The methods, in the order in which they are shown.
-    pub methods: Vec<&'static Method>,
-    /// Each picture, by rung and method.
-    pub rows: Vec<Picture>,
-    /// For each method its points, from few to many samples.
-    pub points: Vec<Vec<Point>>,
-    /// How far it came.
-    pub end: End,
-}
+/// Seconds and error, by rising samples.
+type Curve = Vec<(f64, f64)>;
 
-/// How a run ended.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum End {
-    /// With all that was planned.
-    #[default]
-    Whole,
-    /// Without the highest points of the plan, for want of time.
-    Late,
-    /// When it was told to stop.
-    Interrupted,
-}
-
-impl Measured {
-    /// Whether there is anything to conclude from.
-    pub fn has_points(&self) -> bool {
-        self.points.iter().any(|points| !points.is_empty())
-    }
-
-    /// The median over all pictures of the seconds before the first sample; there must be one.
-    pub fn preparation(&self) -> f64 {
-        let all: Vec<f64> = self.rows.iter().map(|row| row.preparation).collect();
-        median(&all).value
-    }
-}
-
-/// What follows.
-#[derive(Debug, Clone)]
-pub struct Results {
-    /// What was measured.
-    pub measured: Measured,
+/// The results, as in `chart.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Chart {
+    /// The name and version of this program.
+    pub program: &'static str,
+    /// The version of this program.
+    pub version: &'static str,
+    /// The scene file.
+    pub scene: String,
+    /// Width and height of the rendered part in pixels.
+    pub size: [u32; 2],
+    /// Number of threads.
+    pub threads: usize,
+    /// The seed of the first picture.
+    pub seed: u64,
+    /// Pictures per point.
+    pub seeds_per_point: u32,
+    /// Wall time of reading the scene in seconds.
+    pub parse_seconds: f64,
+    /// Wall time of preparing the scene in seconds.
+    pub preparation_seconds: f64,
+    /// The picture that errors are relative to.
+    pub reference: Value,
+    /// The noise of the reference: the root of its mean squared standard error, if known. It adds to all errors.
+    #[serde(skip)]
+    pub noise: Option<f64>,
+    /// True if all planned points are there.
+    pub complete: bool,
+    /// True if a signal ended the measurement.
+    pub interrupted: bool,
+    /// The methods.
+    pub methods: Vec<MethodResult>,
     /// Other renderers.
-    pub markers: Vec<Marker>,
-    /// For each method the slope of its error over samples, from the first point to the last above its level and above the
-    /// noise of the reference. `None` where these are less than three.
-    pub fits: Vec<Option<Fit>>,
-    /// For each method the error that it comes down to, if that is more than noise: its bias, where the noise of the
-    /// reference is known; else bias or noise of the reference.
-    pub levels: Vec<Option<f64>>,
-    /// For each method its points, without those that have no error at all.
-    pub curves: Vec<Curve>,
-    /// The front, of methods and other renderers: who counts on from the methods to the markers.
-    pub front: Vec<Reign>,
-    /// Errors at equal times.
-    pub equal_times: EqualValues,
-    /// Times to equal errors, in seconds.
-    pub equal_errors: EqualValues,
-    /// The mean square of the noise of the reference, if it is known.
-    noise_square: Option<f64>,
+    #[serde(rename = "points")]
+    pub others: Vec<OtherResult>,
+    /// The Pareto front: the points that no other point beats in both time and error, by rising time.
+    pub front: Vec<FrontPoint>,
+    /// The error of each method after equal times.
+    pub equal_time: EqualTable,
+    /// The time of each method to equal errors.
+    pub equal_error: EqualTable,
 }
 
-impl Results {
-    /// Draws the conclusions.
-    pub fn new(measured: Measured, markers: Vec<Marker>, reference: &Reference) -> Results {
-        let noise_square = reference.noise.map(|noise| noise * noise);
-        let noise = noise_square.unwrap_or(0.0);
-        let levels: Vec<Option<f64>> =
-            measured.points.iter().map(|points| level_square(points, noise)).collect();
-        // Below this, errors are those of the reference, or of the method's own mean.
-        let floor = |level: &Option<f64>| noise + level.unwrap_or(0.0);
-        let fits = measured.points.iter().zip(&levels).map(|(points, level)| fit_above(points, floor(level)));
-        let places = |point: &Point| (point.seconds.value, point.rmse.value);
-        let curves: Vec<Curve> =
-            measured.points.iter().map(|points| clear_curve(points.iter().map(places))).collect();
-        let others = markers.iter().map(|marker| clear_curve([(marker.seconds, marker.means.rmse)]));
-        let others: Vec<Curve> = others.collect();
-        let uncertainty = |points: &Vec<Point>| {
-            (half_interval(points, |point| point.rmse), half_interval(points, |point| point.seconds))
+/// The results of a method.
+#[derive(Debug, Clone, Serialize)]
+pub struct MethodResult {
+    /// Its name.
+    pub name: &'static str,
+    /// What it does.
+    pub about: &'static str,
+    /// Its points, by rising samples.
+    pub points: Vec<Point>,
+    /// The slope of its error over the points that are clear of its bias and of the noise of the reference. `None` for fewer
+    /// than three.
+    pub slope: Option<Slope>,
+    /// Its bias, if significant. Without a known noise of the reference: bias or that noise.
+    pub levels_off_at: Option<f64>,
+}
+
+/// The result of another renderer.
+#[derive(Debug, Clone, Serialize)]
+pub struct OtherResult {
+    /// Its name.
+    pub name: String,
+    /// Its wall time in seconds.
+    pub seconds: f64,
+    /// Root mean squared error.
+    pub rmse: f64,
+    /// Relative mean squared error.
+    pub relative_mse: f64,
+    /// Mean signed error.
+    pub mean_error: f64,
+    /// True for 8 or 16 bits per channel: rounded, and clipped at white.
+    pub stored_as_integers: bool,
+    /// The seconds of each method to the same error; `None` if its points do not span the error.
+    pub lookat_seconds_to_same_rmse: BTreeMap<&'static str, Option<f64>>,
+}
+
+/// A point of the Pareto front.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FrontPoint {
+    /// The method or the other renderer.
+    pub name: String,
+    /// Its time.
+    pub seconds: f64,
+    /// Its root mean squared error.
+    pub rmse: f64,
+}
+
+/// What each method has at a few places: errors at times, or times at errors.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct EqualTable {
+    /// The places.
+    pub at: Vec<f64>,
+    /// The values of each method; `None` if its points do not span the place.
+    pub values: BTreeMap<&'static str, Vec<Option<f64>>>,
+}
+
+impl Chart {
+    /// The results of a measurement. The description of the scene and of the run is left empty.
+    pub fn new(methods: &[&'static Method], measured: &Measured, reference: &Reference) -> Chart {
+        let of_method =
+            |(method, points): (&&'static Method, &Vec<Point>)| of_method(method, points, reference);
+        let methods: Vec<MethodResult> = methods.iter().zip(&measured.points).map(of_method).collect();
+        let curves: Vec<Curve> = methods.iter().map(MethodResult::curve).collect();
+        let inverse = |curve: &Curve| curve.iter().map(|(seconds, error)| (*error, *seconds)).collect();
+        let by_error: Vec<Curve> = curves.iter().map(inverse).collect();
+        let mut chart = Chart {
+            program: "lookat",
+            version: env!("CARGO_PKG_VERSION"),
+            scene: String::new(),
+            size: [0; 2],
+            threads: 0,
+            seed: 0,
+            seeds_per_point: 0,
+            parse_seconds: 0.0,
+            preparation_seconds: 0.0,
+            reference: of_reference(reference),
+            noise: reference.noise,
+            complete: measured.end == End::Complete,
+            interrupted: measured.end == End::Interrupted,
+            front: Vec::new(),
+            equal_time: equal(&methods, &curves, |_| ()),
+            equal_error: equal(&methods, &by_error, |errors| errors.reverse()),
+            methods,
+            others: Vec::new(),
         };
-        let uncertainties = measured.points.iter().map(uncertainty).chain(repeat((0.0, 0.0)));
-        let entries = curves.iter().chain(&others).zip(uncertainties);
-        let entry = |(curve, (of_errors, of_times))| Entry { curve, of_errors, of_times };
-        let entries: Vec<Entry> = entries.map(entry).collect();
-        Results {
-            fits: fits.collect(),
-            levels: levels.iter().map(|level| level.map(f64::sqrt)).collect(),
-            front: front(&entries),
-            equal_times: equal_times(&curves),
-            equal_errors: equal_errors(&curves),
-            curves,
-            noise_square,
-            measured,
-            markers,
-        }
+        chart.front = chart.pareto();
+        chart
     }
 
-    /// The name of a method or, after those, of another renderer.
-    pub fn name(&self, who: usize) -> &str {
-        match self.measured.methods.get(who) {
-            Some(method) => method.name,
-            None => self.markers.get(who - self.measured.methods.len()).map_or("", |marker| &marker.name),
-        }
+    /// Adds the picture of another renderer.
+    pub fn add(&mut self, name: &str, seconds: f64, picture: &Fitted, reference: &Reference) {
+        let Means { rmse, relative_mse, error, .. } = means(&picture.pixels, &reference.pixels);
+        let to_same = |method: &MethodResult| (method.name, method.seconds_to(rmse));
+        self.others.push(OtherResult {
+            name: name.into(),
+            seconds,
+            rmse,
+            relative_mse,
+            mean_error: error,
+            stored_as_integers: picture.rounded,
+            lookat_seconds_to_same_rmse: self.methods.iter().map(to_same).collect(),
+        });
+        self.front = self.pareto();
     }
 
-    /// The root mean squared noise of the reference, if it is known.
-    pub fn noise(&self) -> Option<f64> {
-        self.noise_square.map(f64::sqrt)
-    }
-
-    /// Whether the noise of the reference is less than 5 % of a point's error, or unknown.
+    /// True if the noise of the reference is less than 5 % of an error, or unknown.
     pub fn is_clear(&self, rmse: f64) -> bool {
-        is_clear(rmse * rmse, self.noise_square.unwrap_or(0.0))
+        is_clear(rmse * rmse, self.noise.unwrap_or(0.0).powi(2))
+    }
+
+    fn pareto(&self) -> Vec<FrontPoint> {
+        let point = |name: &str, (seconds, rmse)| FrontPoint { name: name.into(), seconds, rmse };
+        let own = self
+            .methods
+            .iter()
+            .flat_map(|method| method.curve().into_iter().map(move |place| point(method.name, place)));
+        let others = self.others.iter().map(|other| point(&other.name, (other.seconds, other.rmse)));
+        let mut all: Vec<FrontPoint> = own.chain(others).filter(|point| point.rmse > 0.0).collect();
+        all.sort_by(|a, b| {
+            (a.seconds, a.rmse).partial_cmp(&(b.seconds, b.rmse)).unwrap_or(a.rmse.total_cmp(&b.rmse))
+        });
+        let mut least = f64::INFINITY;
+        all.retain(|point| {
+            let is_better = point.rmse < least;
+            least = least.min(point.rmse);
+            is_better
+        });
+        all
     }
 }
 
-fn is_clear(square: f64, floor: f64) -> bool {
-    square >= CLEAR * floor
+impl MethodResult {
+    /// Seconds and error of the points that logarithmic axes can show.
+    pub fn curve(&self) -> Curve {
+        let places = self.points.iter().map(|point| (point.seconds.value, point.rmse.value));
+        places.filter(|(seconds, error)| *seconds > 0.0 && *error > 0.0 && error.is_finite()).collect()
+    }
+
+    /// The seconds until the error is this small for the first time. `None` outside the points.
+    pub fn seconds_to(&self, rmse: f64) -> Option<f64> {
+        interpolated(&self.curve().into_iter().map(|(seconds, error)| (error, seconds)).collect(), rmse)
+    }
 }
 
-/// The mean square of the bias that a method comes down to. A bias that has halved, or more, with the last four times as many
-/// samples is still on its way: textures are filtered for the distance of samples.
-fn level_square(points: &[Point], noise_square: f64) -> Option<f64> {
-    let last = points.last()?;
-    let bias = last.level.bias_square(noise_square)?;
-    let before = points.iter().rev().find(|point| point.samples <= 0.26 * last.samples);
-    let before = before.and_then(|point| point.level.bias_square(noise_square));
-    before.is_none_or(|before| bias > 0.5 * before).then_some(bias)
+fn of_method(method: &Method, points: &[Point], reference: &Reference) -> MethodResult {
+    let noise_square = reference.noise_square();
+    // What all pictures share is the noise of the reference, or more than that.
+    let bias = points.last().map(|last| last.common_square_error).and_then(|common| {
+        let rest = common.value - noise_square;
+        (rest > noise_square && rest > SIGNIFICANT * common.standard_error).then_some(rest)
+    });
+    let floor = noise_square + bias.unwrap_or(0.0);
+    // The last point of an interrupted measurement may have fewer pictures.
+    let is_clear =
+        |point: &&Point| point.pictures == points[0].pictures && is_clear(point.rmse.value.powi(2), floor);
+    let clear = points.iter().take_while(is_clear);
+    let clear: Vec<_> = clear.map(|point| (point.samples_taken, &point.squares[..])).collect();
+    MethodResult {
+        name: method.name,
+        about: method.about,
+        points: points.to_vec(),
+        slope: Slope::new(&clear),
+        levels_off_at: bias.map(f64::sqrt),
+    }
 }
 
-/// The slope over the points before the first that is close to the floor, which is a mean square. The last point of a run that
-/// is broken off may have fewer pictures than the others; it does not count.
-fn fit_above(points: &[Point], floor: f64) -> Option<Fit> {
-    let is_whole = |point: &&Point| point.squares.len() == points[0].squares.len();
-    let clear = points.iter().take_while(is_whole).take_while(|point| is_clear(point.square(), floor));
-    let rungs: Vec<RungErrors> =
-        clear.map(|point| RungErrors { samples: point.samples, squares: &point.squares }).collect();
-    fit(&rungs)
+fn of_reference(reference: &Reference) -> Value {
+    let mut value = match &reference.origin {
+        Origin::Rendered { samples, seed, seconds } => {
+            json!({"samples_per_pixel": samples, "sampler": "sobol", "seed": seed, "seconds": seconds})
+        }
+        Origin::File { path, rounded } => json!({"file": path, "stored_as_integers": rounded}),
+    };
+    value["rms_standard_error"] = reference.noise.into();
+    value
 }
 
-/// The points that logarithmic axes can show.
-fn clear_curve(points: impl IntoIterator<Item = (f64, f64)>) -> Curve {
-    let shown = |point: &(f64, f64)| point.0 > 0.0 && point.1 > 0.0 && point.1.is_finite();
-    Curve(points.into_iter().filter(shown).collect())
+/// The second coordinate where a line through points, straight on logarithmic axes, first comes to a first coordinate.
+fn interpolated(points: &Curve, at: f64) -> Option<f64> {
+    points.windows(2).find_map(|pair| {
+        let [a, b] = [pair[0], pair[1]];
+        if !(a.0.min(b.0)..=a.0.max(b.0)).contains(&at) {
+            return None;
+        }
+        let share = if a.0 == b.0 { 0.0 } else { (at / a.0).ln() / (b.0 / a.0).ln() };
+        Some((a.1.ln() + share * (b.1 / a.1).ln()).exp())
+    })
 }
 
-/// Half an interval on a logarithmic scale: the median over the points of a method.
-fn half_interval(points: &[Point], of: fn(&Point) -> Estimate) -> f64 {
-    let halves = points.iter().map(of).map(|estimate| 0.5 * (estimate.high / estimate.low).ln());
-    let halves: Vec<f64> = halves.filter(|half| half.is_finite()).collect();
-    if halves.is_empty() { 0.0 } else { median(&halves).value }
+/// The values of all curves at round numbers in the range of the first one, in the order that `arrange` gives them.
+fn equal(methods: &[MethodResult], curves: &[Curve], arrange: fn(&mut Vec<f64>)) -> EqualTable {
+    let first = || curves.iter().take(1).flatten().map(|point| point.0);
+    let range = first().fold(f64::INFINITY, f64::min)..=first().fold(0.0, f64::max);
+    let mut at = if range.is_empty() { Vec::new() } else { round_numbers(&range, COLUMNS) };
+    arrange(&mut at);
+    let values = |(method, curve): (&MethodResult, &Curve)| {
+        (method.name, at.iter().map(|at| interpolated(curve, *at)).collect())
+    };
+    EqualTable { values: methods.iter().zip(curves).map(values).collect(), at }
+}
+
+/// Numbers 1, 2, 5, 10, ... within a positive range; with fewer than three also 1.5, 3 and 7. Leaves some out if there are more
+/// than `most`.
+pub(super) fn round_numbers(range: &RangeInclusive<f64>, most: usize) -> Vec<f64> {
+    let multiples = |numbers: &[&str]| -> Vec<f64> {
+        let decades = range.start().log10().floor() as i32..=range.end().log10().floor() as i32;
+        // Parsed, a number has no rounding error in its last digit.
+        let all =
+            decades.flat_map(|decade| numbers.iter().map(move |number| format!("{number}e{decade}").parse()));
+        all.filter_map(Result::ok).filter(|number| range.contains(number)).collect()
+    };
+    let coarse = multiples(&["1", "2", "5"]);
+    let all = if coarse.len() < 3 { multiples(&["1", "1.5", "2", "3", "5", "7"]) } else { coarse };
+    let step = all.len().div_ceil(most).max(1);
+    all.into_iter().step_by(step).collect()
+}
+
+/// A line for each picture, after a line of names. Only the times differ from run to run.
+pub fn as_csv(chart: &Chart, pictures: &[Picture]) -> String {
+    let mut text =
+        String::from("method,samples_per_pixel,seed,samples_taken,seconds,rmse,relative_mse,mean_error\n");
+    for Picture { method, samples_per_pixel, samples_taken, seed, seconds, means } in pictures {
+        let (name, Means { rmse, relative_mse, error, .. }) = (chart.methods[*method].name, means);
+        text += &format!(
+            "{name},{samples_per_pixel},{seed},{samples_taken},{seconds:e},{rmse:e},{relative_mse:e},{error:e}\n"
+        );
+    }
+    text
+}
+
+/// A number in full, such as 0.005, 20 and 1e-5.
+pub fn plain(x: f64) -> String {
+    if (1e-4..1e5).contains(&x) { format!("{x}") } else { format!("{x:e}") }
+}
+
+/// A number with so many significant digits.
+pub fn significant(x: f64, digits: usize) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    // Rounded first, since 9.99 becomes 10.
+    let rounded: f64 = format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x);
+    let magnitude = rounded.abs().log10().floor() as i32;
+    if !(-4..6).contains(&magnitude) {
+        return format!("{rounded:e}");
+    }
+    let decimals = (digits as i32 - 1 - magnitude).max(0) as usize;
+    format!("{rounded:.decimals$}")
 }
 
 #[cfg(test)]
 mod tests {
-    use lookat_image::{Means, means};
-
-    use super::super::level::Level;
+    use super::super::estimate::Estimate;
+    use super::super::measure::CommonSquare;
     use super::super::method::METHODS;
-    use super::super::reference::Origin;
     use super::*;
 
-    /// A point of variance 1 / samples and a bias, without scatter.
-    fn point(samples: u32, bias: f64) -> Point {
-        let square = 1.0 / f64::from(samples) + bias * bias;
-        let exact = |value: f64| Estimate { value, low: value, high: value };
-        Point {
-            rung: samples,
-            samples: f64::from(samples),
-            seconds: exact(f64::from(samples)),
-            rmse: exact(square.sqrt()),
-            relative_mse: exact(square),
-            error: exact(0.0),
-            level: Level { square: bias * bias, standard_error: 1e-6, mean: 0.0, mean_standard_error: 1e-3 },
-            squares: vec![square; 8],
-        }
+    /// Points of variance 1 / samples and a bias, without scatter; a sample takes a second.
+    fn points(bias: f64) -> Vec<Point> {
+        let exact = |value: f64| Estimate { value, interval: [value; 2] };
+        let square = |samples: u32| 1.0 / f64::from(samples) + bias * bias;
+        let point = |samples: u32| Point {
+            samples_per_pixel: samples,
+            samples_taken: samples.into(),
+            pictures: 8,
+            seconds: exact(samples.into()),
+            rmse: exact(square(samples).sqrt()),
+            relative_mse: exact(0.0),
+            mean_error: exact(0.0),
+            common_square_error: CommonSquare { value: bias * bias, standard_error: 1e-6 },
+            above_reference_noise: true,
+            squares: vec![square(samples); 8],
+        };
+        (0..10).map(|i| point(1 << i)).collect()
     }
 
-    fn results(noise: Option<f64>) -> Results {
-        let ladder = |bias| (0..10).map(|i| point(1 << i, bias)).collect();
-        let measured = Measured {
-            methods: vec![&METHODS[0], &METHODS[4]],
-            points: vec![ladder(noise.unwrap_or(0.0)), ladder(0.1)],
-            ..Measured::default()
-        };
+    fn chart(noise: Option<f64>) -> Chart {
+        let points = vec![points(noise.unwrap_or(0.0)), points(0.1)];
+        let measured = Measured { points, ..Measured::default() };
         let origin = Origin::Rendered { samples: 1, seed: 0, seconds: 0.0 };
-        let marker = |name: &str, seconds, rmse| Marker {
-            name: name.into(),
-            seconds,
-            means: Means { rmse, ..means(&[[0.0; 3]], &[[0.0; 3]]) },
-            rounded: false,
-        };
-        let markers = vec![marker("slow", 100.0, 0.5), marker("fast", 0.5, 0.9)];
-        Results::new(measured, markers, &Reference { pixels: Vec::new(), noise, origin })
+        let reference = Reference { pixels: vec![[0.0; 3]], noise, origin };
+        let mut chart = Chart::new(&[&METHODS[0], &METHODS[4]], &measured, &reference);
+        for (name, seconds, rmse) in [("slow", 100.0, 0.5), ("fast", 0.5, 0.9)] {
+            let picture = Fitted { pixels: vec![[rmse; 3]], noise: None, rounded: false };
+            chart.add(name, seconds, &picture, &reference);
+        }
+        chart
     }
 
     #[test]
-    fn bias_is_named_and_kept_out_of_the_slope() {
-        let found = results(Some(0.0));
-        assert_eq!(found.levels[0], None);
-        assert!((found.levels[1].unwrap() - 0.1).abs() < 1e-9);
-        assert!((found.fits[0].unwrap().slope + 0.5).abs() < 1e-9);
+    fn a_slope_leaves_out_points_near_the_bias() {
+        let found = chart(Some(0.0));
+        let [plain, biased] = &found.methods[..] else { panic!() };
+        assert_eq!(plain.levels_off_at, None);
+        assert!((biased.levels_off_at.unwrap() - 0.1).abs() < 1e-9);
+        assert!((plain.slope.unwrap().slope + 0.5).abs() < 1e-9);
         // 1 / n + 0.01 is at least 11 times 0.01 up to 8 samples.
-        let biased = found.fits[1].unwrap();
-        assert!(biased.rungs == 4 && (-0.5..-0.48).contains(&biased.slope), "{biased:?}");
-    }
-
-    #[test]
-    fn a_bias_that_falls_is_no_level() {
-        let falling = |power: f64| -> Vec<Point> {
-            (0..8).map(|i| point(1 << i, 0.2 * f64::from(1 << i).powf(power))).collect()
-        };
-        assert_eq!(level_square(&falling(-0.5), 0.0), None);
-        assert!((level_square(&falling(0.0), 0.0).unwrap() - 0.04).abs() < 1e-9);
-        // Too few to tell.
-        assert!(level_square(&falling(-0.5)[..2], 0.0).is_some());
+        let slope = biased.slope.unwrap();
+        assert!(slope.points == 4 && (-0.5..-0.48).contains(&slope.slope), "{slope:?}");
     }
 
     #[test]
     fn noise_of_the_reference_is_no_bias() {
-        let found = results(Some(0.05));
-        assert_eq!(found.levels[0], None);
+        let found = chart(Some(0.05));
+        assert_eq!(found.methods[0].levels_off_at, None);
         // Up to 32 samples.
-        assert_eq!(found.fits[0].unwrap().rungs, 6);
+        assert_eq!(found.methods[0].slope.unwrap().points, 6);
         assert!(found.is_clear(0.2) && !found.is_clear(0.1));
     }
 
     #[test]
-    fn a_point_of_fewer_pictures_is_no_part_of_the_slope() {
-        let mut points: Vec<Point> = (0..5).map(|i| point(1 << i, 0.0)).collect();
-        points[4].squares.truncate(6);
-        let found = fit_above(&points, 0.0).unwrap();
-        assert!(found.rungs == 4 && (found.slope + 0.5).abs() < 1e-9, "{found:?}");
+    fn the_front_has_the_points_that_none_beats() {
+        let front = chart(Some(0.0)).front;
+        assert_eq!((front[0].name.as_str(), front.len()), ("fast", 10));
+        assert!(front[1..].iter().all(|point| point.name == "random"), "{front:?}");
+        // 1 sample is later and less exact than fast.
+        assert_eq!(front[1].seconds, 2.0);
     }
 
     #[test]
-    fn others_are_on_the_front_if_nothing_beats_them() {
-        let found = results(Some(0.0));
-        let names: Vec<&str> = found.front.iter().map(|reign| found.name(reign.who)).collect();
-        assert_eq!(names, ["fast", "random"]);
+    fn values_between_points_are_straight_on_logarithmic_axes() {
+        let found = chart(Some(0.0));
+        let power = &found.methods[0];
+        assert!((power.seconds_to(0.1).unwrap() - 100.0).abs() < 1e-9);
+        assert_eq!([power.seconds_to(1.1), power.seconds_to(0.01)], [None, None]);
+        assert_eq!(found.equal_time.at, [1.0, 5.0, 20.0, 100.0, 500.0]);
+        let at_20 = found.equal_time.values["random"][2].unwrap();
+        assert!((at_20 - 20.0_f64.sqrt().recip()).abs() < 1e-12);
+        assert_eq!(found.equal_error.at, [1.0, 0.5, 0.2, 0.1, 0.05]);
+        assert!((found.equal_error.values["random"][3].unwrap() - 100.0).abs() < 1e-9);
+        assert_eq!(found.equal_error.values["direct-all"][3..], [None, None]);
+    }
+
+    #[test]
+    fn round_numbers_are_few() {
+        assert_eq!(round_numbers(&(0.9..=5.0), 6), [1.0, 2.0, 5.0]);
+        assert_eq!(round_numbers(&(3e-4..=1.0), 6).len(), 6);
+        assert_eq!(round_numbers(&(1.1..=5.1), 6), [1.5, 2.0, 3.0, 5.0]);
+        assert!(round_numbers(&(1.1..=1.4), 6).is_empty());
+    }
+
+    #[test]
+    fn numbers_have_the_requested_digits() {
+        let cases =
+            [(0.012345, "0.0123"), (9.999, "10.0"), (1234.5, "1230"), (0.5, "0.500"), (-2.0, "-2.00")];
+        for (x, expected) in cases {
+            assert_eq!(significant(x, 3), expected);
+        }
+        assert_eq!([significant(1.234e-7, 3), significant(0.0, 3)], ["1.23e-7", "0"]);
     }
 }

@@ -4,27 +4,27 @@ use glam::DVec3;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-/// Between two numbers.
+/// A number between two others.
 pub(crate) fn between(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }
 
-/// One of `0..n`.
+/// A number in `0..n`.
 pub(super) fn below(random: &mut Pcg64Mcg, n: usize) -> usize {
     ((random.random::<f64>() * n as f64) as usize).min(n - 1)
 }
 
-/// With that probability.
+/// True with this probability.
 pub(super) fn chance(random: &mut Pcg64Mcg, probability: f64) -> bool {
     random.random::<f64>() < probability
 }
 
-/// A power of ten with an exponent between two numbers.
+/// Ten to a power between two numbers.
 pub(super) fn magnitude(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
     10_f64.powf(between(random, low, high))
 }
 
-/// A direction, all alike.
+/// A uniform direction.
 pub(crate) fn direction(random: &mut Pcg64Mcg) -> DVec3 {
     let z = between(random, -1.0, 1.0);
     let (sin, cos) = (std::f64::consts::TAU * random.random::<f64>()).sin_cos();
@@ -44,7 +44,7 @@ pub(super) fn in_triangle(random: &mut Pcg64Mcg, [a, b, c]: [DVec3; 3]) -> DVec3
     a + (b - a) * u + (c - a) * v
 }
 
-/// A direction on the side of the unit vector `n`; of three in ten the cosine with `n` is between ten to the powers of
+/// A direction on the side of the unit vector `n`. For three in ten, the cosine with `n` is between 10 to the powers of
 /// `grazing`.
 pub(super) fn leaving(random: &mut Pcg64Mcg, n: DVec3, grazing: [f64; 2]) -> DVec3 {
     let d = direction(random);

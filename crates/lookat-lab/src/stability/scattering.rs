@@ -1,13 +1,23 @@
-//! Scattering, which is computed in `f32`, and light of flat lamps: B1 to B6.
+//! Scattering, which is computed in `f32`, and light of lamps: B1 to B7.
 //!
 //! A picture shows one point of a surface from one direction, so its mean is known.
 
-use std::f64::consts::{FRAC_PI_4, TAU};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::sync::Arc;
 
-use crate::stability::prelude::*;
+use lookat_scene::Light;
 
-pub(super) const MEASURES: &[(&str, Measure)] =
-    &[("B1", roughness), ("B2", grazing), ("B3", distant), ("B4", furnace), ("B5", at_edge), ("B6", sizes)];
+use super::*;
+
+pub(super) const MEASURES: &[(&str, Measure)] = &[
+    ("B1", |trial| error(metal_under_sky(trial.at, FRAC_PI_4), albedo(trial.at, FRAC_PI_4))),
+    ("B2", |trial| error(metal_under_sky(0.1, trial.at.acos()), albedo(0.1, trial.at.acos()))),
+    ("B3", distant),
+    ("B4", furnace),
+    ("B5", at_edge),
+    ("B6", sizes),
+    ("B7", equal_lights),
+];
 
 /// Pixels on a side of the pictures.
 const SIDE: u32 = 16;
@@ -15,33 +25,41 @@ const SIDE: u32 = 16;
 /// One reflection, and no choice of lights.
 const PATH: &str = "path\" \"integer maxdepth\" [1] \"string lightsamplestrategy\" \"uniform";
 
-/// The mean of a picture of `world`, in which a plane across y is seen from an angle to its normal, at one point.
+/// The mean of a picture of one point of the plane y = 0, seen at an angle to its normal.
 fn mean(angle: f64, world: &str) -> f64 {
     mean_within(1e-6, angle, world)
 }
 
-/// The same of all points up to a distance.
+/// The mean of a picture of the points of the plane y = 0 up to a distance from the origin, seen at an angle to the normal.
 fn mean_within(reach: f64, angle: f64, world: &str) -> f64 {
+    mean_of(&one_point(reach, angle, 4096, PATH, world))
+}
+
+/// The text of a picture of the points of the plane y = 0 up to a distance from the origin.
+fn one_point(reach: f64, angle: f64, samples: u32, integrator: &str, world: &str) -> String {
     let eye = DVec3::new(angle.sin(), angle.cos(), 0.0);
     let camera = format!(
         "LookAt {}  0 0 0  0 0 1 Camera \"orthographic\" \"float screenwindow\" [-{reach:e} {reach:e} -{reach:e} {reach:e}]",
         xyz(eye)
     );
-    mean_of(&pictured(&camera, SIDE, 4096, PATH, world))
+    pictured(&camera, SIDE, samples, integrator, world)
 }
 
-/// The mean of a picture, of green.
+/// The mean of the green channel of a picture.
 fn mean_of(text: &str) -> f64 {
     let pixels = render(&scene(text), 0);
     pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64
 }
+
+const GRAY: &str = "\"matte\" \"rgb Kd\" [.5 .5 .5]";
 
 fn floor(material: &str) -> String {
     let corners = square(DVec3::ZERO, DVec3::X * 9.0, DVec3::NEG_Z * 9.0);
     format!("Material {material} {}", mesh(&corners, &[[0, 1, 2], [0, 2, 3]]))
 }
 
-/// What a metal that absorbs nothing reflects of a white sky, of the width `alpha` and seen from `angle`.
+/// The light of a white sky that a metal without absorption reflects, with a width `alpha` of the distribution of facets and
+/// seen at `angle` to the normal.
 fn metal_under_sky(alpha: f64, angle: f64) -> f64 {
     let metal = format!(
         "\"metal\" \"rgb eta\" [1 1 1] \"rgb k\" [10000 10000 10000] \"float roughness\" {alpha:?} \"bool remaproughness\" \"false\""
@@ -50,8 +68,8 @@ fn metal_under_sky(alpha: f64, angle: f64) -> f64 {
     mean(angle, &world)
 }
 
-/// The same in `f64`: the mean over the normals of facets that are seen from there of the share of reflected light that no facet
-/// stops (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4), 2018, equations 2, 3 and 19).
+/// The same light in `f64`: the mean over visible normals of the share of reflected light that no other facet
+/// blocks (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4), 2018, equations 2, 3 and 19).
 fn albedo(alpha: f64, angle: f64) -> f64 {
     const GRID: u32 = 1024;
     let wo = DVec3::new(angle.sin(), 0.0, angle.cos());
@@ -63,7 +81,7 @@ fn albedo(alpha: f64, angle: f64) -> f64 {
     let across = DVec3::Y;
     let reflected = |i: u32| {
         let [t, v] = [i % GRID, i / GRID].map(|k| (f64::from(k) + 0.5) / f64::from(GRID));
-        // Most points are where the steepest facets are, which are few.
+        // Denser toward the steepest facets.
         let (u, density) = (1.0 - (1.0 - t).powi(4), 4.0 * (1.0 - t).powi(3));
         let (x, y) = (u.sqrt() * (TAU * v).cos(), u.sqrt() * (TAU * v).sin());
         let s = 0.5 * (1.0 + up.z);
@@ -83,45 +101,31 @@ fn error(found: f64, truth: f64) -> Tally {
     tally
 }
 
-fn roughness(_: &Effort) -> Found {
-    Found::sweep(0, [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0], |_, alpha| {
-        error(metal_under_sky(alpha, FRAC_PI_4), albedo(alpha, FRAC_PI_4))
-    })
+/// A sphere light above a floor, as bright from there at any distance, up to the largest color of a scene file.
+fn distant(trial: &Trial) -> Tally {
+    let bright = trial.at * trial.at;
+    let world = format!(
+        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{bright} {bright} {bright}] Translate 0 {:?} 0
+         Shape \"sphere\" AttributeEnd {}",
+        trial.at,
+        floor(GRAY)
+    );
+    // The irradiance over pi is the radiance times the squared sine of half of the angle at which the light is seen.
+    error(mean(FRAC_PI_4, &world), 0.5)
 }
 
-fn grazing(_: &Effort) -> Found {
-    Found::sweep(0, decades((-5..=0).rev()), |_, cos| {
-        error(metal_under_sky(0.1, cos.acos()), albedo(0.1, cos.acos()))
-    })
-}
-
-/// A sphere that shines down on a floor, as bright from there at any distance, up to the brightest color that a file may have.
-fn distant(_: &Effort) -> Found {
-    Found::sweep(0, decades(1..=9), |_, distance| {
-        let bright = distance * distance;
-        let world = format!(
-            "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{bright} {bright} {bright}] Translate 0 {distance:?} 0
-             Shape \"sphere\" AttributeEnd {}",
-            floor("\"matte\" \"rgb Kd\" [.5 .5 .5]")
-        );
-        // The irradiance over pi is the radiance times the squared sine of half of the angle at which it is seen.
-        error(mean(FRAC_PI_4, &world), 0.5)
-    })
-}
-
-/// Inside of a sphere that shines and reflects evenly, light is a geometric series of a hundred reflections.
-fn furnace(_: &Effort) -> Found {
+/// In a sphere that emits and reflects evenly, light is a geometric series of a hundred reflections.
+fn furnace(trial: &Trial) -> Tally {
     const BOUNCES: i32 = 100;
-    Found::sweep(0, [0.5, 0.9, 0.99], |_, reflectance| {
-        let world = format!(
-            "AreaLightSource \"diffuse\" Material \"matte\" \"rgb Kd\" [{reflectance:?} {reflectance:?} {reflectance:?}]
-             ReverseOrientation Shape \"sphere\""
-        );
-        let camera = "LookAt .1 .2 .3  1 1 1  0 0 1 Camera \"perspective\" \"float fov\" 90";
-        let integrator = PATH.replace("[1]", &format!("[{BOUNCES}] \"float rrthreshold\" [0]"));
-        let mean = mean_of(&pictured(camera, SIDE, 64, &integrator, &world));
-        error(mean, (1.0 - reflectance.powi(BOUNCES + 1)) / (1.0 - reflectance))
-    })
+    let reflectance = trial.at;
+    let world = format!(
+        "AreaLightSource \"diffuse\" Material \"matte\" \"rgb Kd\" [{reflectance:?} {reflectance:?} {reflectance:?}]
+         ReverseOrientation Shape \"sphere\""
+    );
+    let camera = "LookAt .1 .2 .3  1 1 1  0 0 1 Camera \"perspective\" \"float fov\" 90";
+    let integrator = PATH.replace("[1]", &format!("[{BOUNCES}] \"float rrthreshold\" [0]"));
+    let mean = mean_of(&pictured(camera, SIDE, 64, &integrator, &world));
+    error(mean, (1.0 - reflectance.powi(BOUNCES + 1)) / (1.0 - reflectance))
 }
 
 /// A polygon that emits evenly on both sides.
@@ -133,7 +137,7 @@ fn lamp(radiance: f64, corners: &[DVec3; 4]) -> String {
     )
 }
 
-/// The light that a black body with the radiance 1 over a floor brings to its origin, as a share of what a sky does (Lambert 1760).
+/// The irradiance at the origin of a floor from a polygon with radiance 1, relative to a sky with radiance 1 (Lambert 1760).
 fn share_of_sky(corners: &[DVec3; 4]) -> f64 {
     let side = |at: usize| {
         let (from, to) = (corners[at], corners[(at + 1) % 4]);
@@ -142,38 +146,78 @@ fn share_of_sky(corners: &[DVec3; 4]) -> f64 {
     ((0..4).map(side).sum::<f64>() / TAU).abs()
 }
 
-/// A distance from an edge that counts as none.
-const ON_EDGE: f64 = 1e-12;
-
-/// A floor beside the edge of a lamp that stands on it: the nearest part of the lamp is the brightest.
-fn at_edge(_: &Effort) -> Found {
-    Found::sweep(0, std::iter::once(ON_EDGE).chain(decades(-8..=0)), |_, gap| {
-        // Seen along the lamp. On the edge itself, points are off to either side, by less than rays are.
-        let reach = if gap > ON_EDGE { 1e-6 * gap } else { ON_EDGE };
-        let [low, high] = [-0.4, 0.7].map(|x| DVec3::new(x, 0.0, -gap));
-        let corners = [low, high, high + DVec3::Y, low + DVec3::Y];
-        let world = lamp(1.0, &corners) + &floor("\"matte\" \"rgb Kd\" [.5 .5 .5]");
-        error(mean_within(reach, FRAC_PI_4, &world), 0.5 * share_of_sky(&corners))
-    })
+/// A floor beside the edge of a lamp that stands on it. The nearest part of the lamp is the brightest.
+fn at_edge(trial: &Trial) -> Tally {
+    /// A distance from the edge that counts as none.
+    const ON_EDGE: f64 = 1e-12;
+    let gap = trial.at;
+    // Seen along the lamp. On the edge itself, points are off to either side by less than the offset of rays.
+    let reach = if gap > ON_EDGE { 1e-6 * gap } else { ON_EDGE };
+    let [low, high] = [-0.4, 0.7].map(|x| DVec3::new(x, 0.0, -gap));
+    let corners = [low, high, high + DVec3::Y, low + DVec3::Y];
+    let world = lamp(1.0, &corners) + &floor(GRAY);
+    error(mean_within(reach, FRAC_PI_4, &world), 0.5 * share_of_sky(&corners))
 }
 
 /// A small lamp before one of 1e9, which it hides in part.
-fn sizes(_: &Effort) -> Found {
-    Found::sweep(0, decades(-9..=0), |_, size| {
-        let ceiling = |height: f64, half: f64| square(DVec3::Y * height, DVec3::X * half, DVec3::Z * half);
-        let (small, large) = (ceiling(2.0 * size, size), ceiling(2e9, 4e9));
-        let world = lamp(3.0, &small) + &lamp(1.0, &large) + &floor("\"matte\" \"rgb Kd\" [.5 .5 .5]");
-        let expected = 0.5 * (share_of_sky(&large) + 2.0 * share_of_sky(&small));
-        error(mean_within(1e-6 * size, FRAC_PI_4, &world), expected)
-    })
+fn sizes(trial: &Trial) -> Tally {
+    let size = trial.at;
+    let ceiling = |height: f64, half: f64| square(DVec3::Y * height, DVec3::X * half, DVec3::Z * half);
+    let (small, large) = (ceiling(2.0 * size, size), ceiling(2e9, 4e9));
+    let world = lamp(3.0, &small) + &lamp(1.0, &large) + &floor(GRAY);
+    let expected = 0.5 * (share_of_sky(&large) + 2.0 * share_of_sky(&small));
+    error(mean_within(1e-6 * size, FRAC_PI_4, &world), expected)
+}
+
+/// Equal point lights on a grid, -1 to 1 along x and z: the mean at one point of a floor below, by each choice of lights, and the
+/// floor close below a part of the grid.
+fn equal_lights(trial: &Trial) -> Tally {
+    let side = trial.at.sqrt() as u32;
+    let place = |i: u32| f64::from(2 * i + 1) / f64::from(side) - 1.0;
+    let spacing = 2.0 / f64::from(side);
+    let lights = |height: f64| {
+        let intensity = glam::Vec3::splat(1.0 / (side * side) as f32);
+        let position = |i: u32| DVec3::new(place(i % side), height, place(i / side));
+        (0..side * side).map(|i| Light::Point { position: position(i), intensity }).collect::<Vec<_>>()
+    };
+    let rendered = |text: &str, lights: Vec<Light>| {
+        let mut scene = scene(text);
+        Arc::make_mut(&mut scene.world).lights = lights;
+        render(&scene, 0).iter().map(|pixel| f64::from(pixel[1])).collect::<Vec<_>>()
+    };
+    let world = format!("LightSource \"point\" {}", floor(GRAY));
+
+    let square = |i: u32| place(i % side).powi(2) + place(i / side).powi(2);
+    let sum: f64 = (0..side * side).map(|i| (1.0 + square(i)).powf(-1.5)).sum();
+    let expected = 0.5 / PI * sum / f64::from(side * side);
+    let mut all = Tally::default();
+    for choice in ["uniform", "power", "spatial"] {
+        let text = one_point(1e-6, FRAC_PI_4, 1024, &PATH.replace("uniform", choice), &world);
+        let pixels = rendered(&text, lights(1.0));
+        all = all.join(error(pixels.iter().sum::<f64>() / pixels.len() as f64, expected));
+    }
+
+    // One pixel below each of some lights, with a third of its light from there: a light that is never chosen makes a pixel darker
+    // than noise does. Noise is skewed: pixels may be much too bright.
+    const PIXELS: u32 = 8;
+    let reach = 0.5 * spacing * f64::from(PIXELS);
+    let camera = format!(
+        "LookAt 0 1 0  0 0 0  0 0 1 Camera \"orthographic\" \"float screenwindow\" [-{reach:?} {reach:?} -{reach:?} {reach:?}]"
+    );
+    let text = pictured(&camera, PIXELS, 1 << 14, &PATH.replace("uniform", "spatial"), &world);
+    for pixel in rendered(&text, lights(0.5 * spacing)) {
+        // All of the light that goes down from the lights of a wide grid arrives: 0.25.
+        all.check(pixel > 0.2, || format!("a pixel below a light is {pixel}, not 0.25"));
+    }
+    all
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Of facets that are all but flat everything is reflected. At normal incidence the mean over facets is an integral over their
-    /// angle to the normal alone, as each reflects light at twice that angle.
+    /// Nearly flat facets reflect everything. At normal incidence the mean over facets is an integral over their angle to the normal
+    /// alone, since each reflects light at twice that angle.
     #[test]
     fn flat_metal_reflects_all_and_rough_metal_less() {
         assert!((albedo(0.001, FRAC_PI_4) - 1.0).abs() < 1e-5);

@@ -1,13 +1,13 @@
-//! Ways of scattering light. Directions are in the shading frame, where z is the shading normal, and point away from the surface.
+//! The lobes of BSDFs and the Fresnel equations (PBR 8.2). Directions are in the shading frame, where z is the shading normal, and
+//! point away from the surface. Perfectly specular directions are computed in the world in `f64`, so that reflections are exact.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::Vec3;
 
-use super::fresnel::{Fresnel, conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upward};
-use crate::number::{Colors, V3, splat_f32};
+use crate::number::{Colors, V3, Vec3x8, narrow, splat_f32, to_f32, to_f64, widen};
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
 /// What scatters.
@@ -165,37 +165,37 @@ impl<S: Simd> Lobes<S> {
                 (self.color * (FRAC_1_PI * (a + b * oren_nayar(wo, wi))), cosine(wi))
             }
             Kind::Microfacet(fresnel) => {
-                let (wh, is_there) = half(wo, wi);
+                let (wh, is_valid) = half(wo, wi);
                 let (value, pdf) = self.facets().reflection(wo, wi, wh);
-                let value = is_there.select(value, none);
-                (self.fresnel(fresnel, wi.dot(upward(wh))) * value, is_there.select(pdf, none))
+                let value = is_valid.select(value, none);
+                (self.fresnel(fresnel, wi.dot(upward(wh))) * value, is_valid.select(pdf, none))
             }
             Kind::RoughGlass => {
                 let [reflectance, transmittance] = self.colors;
-                let (wh, is_there) = half(wo, wi);
+                let (wh, is_valid) = half(wo, wi);
                 let wh = upward(wh);
                 let (value, pdf) = self.facets().reflection(wo, wi, wh);
                 let share = self.reflected_share(dielectric(wo.dot(wh).copysign(wo.z), self.eta));
                 let reflected =
-                    reflectance * (dielectric(wi.dot(wh), self.eta) * is_there.select(value, none));
-                let reflected_pdf = is_there.select(pdf * share, none);
-                let (value, pdf, cos, is_there) = self.facets().transmission(self.eta, wo, wi);
+                    reflectance * (dielectric(wi.dot(wh), self.eta) * is_valid.select(value, none));
+                let reflected_pdf = is_valid.select(pdf * share, none);
+                let (value, pdf, cos, is_valid) = self.facets().transmission(self.eta, wo, wi);
                 let share = self.reflected_share(dielectric(cos, self.eta));
-                let transmitted = transmittance * is_there.select(value, none);
-                let transmitted_pdf = is_there.select(pdf * (1.0 - share), none);
+                let transmitted = transmittance * is_valid.select(value, none);
+                let transmitted_pdf = is_valid.select(pdf * (1.0 - share), none);
                 let same_side = (wo.z * wi.z).simd_gt(0.0);
                 (reflected.or(above, transmitted), same_side.select(reflected_pdf, transmitted_pdf))
             }
             Kind::Substrate => {
                 let [base, coat] = self.colors;
-                let (wh, is_there) = half(wo, wi);
+                let (wh, is_valid) = half(wo, wi);
                 let (_, pdf) = self.facets().reflection(wo, wi, wh);
                 let base = (base - base * coat) * (28.0 / (23.0 * PI) * flat(wi.z) * flat(wo.z));
                 let cos = wi.dot(wh);
                 let value = self.facets().density(wh) / (4.0 * cos.abs() * wi.z.abs().max(wo.z.abs()));
                 let sum = base + schlick(coat, cos) * value;
-                let sum = sum.or(is_there, Colors::splat(simd, Vec3::ZERO));
-                (self.color * sum, 0.5 * (cosine(wi) + is_there.select(pdf, none)))
+                let sum = sum.or(is_valid, Colors::splat(simd, Vec3::ZERO));
+                (self.color * sum, 0.5 * (cosine(wi) + is_valid.select(pdf, none)))
             }
             Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (Colors::splat(simd, Vec3::ZERO), none),
         }
@@ -220,14 +220,14 @@ impl<S: Simd> Lobes<S> {
                 let is_reflected = fine.simd_lt(share);
                 let ((above, has_above), (through, has_through)) =
                     (reflected(wo, wh), refracted(self.eta, wo, wh));
-                let is_there = is_reflected & has_above | !is_reflected & has_through;
-                (above.or(is_reflected, through), is_there)
+                let is_valid = is_reflected & has_above | !is_reflected & has_through;
+                (above.or(is_reflected, through), is_valid)
             }
             Kind::Substrate => {
                 let is_coat = u.simd_ge(0.5);
                 let u = [is_coat.select(2.0 * u - 1.0, 2.0 * u), v];
-                let (reflected, is_there) = self.facets().reflected(wo, u);
-                (reflected.or(is_coat, cosine_direction(wo.z, u)), is_there | !is_coat)
+                let (reflected, is_valid) = self.facets().reflected(wo, u);
+                (reflected.or(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
             }
             Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (wo, !all),
         }
@@ -245,7 +245,7 @@ impl<S: Simd> Lobes<S> {
 
     /// What refraction alone does to radiance from `wi` on the way to `wo`; of glass that is not rough, if it refracts.
     #[inline(always)]
-    pub fn compression(&self, cos_o: f32x8<S>, cos_i: f32x8<S>) -> f32x8<S> {
+    pub fn radiance_scale(&self, cos_o: f32x8<S>, cos_i: f32x8<S>) -> f32x8<S> {
         let one = splat_f32(cos_o.token(), 1.0);
         let ratio = match self.kind {
             Kind::RoughGlass => (cos_o * cos_i).simd_lt(0.0).select(ratio(cos_o, self.eta), one),
@@ -287,4 +287,188 @@ fn oren_nayar<S: Simd>(wo: Directions<S>, wi: Directions<S>) -> f32x8<S> {
 fn flat<S: Simd>(cos: f32x8<S>) -> f32x8<S> {
     let x = 1.0 - 0.5 * cos.abs();
     1.0 - x * x * x * x * x
+}
+
+/// What reflects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fresnel {
+    /// Everything is reflected.
+    Perfect,
+    /// A boundary between dielectrics.
+    Dielectric,
+    /// A conductor in air.
+    Conductor,
+}
+
+/// The reflected share of unpolarized light at a boundary between dielectrics. `cos`: the cosine to the normal, negative for light from
+/// behind. `eta`: the index of refraction behind the boundary over the index in front, where the normal points.
+#[inline(always)]
+pub(super) fn dielectric<S: Simd>(cos: f32x8<S>, eta: f32x8<S>) -> f32x8<S> {
+    let ratio = cos.simd_gt(0.0).select(eta, 1.0 / eta);
+    let cos = cos.abs();
+    // The squared cosine behind the boundary times the squared ratio, without a difference of nearly equal numbers where media are alike.
+    let squared = (ratio - 1.0) * (ratio + 1.0) + cos * cos;
+    let (behind, before) = (squared.sqrt(), ratio * ratio * cos);
+    let parallel = (before - behind) / (before + behind);
+    let perpendicular = (cos - behind) / (cos + behind);
+    let share = (parallel * parallel + perpendicular * perpendicular) * 0.5;
+    squared.simd_le(0.0).select(splat_f32(cos.token(), 1.0), share)
+}
+
+/// The reflected share at a conductor of some index of refraction and absorption coefficient, channel by channel.
+#[inline(always)]
+pub(super) fn conductor<S: Simd>(cos: f32x8<S>, [eta, k]: [Colors<S>; 2]) -> Colors<S> {
+    let of = |eta, k| conductor_channel(cos.abs(), eta, k);
+    Colors { x: of(eta.x, k.x), y: of(eta.y, k.y), z: of(eta.z, k.z) }
+}
+
+#[inline(always)]
+fn conductor_channel<S: Simd>(cos: f32x8<S>, eta: f32x8<S>, k: f32x8<S>) -> f32x8<S> {
+    let root = |x: f32x8<S>| x.max(0.0).sqrt();
+    let cos2 = cos * cos;
+    let sin2 = (1.0 - cos2).max(0.0);
+    let (eta2, k2) = (eta * eta, k * k);
+    let t0 = eta2 - k2 - sin2;
+    let a2_plus_b2 = root(t0 * t0 + 4.0 * eta2 * k2);
+    let a = root(0.5 * (a2_plus_b2 + t0));
+    let across = 2.0 * cos * a;
+    let perpendicular = (a2_plus_b2 + cos2 - across) / (a2_plus_b2 + cos2 + across);
+    let (sum, along) = (cos2 * a2_plus_b2 + sin2 * sin2, across * sin2);
+    let parallel = perpendicular * (sum - along) / (sum + along);
+    // Without an index, 0 by 0 at grazing light, which is reflected.
+    let both = 0.5 * (perpendicular + parallel);
+    both.is_nan().select(splat_f32(cos.token(), 1.0), both)
+}
+
+/// Schlick's approximation of what is reflected: `at_normal` at normal incidence.
+#[inline(always)]
+pub(super) fn schlick<S: Simd>(at_normal: Colors<S>, cos: f32x8<S>) -> Colors<S> {
+    let (white, x) = (Colors::splat(cos.token(), Vec3::ONE), 1.0 - cos);
+    at_normal + (white - at_normal) * (x * x * x * x * x)
+}
+
+/// Directions of lobes that have only single ones.
+#[derive(Clone, Copy)]
+pub(crate) struct Single<S: Simd> {
+    pub is_valid: mask64x8<S>,
+    pub wi: Vec3x8<S>,
+    /// Radiance from `wi` times this comes along `wo`.
+    pub factor: Colors<S>,
+    /// The probability of this direction among the directions of the lobe.
+    pub probability: f32x8<S>,
+    /// What refraction alone does to radiance: the ratio of the squared indices, or 1.
+    pub radiance_scale: f32x8<S>,
+}
+
+impl<S: Simd> Lobes<S> {
+    /// One of the single directions at points with shading normals `n`.
+    #[inline(always)]
+    pub fn single(&self, n: Vec3x8<S>, wo: Vec3x8<S>, u: f64x8<S>) -> Single<S> {
+        let cos = n.dot(wo);
+        match self.kind {
+            Kind::Mirror(fresnel) => mirrored(n, wo, self.fresnel(fresnel, to_f32(cos))),
+            Kind::Glass => {
+                let share = dielectric(to_f32(cos), self.eta);
+                let [reflectance, transmittance] = self.colors;
+                let reflected = Single { probability: share, ..mirrored(n, wo, reflectance * share) };
+                let refracted = Single {
+                    probability: 1.0 - share,
+                    ..self.refracted(n, wo, transmittance * (1.0 - share))
+                };
+                reflected.or(u.simd_lt(to_f64(share)), refracted)
+            }
+            _ => self.refracted(n, wo, self.color - self.fresnel(Fresnel::Dielectric, to_f32(cos))),
+        }
+    }
+
+    /// Light that a smooth boundary refracts.
+    #[inline(always)]
+    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S> {
+        let (eta, cos) = (to_f64(self.eta), n.dot(wo));
+        let (n, cos) = ((-n).or(cos.simd_lt(0.0), n), (cos, cos.abs()));
+        let ratio = cos.0.simd_gt(0.0).select(eta, 1.0 / eta);
+        let along = (n * cos.1 - wo) * (1.0 / ratio);
+        let squared = 1.0 - along.length_squared();
+        let radiance_scale = self.radiance_scale(to_f32(cos.0), to_f32(cos.0));
+        Single {
+            is_valid: squared.simd_gt(0.0),
+            wi: (along - n * squared.max(0.0).sqrt()).normalize(),
+            factor: factor * radiance_scale,
+            probability: splat_f32(radiance_scale.token(), 1.0),
+            radiance_scale,
+        }
+    }
+}
+
+#[inline(always)]
+fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S> {
+    let one = splat_f32(factor.x.token(), 1.0);
+    Single {
+        is_valid: widen(one.simd_gt(0.0)),
+        wi: (n * (2.0 * n.dot(wo)) - wo).normalize(),
+        factor,
+        probability: one,
+        radiance_scale: one,
+    }
+}
+
+impl<S: Simd> Single<S> {
+    /// These where `mask` says so, and the others elsewhere.
+    #[inline(always)]
+    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+        let own = narrow(mask);
+        Single {
+            is_valid: mask & self.is_valid | !mask & others.is_valid,
+            wi: self.wi.or(mask, others.wi),
+            factor: self.factor.or(own, others.factor),
+            probability: own.select(self.probability, others.probability),
+            radiance_scale: own.select(self.radiance_scale, others.radiance_scale),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::baseline;
+
+    fn dielectric_at(cos: f32, eta: f32) -> f32 {
+        baseline!(simd => dielectric(splat_f32(simd, cos), splat_f32(simd, eta))[0])
+    }
+
+    fn conductor_at(cos: f32, eta: Vec3, k: Vec3) -> Vec3 {
+        let of = |eta, k| {
+            baseline!(simd => {
+                conductor_channel(splat_f32(simd, cos), splat_f32(simd, eta), splat_f32(simd, k))[0]
+            })
+        };
+        Vec3::new(of(eta.x, k.x), of(eta.y, k.y), of(eta.z, k.z))
+    }
+
+    /// At normal incidence ((eta - 1) / (eta + 1))^2; at Brewster's angle half of what is perpendicular; beyond the
+    /// critical angle everything.
+    #[test]
+    fn dielectrics_have_their_known_values() {
+        assert!((dielectric_at(1.0, 1.5) - 0.04).abs() < 1e-7);
+        assert!((dielectric_at(-1.0, 1.5) - 0.04).abs() < 1e-7);
+        let brewster = 1.5_f32.atan().cos();
+        assert!((dielectric_at(brewster, 1.5) - 0.5 * (1.25 / 3.25_f32).powi(2)).abs() < 1e-7);
+        assert_eq!(dielectric_at(-0.7, 1.5), 1.0);
+        assert!(dielectric_at(0.3, 1.0) < 1e-12);
+    }
+
+    /// At normal incidence ((eta - 1)^2 + k^2) / ((eta + 1)^2 + k^2); grazing light is reflected; without absorption it is
+    /// the dielectric.
+    #[test]
+    fn conductors_have_their_known_values() {
+        let (eta, k) = (Vec3::new(0.2, 0.9, 1.1), Vec3::new(3.9, 2.4, 2.1));
+        let normal = ((eta - 1.0) * (eta - 1.0) + k * k) / ((eta + 1.0) * (eta + 1.0) + k * k);
+        assert!((conductor_at(1.0, eta, k) - normal).abs().max_element() < 1e-6);
+        assert!((conductor_at(0.0, eta, k) - Vec3::ONE).abs().max_element() < 1e-6);
+        for cos in [0.1, 0.5, 0.9] {
+            let clear = conductor_at(cos, Vec3::splat(1.5), Vec3::ZERO);
+            assert!((clear.x - dielectric_at(cos, 1.5)).abs() < 1e-5);
+        }
+        assert!(conductor_at(0.0, Vec3::ZERO, Vec3::ZERO).is_finite());
+    }
 }

@@ -9,10 +9,10 @@ use lookat_scene::{
     Uber,
 };
 
-use super::fresnel::Fresnel;
 use super::lobe::{Kind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness};
-use super::slots::{PointLobes, Slots};
+use crate::bsdf::lobe::Fresnel;
+use crate::bsdf::{PointLobes, Slots};
 use crate::number::{Colors, LANES, baseline, bits, narrow, splat_f32, to_f32, vectorized};
 use crate::texture::TexturePoint;
 

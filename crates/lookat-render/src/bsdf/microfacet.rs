@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::Vec3;
 
-use super::fresnel::dielectric;
+use crate::bsdf::lobe::dielectric;
 use crate::number::V3;
 use crate::warp::square_to_disk;
 
@@ -84,11 +84,11 @@ impl<S: Simd> TrowbridgeReitz<S> {
         wi: Directions<S>,
     ) -> (f32x8<S>, f32x8<S>, f32x8<S>, mask32x8<S>) {
         let ratio = ratio(wo.z, eta);
-        let (wh, is_there) = (wo + wi * ratio).try_normalize();
+        let (wh, is_valid) = (wo + wi * ratio).try_normalize();
         let wh = upward(wh);
         let (cos_o, cos_i) = (wo.dot(wh), wi.dot(wh));
-        let is_there =
-            is_there & (wo.z * wi.z).simd_lt(0.0) & (cos_o * wo.z).simd_gt(0.0) & (cos_i * wi.z).simd_gt(0.0);
+        let is_valid =
+            is_valid & (wo.z * wi.z).simd_lt(0.0) & (cos_o * wo.z).simd_gt(0.0) & (cos_i * wi.z).simd_gt(0.0);
         // Solid angle around `wi` over solid angle of the normals.
         let sum = cos_o + ratio * cos_i;
         let spread = ratio * ratio * cos_i.abs() / (sum * sum);
@@ -96,7 +96,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
         let (both, of_o) = self.masked(wo, wi);
         // Radiance is denser where the index is larger.
         let value = (1.0 - dielectric(cos_o, eta)) * density / (ratio * ratio * both);
-        (value, density / of_o, cos_o, is_there)
+        (value, density / of_o, cos_o, is_valid)
     }
 
     /// One of the normals that `wo` sees, on its side (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT
@@ -149,8 +149,8 @@ pub(super) fn refracted<S: Simd>(
 /// The normal that reflects one direction into the other, and where there is one: not where a direction is in the plane of the surface.
 #[inline(always)]
 pub(super) fn half<S: Simd>(wo: Directions<S>, wi: Directions<S>) -> (Directions<S>, mask32x8<S>) {
-    let (wh, is_there) = (wo + wi).try_normalize();
-    (wh, is_there & wo.z.simd_ne(0.0) & wi.z.simd_ne(0.0))
+    let (wh, is_valid) = (wo + wi).try_normalize();
+    (wh, is_valid & wo.z.simd_ne(0.0) & wi.z.simd_ne(0.0))
 }
 
 /// Normals of facets are on the side of the surface's, so that light from within is told from light from outside.

@@ -9,9 +9,13 @@ use lookat_scene::{
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::Slots;
+use super::lobe::{Kind, Lobes};
 use super::*;
-use crate::number::{LANES, those};
+use crate::number::Colors;
+use crate::number::{LANES, set_lanes};
 use crate::testing::baseline;
+use glam::Vec3;
 
 const COLOR: Vec3 = Vec3::new(0.9, 0.5, 0.7);
 
@@ -138,7 +142,7 @@ struct Sample {
     pdf: f64,
     weight: Vec3,
     is_specular: bool,
-    compression: f32,
+    radiance_scale: f32,
 }
 
 impl Point<'_> {
@@ -177,13 +181,13 @@ impl Point<'_> {
             let of = |lane: usize| u.get(lane).copied().unwrap_or_default();
             let square = [f64x8::from_fn(simd, |lane| of(lane).x), f64x8::from_fn(simd, |lane| of(lane).y)];
             let sample = bsdf.sample(square, part);
-            let is_there: Vec<usize> = those(sample.is_there).collect();
-            all.extend((0..u.len()).map(|lane| is_there.contains(&lane).then(|| Sample {
+            let is_valid: Vec<usize> = set_lanes(sample.is_valid).collect();
+            all.extend((0..u.len()).map(|lane| is_valid.contains(&lane).then(|| Sample {
                 wi: sample.wi.lane(lane),
                 pdf: sample.pdf[lane],
                 weight: sample.weight.lane(lane),
                 is_specular: sample.is_specular.to_bitmask() >> lane & 1 == 1,
-                compression: sample.compression[lane],
+                radiance_scale: sample.radiance_scale[lane],
             })));
         }));
         all
@@ -328,7 +332,7 @@ fn albedo(material: &Material, local_o: DVec3) -> (f64, f64) {
     let side = 256;
     let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
     for sample in (Point { material, local_o }).samples(&grid(side), Part::All).into_iter().flatten() {
-        let weight = (sample.weight / sample.compression).as_dvec3();
+        let weight = (sample.weight / sample.radiance_scale).as_dvec3();
         (sum, squares) = (sum + weight, squares + weight * weight);
     }
     let count = f64::from(side * side);
@@ -403,7 +407,7 @@ fn refraction_is_undone_on_the_way_out() {
         let back = one(&out, 0.999_999);
         assert!((back.wi - wo).length() < 1e-12);
         assert!((through.weight * back.weight - Vec3::ONE).length() < 1e-6);
-        assert!((through.compression * back.compression - 1.0).abs() < 1e-6);
+        assert!((through.radiance_scale * back.radiance_scale - 1.0).abs() < 1e-6);
         let mirrored = one(&into, 0.0).wi;
         assert!((mirrored + wo - n * (2.0 * wo.dot(n))).length() < 1e-12);
     }
@@ -465,5 +469,60 @@ fn extreme_parameters_scatter_numbers() {
                 }
             }
         }
+    }
+}
+
+/// Lambert lobes of these reflectances, seen from the normal.
+fn weighed<S: Simd>(simd: S, reflectances: &[f32]) -> Slots<S> {
+    let (mut slots, mut from) = (Slots::new(), 0);
+    for color in reflectances {
+        let lobe = Lobes::new(Kind::Lambert, Colors::splat(simd, Vec3::splat(*color)));
+        slots.push(lobe, mask32x8::splat(simd, true), &mut from);
+    }
+    weigh(&mut slots.0, splat_f32(simd, 1.0));
+    slots
+}
+
+/// A quarter is shared alike, the rest in proportion to what is reflected; alike where that says nothing.
+#[test]
+fn lobes_are_likely_by_what_they_reflect() {
+    let probabilities = |reflectances: &[f32]| -> Vec<f32> {
+        baseline!(simd => {
+            weighed(simd, reflectances).0.iter().map(|slot| slot.probability[0]).collect()
+        })
+    };
+    assert_eq!(probabilities(&[0.01]), [1.0]);
+    let [a, b] = probabilities(&[0.25, 0.75])[..] else { panic!() };
+    assert!((a - (0.125 + 0.25 * 0.75)).abs() < 1e-6 && (a + b - 1.0).abs() < 1e-6);
+    for nothing in [-0.5, f32::NAN] {
+        assert_eq!(probabilities(&[nothing, 1.0]), [0.125, 0.875]);
+    }
+    for useless in [[0.0, 0.0], [-1.0, 0.0], [f32::MAX, f32::MAX], [f32::INFINITY, 1.0]] {
+        assert_eq!(probabilities(&useless), [0.5, 0.5]);
+    }
+}
+
+/// Over even numbers, lobes come up as often as is said, and what is left of the number is even again.
+#[test]
+fn choices_keep_their_probabilities() {
+    const STEPS: u32 = 10_000;
+    let mut found = [(0, 0.0, 0.0); 3];
+    baseline!(simd => {
+        let slots = &weighed(simd, &[0.1, 0.2, 0.7]).0;
+        for step in 0..STEPS {
+            let u = (f64::from(step) + 0.5) / f64::from(STEPS);
+            let choice = choose(slots, Part::Smooth, f64x8::splat(simd, u));
+            assert!((0.0..1.0).contains(&choice.rest[0]));
+            let (count, said, sum) = found[choice.slot[0] as usize];
+            found[choice.slot[0] as usize] =
+                (count + 1, said + f64::from(choice.probability[0]), sum + choice.rest[0]);
+        }
+        assert_eq!(choose(slots, Part::Specular, f64x8::splat(simd, 0.5)).slot[0], -1.0);
+        assert!(choose(slots, Part::All, f64x8::splat(simd, 1.0)).rest[0] < 1.0);
+    });
+    for (count, said, sum) in found {
+        let count = f64::from(count);
+        assert!((said / count - count / f64::from(STEPS)).abs() < 1e-3);
+        assert!((sum / count - 0.5).abs() < 1e-3);
     }
 }

@@ -1,17 +1,14 @@
-//! Building the tree: binned surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies",
-//! 2007), straight into nodes of eight children, on all threads.
-
-mod bins;
-mod split;
+//! Builds the hierarchy by the binned surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies",
+//! 2007), straight into nodes with eight children, on all threads.
 
 use std::ops::Range;
 
 use arrayvec::ArrayVec;
+use glam::Vec3A;
 use rayon::prelude::*;
 
 use super::{Bvh, Child, Leaf, Node, WIDTH};
-use crate::bounds::Bounds;
-use split::{fits_block, split};
+use crate::frame::Bounds;
 
 /// An element to be sorted into a tree: its box, and which it is.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +27,7 @@ impl Reference {
     }
 
     /// Of what is no triangle.
-    pub fn other(bounds: Bounds, number: u32) -> Self {
+    pub fn non_triangle(bounds: Bounds, number: u32) -> Self {
         Reference { is_triangle: false, ..Reference::triangle(bounds, number) }
     }
 
@@ -174,7 +171,7 @@ fn build_child(elements: Elements, part: Part, nodes: &mut Vec<Node>) -> Child {
 
 fn leaf(Elements { references, lengths, first }: Elements) -> Child {
     match references {
-        [other] if !other.is_triangle => Child::leaf(Leaf::Other(other.number as usize)),
+        [other] if !other.is_triangle => Child::leaf(Leaf::NonTriangle(other.number as usize)),
         _ => {
             lengths[0] = references.len() as u8;
             Child::leaf(Leaf::Block(first))
@@ -206,4 +203,198 @@ fn split_into_children(references: &mut [Reference], whole: Part) -> ArrayVec<Pa
 
 fn moved(child: Child, base: usize) -> Child {
     child.as_inner().map_or(child, |node| Child::inner(node + base))
+}
+
+const BINS: usize = 16;
+
+/// Which bins the middles of elements fall into.
+#[derive(Debug, Clone, Copy)]
+struct Binning {
+    /// Half of the least middle: differences of halves are finite.
+    half_low: Vec3A,
+    scale: Vec3A,
+    count: usize,
+    /// Axes along which the middles differ.
+    is_wide: [bool; 3],
+}
+
+impl Binning {
+    /// For so many elements, whose middles lie in a box.
+    pub fn new(centers: &Bounds, elements: usize) -> Self {
+        // Few elements need few bins.
+        let count = (4 + elements / 8).min(BINS);
+        let extent = centers.max * 0.5 - centers.min * 0.5;
+        // Just less than the number of bins, so that the greatest falls into the last.
+        let scale = Vec3A::splat(count as f32 * 0.999_999) / extent;
+        let is_wide = [0, 1, 2].map(|axis| extent[axis] > 0.0 && scale[axis].is_finite());
+        Binning { half_low: centers.min * 0.5, scale, count, is_wide }
+    }
+
+    #[inline(always)]
+    pub fn bin(&self, reference: &Reference) -> [usize; 3] {
+        let place = (reference.bounds().center() * 0.5 - self.half_low) * self.scale - 0.5;
+        // Sums with 2^23 are rounded to whole numbers, which then stand in the last bits. Casts take longer.
+        let whole =
+            place.max(Vec3A::ZERO).min(Vec3A::splat((self.count - 1) as f32)) + Vec3A::splat(8_388_608.0);
+        whole.to_array().map(|whole| whole.to_bits() as usize % BINS)
+    }
+}
+
+/// What lies in the bins along each axis.
+#[derive(Debug, Clone, Copy)]
+struct Bins([[Bin; BINS]; 3]);
+
+#[derive(Debug, Clone, Copy)]
+struct Bin {
+    bounds: Bounds,
+    count: u32,
+}
+
+impl Bin {
+    const EMPTY: Bin = Bin { bounds: Bounds::EMPTY, count: 0 };
+
+    fn join(self, other: Bin) -> Bin {
+        Bin { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
+    }
+
+    fn cost(&self) -> f64 {
+        self.bounds.half_area() * f64::from(self.count)
+    }
+}
+
+/// Between two bins.
+#[derive(Debug, Clone, Copy)]
+struct Split {
+    pub axis: usize,
+    /// The last bin of the first part.
+    pub bin: usize,
+    pub bounds: [Bounds; 2],
+    /// Half the surface of both parts.
+    pub area: f64,
+}
+
+impl Bins {
+    pub const EMPTY: Bins = Bins([[Bin::EMPTY; BINS]; 3]);
+
+    #[inline(always)]
+    pub fn add(&mut self, binning: &Binning, reference: &Reference) {
+        let own = reference.bounds();
+        for (axis, bin) in binning.bin(reference).into_iter().enumerate() {
+            let bin = &mut self.0[axis][bin];
+            bin.bounds = bin.bounds.union(own);
+            bin.count += 1;
+        }
+    }
+
+    pub fn join(&mut self, other: &Bins) {
+        for (own, other) in self.0.iter_mut().flatten().zip(other.0.iter().flatten()) {
+            *own = own.join(*other);
+        }
+    }
+
+    /// The plane of least cost. `None` where no two elements can be told apart.
+    pub fn best_split(&self, binning: &Binning) -> Option<Split> {
+        let mut best: Option<(f64, Split)> = None;
+        for axis in (0..3).filter(|axis| binning.is_wide[*axis]) {
+            let bins = &self.0[axis][..binning.count];
+            let mut right = [Bin::EMPTY; BINS];
+            let mut sum = Bin::EMPTY;
+            for at in (1..bins.len()).rev() {
+                sum = sum.join(bins[at]);
+                right[at - 1] = sum;
+            }
+            let mut left = Bin::EMPTY;
+            for (bin, own) in bins[..bins.len() - 1].iter().enumerate() {
+                left = left.join(*own);
+                let right = right[bin];
+                let cost = left.cost() + right.cost();
+                let is_better = best.as_ref().is_none_or(|(least, _)| cost < *least);
+                if left.count > 0 && right.count > 0 && cost.is_finite() && is_better {
+                    let bounds = [left.bounds, right.bounds];
+                    let area = bounds[0].half_area() + bounds[1].half_area();
+                    best = Some((cost, Split { axis, bin, bounds, area }));
+                }
+            }
+        }
+        best.map(|(_, split)| split)
+    }
+}
+
+/// Below so many splits elements are halved, whatever it costs, so that the tree stays shallow.
+const HALVING_DEPTH: usize = 48;
+/// From so many elements on, one split is made by all threads.
+const PARALLEL_SPLIT: usize = 1 << 15;
+
+/// Sorts references into two parts: the length of the first, and the boxes of both. `None` where they are a leaf.
+fn split(references: &mut [Reference], bounds: &Bounds, depth: usize) -> Option<(usize, [Bounds; 2])> {
+    if references.len() <= 1 {
+        return None;
+    }
+    let may_be_leaf = fits_block(references);
+    let centers = fold(references, Bounds::EMPTY, add_center, |all, other| *all = all.union(*other));
+    let binning = Binning::new(&centers, references.len());
+    let bins = fold(references, Bins::EMPTY, |bins, reference| bins.add(&binning, reference), Bins::join);
+    let best = if depth < HALVING_DEPTH { bins.best_split(&binning) } else { None };
+    match best {
+        // A block costs the same, however many triangles are in it.
+        Some(split) if may_be_leaf && split.area >= 0.8 * bounds.half_area() => None,
+        Some(split) => {
+            let middle = partition(references, |reference| binning.bin(reference)[split.axis] <= split.bin);
+            Some((middle, split.bounds))
+        }
+        None if may_be_leaf => None,
+        None => {
+            let middle = references.len() / 2;
+            let (left, right) = references.split_at(middle);
+            Some((middle, [around(left), around(right)]))
+        }
+    }
+}
+
+fn add_center(all: &mut Bounds, reference: &Reference) {
+    let center = reference.bounds().center();
+    *all = all.union(Bounds { min: center, max: center });
+}
+
+/// Whether these are triangles, and few enough for one block.
+fn fits_block(references: &[Reference]) -> bool {
+    references.len() <= WIDTH && references.iter().all(|reference| reference.is_triangle)
+}
+
+/// Adds up references: in parts side by side, where there are many.
+fn fold<T: Clone + Send + Sync>(
+    references: &[Reference],
+    empty: T,
+    add: impl Fn(&mut T, &Reference) + Sync,
+    join: impl Fn(&mut T, &T) + Sync,
+) -> T {
+    let sum = |references: &[Reference]| {
+        let mut sum = empty.clone();
+        references.iter().for_each(|reference| add(&mut sum, reference));
+        sum
+    };
+    if references.len() < PARALLEL_SPLIT {
+        return sum(references);
+    }
+    let sums: Vec<T> = references.par_chunks(PARALLEL_SPLIT / 2).map(sum).collect();
+    let mut all = empty.clone();
+    sums.iter().for_each(|sum| join(&mut all, sum));
+    all
+}
+
+/// Brings the references that satisfy `first` to the front, in place; gives their number.
+fn partition(references: &mut [Reference], first: impl Fn(&Reference) -> bool) -> usize {
+    let (mut low, mut high) = (0, references.len());
+    loop {
+        while low < high && first(&references[low]) {
+            low += 1;
+        }
+        while low < high && !first(&references[high - 1]) {
+            high -= 1;
+        }
+        if low >= high {
+            return low;
+        }
+        references.swap(low, high - 1);
+    }
 }

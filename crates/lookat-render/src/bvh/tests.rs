@@ -2,8 +2,8 @@ use fearless_simd::{Level, Simd};
 use glam::{DVec3, Vec3A};
 
 use super::build::Tree;
-use super::slabs::exact::slabs;
 use super::*;
+use crate::bvh::slabs;
 use crate::number::{side_by_side, splat_f32};
 use crate::ray::Ray;
 use crate::testing::{levels, noise};
@@ -118,7 +118,7 @@ fn every_box_that_a_ray_meets_is_visited() {
         .map(|low| Bounds::new(low, low + 0.5))
         .collect();
     let reference = |(i, bounds): (usize, &Bounds)| match i % 3 {
-        0 => Reference::other(*bounds, i as u32),
+        0 => Reference::non_triangle(*bounds, i as u32),
         _ => Reference::triangle(*bounds, i as u32),
     };
     let mut references: Vec<Reference> = bounds.iter().enumerate().map(reference).collect();
@@ -135,7 +135,7 @@ fn every_box_that_a_ray_meets_is_visited() {
         assert!(unordered.is_empty(), "{unordered:?}");
         for leaf in found {
             match leaf {
-                Leaf::Other(number) => visited[number] += 1,
+                Leaf::NonTriangle(number) => visited[number] += 1,
                 Leaf::Block(block) => {
                     in_block[block].iter().for_each(|number| visited[*number as usize] += 1)
                 }
@@ -155,11 +155,11 @@ fn elements_as_far_apart_as_f32_goes_are_in_their_boxes() {
         let places = [-1.0, 0.0, 0.002, 0.004, 1.0].map(|x| DVec3::new(x * far, 0.0, 0.0));
         let bounds = places.map(|p| Bounds::new(p, p + far * 0.01));
         let mut references: Vec<Reference> =
-            (0..).zip(&bounds).map(|(i, bounds)| Reference::other(*bounds, i)).collect();
+            (0..).zip(&bounds).map(|(i, bounds)| Reference::non_triangle(*bounds, i)).collect();
         let tree = build(&mut references);
         for (number, place) in places.iter().enumerate() {
             let ray = Ray::new(*place + far * 0.005 - DVec3::Z * far * 0.1, DVec3::Z);
-            assert!(leaves::<false>(&tree.bvh, &ray).contains(&Leaf::Other(number)), "{far} {number}");
+            assert!(leaves::<false>(&tree.bvh, &ray).contains(&Leaf::NonTriangle(number)), "{far} {number}");
         }
     }
 }
@@ -170,7 +170,8 @@ fn elements_that_cannot_be_told_apart_make_a_shallow_tree() {
         Bounds { min: Vec3A::ONE, max: Vec3A::splat(2.0) },
         Bounds::new(DVec3::splat(-1e300), DVec3::splat(1e300)),
     ] {
-        let reference = |i| if i % 2 == 0 { Reference::other(same, i) } else { Reference::triangle(same, i) };
+        let reference =
+            |i| if i % 2 == 0 { Reference::non_triangle(same, i) } else { Reference::triangle(same, i) };
         let mut references: Vec<Reference> = (0..100_000).map(reference).collect();
         let tree = build(&mut references);
         let seen: usize = leaves::<false>(&tree.bvh, &Ray::new(DVec3::splat(1.5), DVec3::X))

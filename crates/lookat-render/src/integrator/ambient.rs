@@ -5,12 +5,12 @@ use std::f32::consts::PI;
 use fearless_simd::{Simd, prelude::*};
 use glam::Vec3;
 
-use super::tracer::Tracer;
 use crate::bsdf::Slots;
 use crate::frame::Frames;
-use crate::integrator::wave::{Taken, Wave};
+use crate::integrator::path_batch::{PathBatch, Taken};
+use crate::integrator::world::Tracer;
 use crate::integrator::world::World;
-use crate::number::{first_lanes, narrow, splat_f32, those, to_f32, vectorized};
+use crate::number::{first_lanes, narrow, set_lanes, splat_f32, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::warp::square_to_uniform_hemisphere_pdf;
 use crate::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
@@ -31,7 +31,7 @@ impl Ambient<'_> {
         tracer: &mut Tracer,
         streams: &mut Streams,
         paths: &Taken<S>,
-        wave: &mut Wave,
+        batch: &mut PathBatch,
     ) {
         vectorized!(simd, {
             let active = first_lanes(simd, paths.samples.len());
@@ -56,12 +56,12 @@ impl Ambient<'_> {
                     (local, local.z / square_to_uniform_hemisphere_pdf())
                 };
                 let rays = surfaces.leave(frames.to_world(local).widen().normalize());
-                let blocked = self.world.met(simd, tracer, &rays, (active, true));
+                let blocked = self.world.occluded(simd, tracer, &rays, (active, true));
                 sum = narrow(blocked).select(sum, sum + value);
             }
             let mean = sum / self.samples as f32;
-            for lane in those(active) {
-                wave.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane]);
+            for lane in set_lanes(active) {
+                batch.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane]);
             }
         })
     }

@@ -8,18 +8,18 @@ use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::Draw;
 use super::profiler::Stage;
-use super::tracer::Tracer;
 use crate::bsdf::{Bsdf, BsdfSample, Part, Single, Slots};
-use crate::camera::views::{Viewer, Views};
+use crate::camera::{Viewer, Views};
+use crate::integrator::lighting::{LightSamples, directions, most_samples};
 use crate::integrator::lighting::{Lighting, Vertices};
-use crate::integrator::paths::Found;
-use crate::integrator::wave::{Taken, Wave};
-use crate::integrator::weighed::{LightSamples, directions, most_samples};
+use crate::integrator::path_batch::Found;
+use crate::integrator::path_batch::{PathBatch, Taken};
+use crate::integrator::world::Tracer;
 use crate::integrator::world::{Sees, World};
 use crate::light::LightTable;
 use crate::number::{first_lanes, narrow, splat_f32, widen};
 use crate::sampler::Streams;
-use crate::shading::shaded::Shaded;
+use crate::shading::Shaded;
 
 /// How one light is chosen; in pbrt-v3 with equal probabilities.
 pub(crate) const CHOICE: LightChoice = LightChoice::Spatial;
@@ -102,14 +102,14 @@ impl<'s> Direct<'s> {
         streams: &mut Streams,
         paths: &Taken<S>,
         (camera, depth): (Option<Viewer>, u32),
-        wave: &mut Wave,
+        batch: &mut PathBatch,
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
                 let Taken { rays, hits, samples, direct, .. } = paths;
                 let active = first_lanes(simd, samples.len());
-                let views = camera.map(|of| Views { of, places: &wave.places, samples, direct: *direct });
+                let views = camera.map(|of| Views { of, places: &batch.places, samples, direct: *direct });
                 let mut slots = Slots::new();
                 let shaded =
                     self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
@@ -127,7 +127,7 @@ impl<'s> Direct<'s> {
                         let u = streams.next_2d(simd);
                         light = light + vertices.by_direction(tracer, u, smooth);
                     }
-                    wave.add(samples, paths.beta * light, smooth);
+                    batch.add(samples, paths.throughput * light, smooth);
                 } else {
                     streams.skip(self.numbers);
                     tracer.profile(|profiler| profiler.enter(Stage::Scattering));
@@ -139,29 +139,29 @@ impl<'s> Direct<'s> {
                 let (share, mut singles) = (paths.carried, bsdf.singles());
                 let mut least = share;
                 for single in &singles {
-                    least = narrow(single.is_there).select(least.min(share * single.probability), least);
+                    least = narrow(single.is_valid).select(least.min(share * single.probability), least);
                 }
                 let is_branched = least.simd_gt(LEAST_SHARE) & mask32x8::splat(simd, depth < MOST_BRANCHED);
                 let chosen = specular & !widen(is_branched);
                 if let Some(first) = singles.first_mut().filter(|_| chosen.any_true()) {
                     let sample = bsdf.sample(streams.next_2d(simd), Part::Specular);
-                    let BsdfSample { is_there, wi, weight: factor, compression, .. } = sample;
+                    let BsdfSample { is_valid, wi, weight: factor, radiance_scale, .. } = sample;
                     let probability = splat_f32(simd, 1.0);
-                    *first = Single { is_there, wi, factor, probability, compression }.or(chosen, *first);
+                    *first = Single { is_valid, wi, factor, probability, radiance_scale }.or(chosen, *first);
                 }
                 for (branch, single) in singles.iter().enumerate() {
                     // The first holds what is chosen, too.
                     let own = if branch == 0 { specular } else { specular & !chosen };
-                    let active = own & single.is_there;
+                    let active = own & single.is_valid;
                     if !active.any_true() {
                         continue;
                     }
                     let rays = surfaces.leave(single.wi);
                     let hits = self.world.nearest(simd, tracer, &rays, active);
-                    let weight = (paths.beta * single.factor, share * single.probability);
+                    let weight = (paths.throughput * single.factor, share * single.probability);
                     let found = &mut Found { rays, hits, weight, branch };
-                    self.world.see(simd, tracer, found, samples, (active, Sees::Materials), wave);
-                    self.world.go_on(simd, tracer, found, samples, (active, active, Sees::Materials), wave);
+                    self.world.see(simd, tracer, found, samples, (active, Sees::Materials), batch);
+                    self.world.go_on(simd, tracer, found, samples, (active, active, Sees::Materials), batch);
                 }
             },
         )

@@ -1,18 +1,17 @@
-//! Light that samples of lights and directions from BSDFs find from points side by side, weighed against each other.
+//! Direct lighting at eight points: samples of lights and of BSDFs, combined by multiple importance sampling (PBR 14.3).
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
-use lookat_scene::DirectStrategy;
+use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::profiler::Stage;
-use super::tracer::Tracer;
-use super::weighed::{LightSamples, directions, most_samples};
+use super::world::World;
 use crate::bsdf::{Bsdf, Part};
-use crate::integrator::world::World;
+use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Found, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
-use crate::number::{Colors, Vec2x8, bits, groups, those, to_f32, vectorized};
+use crate::number::{Colors, Vec2x8, bits, groups, set_lanes, to_f32, vectorized};
 use crate::sampler::Streams;
-use crate::surface::points::Surfaces;
+use crate::surface::Surfaces;
 use crate::trace::rays::{Hits, Rays, WORLD};
 
 /// The lights of a scene, and how surfaces sample them.
@@ -124,7 +123,7 @@ impl<S: Simd> Vertices<'_, S> {
         let scattered = if table.len() > 0 { scattered } else { bits(simd, 0) };
         let u = streams.next_2d(simd);
         let mut found = Colors::splat(simd, Vec3::ZERO);
-        if chosen.is_there.any_true() {
+        if chosen.is_valid.any_true() {
             found = self.sampled_light(tracer, u, &chosen);
         }
         if scattered.any_true() {
@@ -163,7 +162,7 @@ impl<S: Simd> Vertices<'_, S> {
                         let probability = f64::from(count).simd_into(simd);
                         let light = (light as f64).simd_into(simd);
                         let triangle = Some((part as f64).simd_into(simd));
-                        let chosen = Chosen { is_there: sampled, light, triangle, probability };
+                        let chosen = Chosen { is_valid: sampled, light, triangle, probability };
                         let own = self.sampled_light(tracer, u, &chosen);
                         sum = (sum + own).or_wide(sampled, sum);
                     }
@@ -209,7 +208,7 @@ impl<S: Simd> Vertices<'_, S> {
                 let mut chosen = sampler.choose((number + f64::from(k)) / f64::from(count), active);
                 chosen.probability *= f64::from(count);
                 let u = streams.nested_2d(simd, (count, k));
-                if chosen.is_there.any_true() {
+                if chosen.is_valid.any_true() {
                     sum = sum + self.sampled_light(tracer, u, &chosen);
                 }
             }
@@ -224,7 +223,7 @@ impl<S: Simd> Vertices<'_, S> {
         vectorized!(simd, {
             let sample = bsdf.sample(u, lighting.part);
             // What lies in single directions counts in full where the path goes on there.
-            let asked = active & sample.is_there & !sample.is_specular;
+            let asked = active & sample.is_valid & !sample.is_specular;
             let (rays, is_specular) = (receivers.surfaces.leave(sample.wi), sample.is_specular);
             let directions = Directions { rays, pdf: sample.pdf, is_specular };
             let light = self.found_light(tracer, &directions, asked);
@@ -241,8 +240,8 @@ impl<S: Simd> Vertices<'_, S> {
             let sample = self.sample(u, chosen);
             let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, lighting.part);
             let reflected = f_cos * sample.li;
-            let mut active = chosen.is_there & sample.is_there & reflected.is_light();
-            active &= !world.met(simd, tracer, &sample.shadow, (active, true));
+            let mut active = chosen.is_valid & sample.is_valid & reflected.is_light();
+            active &= !world.occluded(simd, tracer, &sample.shadow, (active, true));
             let is_sky = chosen.light.simd_ge(lighting.table.first_sky as f64);
             let other = pdf * self.directions();
             // Small probabilities and densities are no `f32`.
@@ -263,13 +262,13 @@ impl<S: Simd> Vertices<'_, S> {
     #[inline(always)]
     fn sample(&self, u: Vec2x8<S>, chosen: &Chosen<S>) -> LightSample<S> {
         let Vertices { simd, lighting, receivers: at, .. } = *self;
-        let (mut rest, mut before) = (chosen.is_there, None::<LightSample<S>>);
+        let (mut rest, mut before) = (chosen.is_valid, None::<LightSample<S>>);
         loop {
             let light = chosen.light[rest.to_bitmask().trailing_zeros() as usize];
             let mut is_same = chosen.light.simd_eq(light);
             let number = light as usize;
             let is_alike = |lane: &usize| lighting.table.are_alike(number, chosen.light[*lane] as usize);
-            let alike = those(rest & !is_same).filter(is_alike).fold(0, |alike, lane| alike | 1 << lane);
+            let alike = set_lanes(rest & !is_same).filter(is_alike).fold(0, |alike, lane| alike | 1 << lane);
             let in_world = at.surfaces.instance.simd_eq(WORLD);
             let own = match alike {
                 0 => {
@@ -279,7 +278,7 @@ impl<S: Simd> Vertices<'_, S> {
                 _ => {
                     is_same = is_same & rest | bits(simd, alike);
                     let mut numbers = at.surfaces.element;
-                    for lane in those(is_same) {
+                    for lane in set_lanes(is_same) {
                         numbers[lane] = lighting.numbers[chosen.light[lane] as usize];
                     }
                     let leaving = in_world & at.surfaces.element.simd_eq(numbers);
@@ -316,7 +315,7 @@ impl<S: Simd> Vertices<'_, S> {
             }
             let rest = active & !may_meet;
             if lighting.table.has_skies() && rest.any_true() {
-                let is_free = rest & !world.met(simd, tracer, &directions.rays, (rest, false));
+                let is_free = rest & !world.occluded(simd, tracer, &directions.rays, (rest, false));
                 let nothing = Hits::none(simd);
                 let sky = self.light_of(tracer, directions, &nothing, is_free);
                 found = sky.or_wide(is_free, found);
@@ -347,8 +346,8 @@ impl<S: Simd> Vertices<'_, S> {
                 let none: f64x8<S> = 0.0.simd_into(simd);
                 let (mut light, mut density, mut of_light) = (none, none, 0);
                 let (d, by_triangle) = (directions.rays.d, self.by_triangle());
-                let mut on_light = Found { is_there: is_lit, d, p: d, n: d, triangle: none, by_triangle };
-                for lane in those(is_lit) {
+                let mut on_light = Found { is_valid: is_lit, d, p: d, n: d, triangle: none, by_triangle };
+                for lane in set_lanes(is_lit) {
                     let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
                     let surface = tracer.surface(&ray, &hit);
                     found.put(lane, surface.le(-ray.d));
@@ -361,9 +360,9 @@ impl<S: Simd> Vertices<'_, S> {
                     }
                 }
                 for (lane, alike) in groups(of_light, |a, b| light[a] == light[b]) {
-                    on_light.is_there = bits(simd, alike);
+                    on_light.is_valid = bits(simd, alike);
                     let own = table.surface_pdf(simd, light[lane] as usize, receivers.surfaces, &on_light);
-                    density = on_light.is_there.select(own, density);
+                    density = on_light.is_valid.select(own, density);
                 }
                 let triangle = on_light.triangle;
                 let other = density * self.samples_of((light, triangle), is_lit);
@@ -410,7 +409,7 @@ impl<S: Simd> Vertices<'_, S> {
                 if chosen > 0.0 {
                     counts *= self.sampler.probability((light, triangle), active);
                 }
-                for lane in those(active) {
+                for lane in set_lanes(active) {
                     let number = light[lane] as usize;
                     if table.parts(number) > 0 {
                         counts[lane] = f64::from(table.samples(number, strategy));
@@ -420,4 +419,32 @@ impl<S: Simd> Vertices<'_, S> {
             }
         }
     }
+}
+
+/// Which lights are sampled.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum LightSamples {
+    /// One, chosen at random.
+    One(LightChoice),
+    /// All of them, as often as the strategy says.
+    Each(DirectStrategy),
+}
+
+/// How many directions from the BSDF there are at a surface. For one light: one, or two where no light is sampled. For all lights: as
+/// many as the light with the most samples has, and the samples of each light that is not sampled.
+pub(super) fn directions(table: &LightTable, lights: LightSamples, has_lune: bool) -> u32 {
+    match lights {
+        LightSamples::One(_) if table.leaves_all_to_directions(has_lune) => 2,
+        LightSamples::One(_) => 1,
+        LightSamples::Each(strategy) => {
+            let others = (table.eligible(has_lune)..table.len()).map(|light| table.samples(light, strategy));
+            others.fold(most_samples(table, strategy), u32::saturating_add)
+        }
+    }
+}
+
+/// The most samples that any of the lights asks for, if any is more than a point or a direction.
+pub(super) fn most_samples(table: &LightTable, strategy: DirectStrategy) -> u32 {
+    let samples = (0..table.len()).map(|light| table.samples(light, strategy));
+    samples.max().filter(|_| table.has_extended()).unwrap_or(0)
 }

@@ -10,18 +10,18 @@ use lookat_scene::LightChoice;
 
 use super::Draw;
 use super::profiler::Stage;
-use super::tracer::Tracer;
 use crate::bsdf::{Bsdf, Part, Slots};
-use crate::camera::views::{Viewer, Views};
+use crate::camera::{Viewer, Views};
+use crate::integrator::lighting::LightSamples;
 use crate::integrator::lighting::{Directions, Lighting, Vertices};
-use crate::integrator::paths::Found;
-use crate::integrator::wave::{Taken, Wave};
-use crate::integrator::weighed::LightSamples;
+use crate::integrator::path_batch::Found;
+use crate::integrator::path_batch::{PathBatch, Taken};
+use crate::integrator::world::Tracer;
 use crate::integrator::world::{Sees, World};
 use crate::light::LightTable;
-use crate::number::{Colors, bits, first_lanes, those};
+use crate::number::{Colors, bits, first_lanes, set_lanes};
 use crate::sampler::Streams;
-use crate::shading::shaded::Shaded;
+use crate::shading::Shaded;
 
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
 const FIRST_ROULETTE: u32 = 4;
@@ -82,14 +82,14 @@ impl<'s> Paths<'s> {
         streams: &mut Streams,
         paths: &Taken<S>,
         (camera, depth): (Option<Viewer>, u32),
-        wave: &mut Wave,
+        batch: &mut PathBatch,
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
                 let Taken { rays, hits, samples, direct, .. } = paths;
                 let mut active = first_lanes(simd, samples.len());
-                let views = camera.map(|of| Views { of, places: &wave.places, samples, direct: *direct });
+                let views = camera.map(|of| Views { of, places: &batch.places, samples, direct: *direct });
                 let mut slots = Slots::new();
                 let shaded =
                     self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
@@ -103,15 +103,15 @@ impl<'s> Paths<'s> {
                 active &= bsdf.has(Part::All);
                 let smooth = active & bsdf.has(Part::Smooth);
                 let light = vertices.direct(tracer, streams, smooth);
-                wave.add(samples, paths.beta * light, active);
+                batch.add(samples, paths.throughput * light, active);
                 let is_last = depth + 1 >= self.max_depth;
                 if is_last && !tracer.may_find_light() {
                     return;
                 }
                 let sample = bsdf.sample(streams.next_2d(simd), Part::All);
-                active &= sample.is_there;
-                let mut beta = paths.beta * sample.weight;
-                let compression = paths.carried * sample.compression;
+                active &= sample.is_valid;
+                let mut throughput = paths.throughput * sample.weight;
+                let radiance_scale = paths.carried * sample.radiance_scale;
                 let directions = Directions {
                     rays: surfaces.leave(sample.wi),
                     pdf: sample.pdf,
@@ -119,18 +119,25 @@ impl<'s> Paths<'s> {
                 };
                 if is_last {
                     let light = vertices.found_light(tracer, &directions, active);
-                    wave.add(samples, beta * light, active);
+                    batch.add(samples, throughput * light, active);
                     return;
                 }
                 if !roulette(self.max_depth).is_empty() {
-                    active = self.roulette(simd, streams, (&mut beta, compression), depth, active);
+                    active = self.roulette(simd, streams, (&mut throughput, radiance_scale), depth, active);
                 }
                 let found = self.world.nearest(simd, tracer, &directions.rays, active);
                 let light = vertices.light_of(tracer, &directions, &found, active);
-                wave.add(samples, beta * light, active);
-                let weight = (beta, compression);
+                batch.add(samples, throughput * light, active);
+                let weight = (throughput, radiance_scale);
                 let found = &mut Found { rays: directions.rays, hits: found, weight, branch: 0 };
-                self.world.go_on(simd, tracer, found, samples, (active, sample.is_specular, Sees::All), wave);
+                self.world.go_on(
+                    simd,
+                    tracer,
+                    found,
+                    samples,
+                    (active, sample.is_specular, Sees::All),
+                    batch,
+                );
             },
         )
     }
@@ -141,24 +148,24 @@ impl<'s> Paths<'s> {
         &self,
         simd: S,
         streams: &mut Streams,
-        (beta, compression): (&mut Colors<S>, f32x8<S>),
+        (throughput, radiance_scale): (&mut Colors<S>, f32x8<S>),
         depth: u32,
         active: mask64x8<S>,
     ) -> mask64x8<S> {
         let mut asked = 0;
         if depth + 1 > FIRST_ROULETTE {
-            for lane in those(active) {
-                let strength = f64::from(beta.lane(lane).max_element() / compression[lane]);
+            for lane in set_lanes(active) {
+                let strength = f64::from(throughput.lane(lane).max_element() / radiance_scale[lane]);
                 asked |= u64::from(strength < self.roulette_threshold) << lane;
             }
         }
         let numbers = streams.next_1d(simd);
         let mut ended = 0;
-        for lane in those(bits(simd, asked)) {
-            let own = beta.lane(lane);
-            let end = (1.0 - f64::from(own.max_element() / compression[lane])).max(0.05);
+        for lane in set_lanes(bits(simd, asked)) {
+            let own = throughput.lane(lane);
+            let end = (1.0 - f64::from(own.max_element() / radiance_scale[lane])).max(0.05);
             ended |= u64::from(numbers[lane] < end) << lane;
-            beta.put(lane, own / (1.0 - end) as f32);
+            throughput.put(lane, own / (1.0 - end) as f32);
         }
         active & !bits(simd, ended)
     }

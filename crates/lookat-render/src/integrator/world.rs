@@ -1,4 +1,4 @@
-//! Worlds in which rays of samples are traced side by side, and counted.
+//! Traces the rays of eight samples, counts them, and stops when the time is over.
 
 use std::{array, slice};
 
@@ -7,16 +7,18 @@ use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::Vec3;
 
 use super::profiler::{Profiler, Stage};
-use super::tracer::{MAX_PASSED, Tracer};
 use crate::bsdf::Slots;
-use crate::camera::views::Views;
+use crate::camera::Views;
 use crate::frame::Frames;
-use crate::number::{bits, those, vectorized};
+use crate::light::LightTable;
+use crate::number::{bits, count, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::shading::shaded::{Materials, Shaded, Sheets};
-use crate::trace::rays::{Hits, Rays};
-use crate::trace::{List, Tree};
-use crate::trace::{MOST_PACKETS, Together};
+use crate::shading::{Materials, Shaded, Sheets};
+use crate::surface::Surface;
+use crate::trace::{
+    List, MOST_PACKETS, PacketCount, Together, Tree,
+    rays::{Hits, Rays},
+};
 use crate::traceable::Traceable;
 
 /// What light rays see straight ahead.
@@ -71,12 +73,12 @@ impl<'s> World<'s> {
             while hits.len() < rays.len() {
                 let from = hits.len();
                 if let Form::Tree(tree) = &self.form {
-                    let packets = tracer.stream_size.next(rays.len() - from);
+                    let packets = tracer.packet_count.next(rays.len() - from);
                     if packets > 0 {
                         let all = from..from + packets;
                         let (rays, active) = (&rays[all.clone()], &active[all]);
                         let together = tree.nearest_of(simd, rays, active, &mut hits);
-                        tracer.stream_size.learn(packets, together);
+                        tracer.packet_count.learn(packets, together);
                         if together != Together::No || packets > 1 {
                             continue;
                         }
@@ -117,7 +119,7 @@ impl<'s> World<'s> {
 
     /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
     #[inline(never)]
-    pub fn met<S: Simd>(
+    pub fn occluded<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
@@ -128,8 +130,8 @@ impl<'s> World<'s> {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
             tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
             let met = match &self.form {
-                Form::List(list, _) => list.met(simd, rays, (active, is_shadow)),
-                Form::Tree(tree) => tree.met(simd, rays, (active, is_shadow)),
+                Form::List(list, _) => list.occluded(simd, rays, (active, is_shadow)),
+                Form::Tree(tree) => tree.occluded(simd, rays, (active, is_shadow)),
             };
             tracer.profile(Profiler::end_rays);
             met
@@ -212,7 +214,7 @@ impl<'s> World<'s> {
         mut add: impl FnMut(usize, Vec3),
     ) -> u64 {
         let (mut all, mut escaped) = (0, 0);
-        for lane in those(active & hits.is_hit()) {
+        for lane in set_lanes(active & hits.is_hit()) {
             let (mut ray, mut found) = self.one(rays, hits, lane);
             let is_full = is_full.to_bitmask() >> lane & 1 == 1;
             let mut passed = 0;
@@ -236,8 +238,113 @@ impl<'s> World<'s> {
         }
         if escaped != 0 {
             let light = tracer.lights.background(simd, rays.d);
-            those(bits(simd, escaped)).for_each(|lane| add(lane, light.lane(lane)));
+            set_lanes(bits(simd, escaped)).for_each(|lane| add(lane, light.lane(lane)));
         }
         all
+    }
+}
+
+/// The most surfaces without a material that a ray passes through in a row.
+pub(crate) const MAX_PASSED: u32 = 1000;
+
+/// Decides whether sampling goes on.
+pub(crate) trait Supervisor: Sync {
+    /// False once sampling stops.
+    fn goes_on(&self) -> bool;
+}
+
+/// The calls of [`Tracer::goes_on`] between two questions: about a millisecond.
+const STEPS: u32 = 1 << 10;
+
+/// Traces rays and counts them.
+pub(crate) struct Tracer<'s> {
+    pub(super) scene: &'s Traceable,
+    pub(super) lights: &'s LightTable,
+    pub rays: u64,
+    /// How many packets of camera rays go together.
+    pub packet_count: PacketCount,
+    /// Asked every [`STEPS`] steps.
+    supervisor: Option<&'s dyn Supervisor>,
+    steps: u32,
+    /// True once sampling has been stopped: the samples of the current batch are not complete.
+    pub is_stopped: bool,
+    /// Set while the stages of a rendering are measured.
+    pub profiler: Option<Box<Profiler>>,
+}
+
+impl<'s> Tracer<'s> {
+    pub fn new(scene: &'s Traceable, lights: &'s LightTable) -> Self {
+        Tracer {
+            scene,
+            lights,
+            rays: 0,
+            packet_count: PacketCount::LARGEST,
+            supervisor: None,
+            steps: 0,
+            is_stopped: false,
+            profiler: None,
+        }
+    }
+
+    /// The same, but asks whether to go on.
+    pub fn supervised(self, supervisor: &'s dyn Supervisor) -> Self {
+        Tracer { supervisor: Some(supervisor), ..self }
+    }
+
+    /// False once sampling stops. Called for each packet of rays, because the rays of one sample may take minutes.
+    #[inline(always)]
+    pub fn goes_on(&mut self) -> bool {
+        self.steps += 1;
+        if self.steps >= STEPS {
+            self.ask();
+        }
+        !self.is_stopped
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn ask(&mut self) {
+        self.steps = 0;
+        self.is_stopped |= self.supervisor.is_some_and(|supervisor| !supervisor.goes_on());
+    }
+
+    /// Does something with the profiler, if there is one.
+    #[inline(always)]
+    pub fn profile(&mut self, does: impl FnOnce(&mut Profiler)) {
+        if let Some(profiler) = &mut self.profiler {
+            does(profiler);
+        }
+    }
+
+    /// Counts the active rays before they are traced, and starts their stage.
+    #[inline(always)]
+    pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {
+        for active in active {
+            self.rays += count(*active);
+        }
+        self.profile(|profiler| profiler.begin_rays(stage, rays, active));
+    }
+
+    /// The nearest hit.
+    pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
+        self.rays += 1;
+        self.scene.nearest(ray)
+    }
+
+    /// The surface at a hit of `ray`. Apart from the search for it, because large values are best not moved.
+    #[inline]
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface<'s> {
+        Surface::new(self.scene, ray, hit)
+    }
+
+    /// What a surface that a ray has hit emits towards it. `glows`: also what has no material.
+    pub fn emitted(&self, ray: &Ray, hit: &Hit, glows: bool) -> Vec3 {
+        let is_lit = self.scene.emits(hit) && (glows || !self.scene.is_passed(hit));
+        if is_lit { self.surface(ray, hit).le(-ray.d) } else { Vec3::ZERO }
+    }
+
+    /// Whether rays can find light: a sky, or a shape that emits.
+    pub fn may_find_light(&self) -> bool {
+        self.lights.has_skies() || !self.scene.emitters.is_empty()
     }
 }

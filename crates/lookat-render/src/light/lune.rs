@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::bsdf::Domain;
-use crate::circle::{angle, at_turn};
 use crate::frame::Frames;
 use crate::number::{Number, Vec3x8};
+use crate::warp::{angle, at_turn};
 
 /// Directions between two planes: above the surface, but on the other side of the shading normal than `wo`. Where light
 /// comes through the surface, also those opposite to them.
@@ -16,7 +16,7 @@ use crate::number::{Number, Vec3x8};
 #[derive(Clone, Copy)]
 pub(crate) struct Lunes<S: Simd> {
     /// Where there is one: not where the normals are the same, but for rounding.
-    pub is_there: mask64x8<S>,
+    pub is_valid: mask64x8<S>,
     n: Vec3x8<S>,
     ns: Vec3x8<S>,
     /// The edge of the lune, of length one: across both normals.
@@ -38,13 +38,13 @@ impl<S: Simd> Lunes<S> {
         let (across, cos) = (n.cross(ns), n.dot(ns));
         let sin = across.length_squared().sqrt();
         let is_wide = sin.simd_gt(LEAST);
-        let is_there = active & (is_wide | !cos.simd_gt(0.0));
-        if !is_there.any_true() {
+        let is_valid = active & (is_wide | !cos.simd_gt(0.0));
+        if !is_valid.any_true() {
             return None;
         }
         // Any axis, as the lune is a hemisphere.
         let axis = (across * (1.0 / sin)).or(is_wide, Frames::from_z(n).x);
-        Some(Lunes { is_there, n, ns, axis, angle: angle(sin, cos), is_double: is_two_sided })
+        Some(Lunes { is_valid, n, ns, axis, angle: angle(sin, cos), is_double: is_two_sided })
     }
 
     /// What they add to the irradiance under a sky that is everywhere alike, by the cosine to the shading normal, over that of
@@ -53,7 +53,7 @@ impl<S: Simd> Lunes<S> {
     pub fn share(&self) -> f64x8<S> {
         let [_, sine] = at_turn(self.angle * (0.5 / TAU));
         let none = 0.0.simd_into(sine.token());
-        self.is_there.select(sine * sine * self.count(), none)
+        self.is_valid.select(sine * sine * self.count(), none)
     }
 
     /// Two where the opposite lunes count.
@@ -83,7 +83,7 @@ impl<S: Simd> Lunes<S> {
     pub fn pdf(&self, wi: Vec3x8<S>) -> f64x8<S> {
         let (above, before) = (wi.dot(self.n), wi.dot(self.ns));
         let is_inside = (above * before).simd_lt(0.0) & (self.is_double | above.simd_gt(0.0));
-        (self.is_there & is_inside).select(self.inside_pdf(), 0.0.simd_into(above.token()))
+        (self.is_valid & is_inside).select(self.inside_pdf(), 0.0.simd_into(above.token()))
     }
 
     /// The densities inside.
@@ -160,12 +160,12 @@ mod tests {
 
     #[test]
     fn equal_normals_leave_nothing_out() {
-        let is_there = |normals| baseline!(simd => lunes(simd, normals, false).is_some());
+        let is_valid = |normals| baseline!(simd => lunes(simd, normals, false).is_some());
         let [n, same] = normals(0.0);
-        assert!(!is_there([n, same]));
+        assert!(!is_valid([n, same]));
         for tilt in [1e-17, 1e-16, 3e-16, 1e-12, 1e-8] {
             let ns = (n + DVec3::new(0.8, 0.0, -0.6) * tilt).normalize();
-            assert!(!is_there([n, ns]), "{tilt}");
+            assert!(!is_valid([n, ns]), "{tilt}");
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use lookat_scene::DirectStrategy;
 
-use super::leaves::Leaves;
 use super::{LightTable, SceneLight};
+use crate::light::tree::Leaves;
 
 /// Of a mesh light with more triangles, some are chosen.
 pub(super) const MOST_EACH: usize = 16;

@@ -7,14 +7,14 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
 
-use super::receiver::Receivers;
-use super::sample::LightSample;
 use super::tree::Emitter;
-use crate::circle::longitude_latitude;
-use crate::color::strength;
+use crate::light::LightSample;
+use crate::light::Receivers;
+use crate::number::strength;
 use crate::number::{Colors, LANES, V3, Vec3x8, bits, to_f32, vectorized};
 use crate::texture::imagemap::bilinear;
 use crate::trace::rays::{POINT_LIGHT, Rays};
+use crate::warp::longitude_latitude;
 
 /// A light that is a point, relative to the origin.
 pub(super) struct PointLight {
@@ -44,7 +44,7 @@ pub(super) enum Spread {
 /// A light as it is seen from points.
 pub(super) struct Seen<S: Simd> {
     /// Where it shines to them.
-    is_there: mask64x8<S>,
+    is_valid: mask64x8<S>,
     wi: Vec3x8<S>,
     squared_distance: f64x8<S>,
     intensity: Colors<S>,
@@ -162,10 +162,10 @@ impl PointLight {
     /// About the irradiance at points, were nothing in the way.
     #[inline(always)]
     pub fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
-        let Seen { is_there, wi, squared_distance, intensity } = self.seen(simd, at.surfaces.p);
+        let Seen { is_valid, wi, squared_distance, intensity } = self.seen(simd, at.surfaces.p);
         let irradiance = (intensity.strength() / squared_distance).min(MOST);
         let none = 0.0.simd_into(simd);
-        is_there.select(irradiance * at.cosine(wi, none), none)
+        is_valid.select(irradiance * at.cosine(wi, none), none)
     }
 
     #[inline(never)]
@@ -194,15 +194,15 @@ impl<S: Simd> Seen<S> {
         let squared_distance = to_light.length_squared();
         let (wi, is_apart) = to_light.try_normalize();
         let intensity = intensity(wi);
-        Seen { is_there: is_apart & intensity.is_light(), wi, squared_distance, intensity }
+        Seen { is_valid: is_apart & intensity.is_light(), wi, squared_distance, intensity }
     }
 
     #[inline(always)]
     fn sample(&self, position: Vec3x8<S>, at: &Receivers<S>) -> LightSample<S> {
         let way = at.surfaces.towards(position);
         let shadow = Rays { target: POINT_LIGHT.simd_into(self.squared_distance.token()), ..way };
-        let is_there = self.is_there & self.squared_distance.is_finite();
-        LightSample::of_delta(is_there, self.intensity.scaled(1.0 / self.squared_distance), shadow)
+        let is_valid = self.is_valid & self.squared_distance.is_finite();
+        LightSample::of_delta(is_valid, self.intensity.scaled(1.0 / self.squared_distance), shadow)
     }
 }
 
@@ -237,7 +237,7 @@ mod tests {
                 let none = bits(simd, 0);
                 let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided: none, is_diffuse: none };
                 let sample = light.sample(simd, &Receivers { surfaces, domain, lunes: None });
-                assert!(sample.is_there.all_true());
+                assert!(sample.is_valid.all_true());
                 sample.li.lane(0).x
             });
             let expected = f64::from(intensity) / (distance * distance);

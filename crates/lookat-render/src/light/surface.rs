@@ -1,4 +1,4 @@
-//! Light from shapes of the world.
+//! Shapes that emit: samples of their points, and in which directions they shine.
 
 mod mesh;
 mod spherical_disk;
@@ -14,17 +14,14 @@ use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Primitive, Shape};
 
-use super::facing::{Facing, Patch};
-use super::receiver::Receivers;
-use super::sample::LightSample;
-use super::spheres::{OUTSIDE, Spheres};
 use super::tree::Emitter;
-use crate::color::strength;
+use super::{LEAST_COSINE, LightSample, Receivers};
 use crate::curved::Curved;
 use crate::frame::flipped;
-use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, those, vectorized};
+use crate::light::surface::mesh::{OUTSIDE, Spheres};
+use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, set_lanes, strength, vectorized};
 use crate::ray::{ElementId, Ray};
-use crate::surface::points::{Point, Points, Surfaces};
+use crate::surface::{Point, Points, Surfaces};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 use mesh::MeshLight;
@@ -58,7 +55,7 @@ pub(super) enum SurfaceForm {
 
 /// What rays have found of a light.
 pub(crate) struct Found<S: Simd> {
-    pub is_there: mask64x8<S>,
+    pub is_valid: mask64x8<S>,
     /// The directions of the rays.
     pub d: Vec3x8<S>,
     /// Positions and geometric normals.
@@ -216,7 +213,7 @@ impl SurfaceLight {
             }
             let spheres = Spheres { center, radius, magnitude, label, radiance, shines: bits(simd, shines) };
             let (mut samples, is_outside) = spheres.sample(at, u);
-            for lane in those(asked & !is_outside) {
+            for lane in set_lanes(asked & !is_outside) {
                 let Some((shape, _)) = lights[lane].sphere() else { continue };
                 let own = lights[lane].sample_points(simd, shape, (at, leaving), u);
                 samples = own.or(bits(simd, 1 << lane), samples);
@@ -260,12 +257,12 @@ impl SurfaceLight {
             let on_light = Point { p, magnitude, n, ns: n, emitting };
             let density = Density::by_area(areas.simd_into(simd));
             let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), &density);
-            for lane in those(sample.is_there) {
+            for lane in set_lanes(sample.is_valid) {
                 let Rays { o, d, t_max, .. } = &sample.shadow;
                 let ray = Ray { t_max: t_max[lane], ..Ray::new(o.lane(lane), d.lane(lane)) };
                 // Another part of the same shape may be in front.
                 let is_hidden = shape.hides_end_of(&ray, leaving.to_bitmask() >> lane & 1 == 1);
-                sample.is_there &= bits(simd, !(u64::from(is_hidden) << lane));
+                sample.is_valid &= bits(simd, !(u64::from(is_hidden) << lane));
             }
             sample
         })
@@ -308,7 +305,7 @@ impl SurfaceLight {
                     break 'density self.disk_density(simd, (shape, disk), at, found);
                 }
                 let mut density = Density::by_area(0.0.simd_into(simd));
-                for lane in those(found.is_there) {
+                for lane in set_lanes(found.is_valid) {
                     density.area[lane] = shape.stretch(found.p.lane(lane));
                 }
                 if let Some(radius) = shape.whole_sphere() {
@@ -370,4 +367,73 @@ fn element(number: u32, index: usize) -> ElementId {
 fn cells(primitive: &Primitive, shape: &Curved) -> impl Iterator<Item = Patch> {
     let is_reversed = primitive.reverse_orientation;
     shape.cells().map(move |(p, n, area)| Patch { p, emitting: flipped(n, is_reversed), area })
+}
+
+/// A patch of a shape.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patch {
+    pub p: DVec3,
+    /// The unit normal on the side that emits; 0 where that is not the same all over the patch.
+    pub emitting: DVec3,
+    pub area: f64,
+}
+
+/// The direction in which most of a shape emits.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Facing {
+    /// Of length one where all normals are the same, 0 where they go everywhere alike.
+    mean_normal: DVec3,
+    /// Whether all lies in one plane.
+    is_flat: bool,
+    /// How many sides emit.
+    pub sides: f64,
+}
+
+/// What may be off by rounding, relative to the size of a shape.
+const ROUNDING: f64 = 1e-6;
+/// A cosine that rounding may make of 0. Light at less is left to samples of the BSDF.
+const GRAZING: f64 = 1e-6;
+
+impl Facing {
+    /// That of a shape with these patches around a center.
+    pub fn new(patches: impl Iterator<Item = Patch> + Clone, center: DVec3, two_sided: bool) -> Self {
+        let patches = patches.filter(|patch| patch.area > 0.0);
+        let (area, moment) = patches.clone().fold((0.0, DVec3::ZERO), |(area, moment), patch| {
+            (area + patch.area, moment + patch.emitting * patch.area)
+        });
+        let mean_normal = moment / area;
+        let mut same = patches.map(|patch| {
+            let height = (patch.p - center).dot(mean_normal).abs();
+            height <= ROUNDING * area.sqrt() && patch.emitting.dot(mean_normal) > 1.0 - ROUNDING
+        });
+        Facing { mean_normal, is_flat: same.all(|is_same| is_same), sides: if two_sided { 2.0 } else { 1.0 } }
+    }
+
+    /// That of a triangle, from its normal on the side that emits; 0 where that is not the same all over it.
+    pub fn of_flat(emitting: DVec3, two_sided: bool) -> Self {
+        let sides = if two_sided { 2.0 } else { 1.0 };
+        Facing { mean_normal: emitting, is_flat: emitting != DVec3::ZERO, sides }
+    }
+
+    /// The emission of a shape within a radius of a center, with this radiance and area.
+    pub fn emitter(&self, ball: (DVec3, f64), radiance_area: (f64, f64)) -> Emitter {
+        Emitter::surface(ball, radiance_area, self.mean_normal, (self.is_flat, self.sides > 1.0))
+    }
+
+    /// About the share of the area that shines in direction `d` from the center, foreshortened; 0 on the dark side of what is
+    /// flat. `spread`: how large the shape is, over the distance that it is seen from.
+    #[inline(always)]
+    pub fn share<S: Simd>(&self, simd: S, d: Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
+        let along = Vec3x8::splat(simd, self.mean_normal).dot(d);
+        let along = if self.sides > 1.0 { along.abs() } else { along };
+        match self.is_flat {
+            true => {
+                // Parts of it are seen less aslant than the center.
+                let share = (along + spread * 0.5).max(LEAST_COSINE).min(1.0);
+                along.simd_gt(GRAZING).select(share, 0.0.simd_into(simd))
+            }
+            // A closed convex shape shows a quarter.
+            false => along.max(0.25),
+        }
+    }
 }

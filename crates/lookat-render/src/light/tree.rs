@@ -1,20 +1,21 @@
-//! A tree of lights (Conty Estevez and Kulla 2018; PBR 4th ed. 12.6.3), with eight children at each node.
+//! A tree of lights (Conty Estevez and Kulla 2018; PBR 4th ed. 12.6.3) with eight children at each node. Its leaves are lights, and the
+//! triangles of mesh lights.
 
 mod build;
-mod emitter;
 mod node;
 #[cfg(test)]
 mod tests;
 
+use std::iter::{empty, once};
+
 use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::DVec3;
 
-use super::receiver::Receivers;
+use super::{Receivers, SceneLight};
 use crate::bsdf::Domain;
-use crate::number::{Vec3x8, narrow, splat_f32, to_f64};
-use crate::prefetch::prefetch;
-use build::Leaf;
-pub(super) use emitter::Emitter;
+pub(super) use crate::light::tree::build::Emitter;
+use crate::number::{Vec3x8, narrow, prefetch, splat_f32, to_f64};
+use build::NumberedEmitter;
 pub(super) use node::Place;
 use node::{Emission, FAINT, FAR, LEAF, LEAST_SPREAD, NONE, Node, Normals, WIDTH};
 
@@ -75,9 +76,9 @@ impl LightTree {
     pub fn new(count: usize, emitters: impl Iterator<Item = Option<Emitter>>) -> Self {
         let lit = emitters.enumerate().filter_map(|(number, emitter)| {
             let emitter = emitter.filter(|emitter| emitter.intensity > 0.0)?;
-            Some(Leaf { number: number as u32, emitter })
+            Some(NumberedEmitter { number: number as u32, emitter })
         });
-        let mut leaves: Vec<Leaf> = Vec::with_capacity(count);
+        let mut leaves: Vec<NumberedEmitter> = Vec::with_capacity(count);
         leaves.extend(lit);
         let mut places = vec![NONE; count];
         let nodes = if leaves.is_empty() { Vec::new() } else { build::nodes(&mut leaves) };
@@ -235,4 +236,67 @@ fn pick(amounts: &[f64; WIDTH], u: f64) -> (usize, f64, f64) {
     }
     let before = if at == 0 { 0.0 } else { ends[at - 1] };
     (at, ((mark - before) / amounts[at]).clamp(0.0, 1.0), amounts[at] / end)
+}
+
+/// The leaves of the tree of lights.
+pub(super) struct Leaves {
+    pub tree: LightTree,
+    /// The number of the first leaf of each light, and at last how many leaves there are.
+    first: Vec<u32>,
+}
+
+/// A light, or a triangle of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Leaf {
+    pub light: usize,
+    /// The number of the triangle, or 0 of lights that are one leaf.
+    pub triangle: usize,
+}
+
+impl Leaves {
+    /// Those of the lights that `is_held` says.
+    pub fn new(lights: &[SceneLight], is_held: impl Fn(usize) -> bool) -> Self {
+        let mut first = vec![0];
+        let mut count = 0;
+        for (number, light) in lights.iter().enumerate() {
+            count += if is_held(number) { light.leaves() as u32 } else { 0 };
+            first.push(count);
+        }
+        let held = lights.iter().enumerate().filter(|(number, _)| is_held(*number));
+        Leaves { tree: LightTree::new(count as usize, held.flat_map(|(_, light)| light.emitters())), first }
+    }
+
+    /// What a leaf is.
+    pub fn of(&self, leaf: usize) -> Leaf {
+        let light = self.first.partition_point(|first| *first as usize <= leaf) - 1;
+        Leaf { light, triangle: leaf - self.first[light] as usize }
+    }
+
+    /// The leaf that a light or one of its triangles is, if it is in the tree.
+    pub fn find(&self, light: usize, triangle: usize) -> Option<usize> {
+        let [first, end] = [self.first[light] as usize, self.first[light + 1] as usize];
+        (first < end).then(|| (first + triangle).min(end - 1))
+    }
+}
+
+impl SceneLight {
+    /// How many leaves it has in the tree of lights. None if it has no place.
+    pub(super) fn leaves(&self) -> usize {
+        match self {
+            SceneLight::Point(_) => 1,
+            SceneLight::Surface(surface) => surface.leaves(),
+            SceneLight::Distant { .. } | SceneLight::Infinite { .. } | SceneLight::Environment(_) => 0,
+        }
+    }
+
+    /// The emission of each leaf.
+    fn emitters(&self) -> Box<dyn Iterator<Item = Option<Emitter>> + '_> {
+        match self {
+            SceneLight::Point(light) => Box::new(once(Some(light.emitter()))),
+            SceneLight::Surface(surface) => surface.emitters(),
+            SceneLight::Distant { .. } | SceneLight::Infinite { .. } | SceneLight::Environment(_) => {
+                Box::new(empty())
+            }
+        }
+    }
 }

@@ -154,9 +154,9 @@ fn scenes_have_everything_that_is_rendered() {
         |kind: &&Kind| kind.instead.is_empty() && !kind.is_default && wanted.contains(&kind.directive);
     for kind in kinds().filter(is_wanted) {
         let name = format!("\"{}\"", kind.name);
-        let is_there =
+        let is_valid =
             text.lines().any(|line| line.contains(&format!("{} ", kind.directive)) && line.contains(&name));
-        assert!(is_there, "no {} {name}", kind.directive);
+        assert!(is_valid, "no {} {name}", kind.directive);
     }
     for parameter in ["bumpmap", "texture alpha", "ObjectInstance", "shadowalpha"] {
         assert!(text.contains(parameter), "no {parameter}");

@@ -7,15 +7,15 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{PixelBounds, View};
 
 use super::control::Control;
-use super::fixed::all;
 use super::sample::{Context, Job, Pattern};
-use super::waves::Worker;
 use super::{Progress, Settings, Stop};
-use crate::color::luminance;
 use crate::film::{Film, Keeps};
-use crate::integrator::wave::WAVE;
+use crate::integrator::path_batch::PATHS;
 use crate::integrator::{Profiler, Segment, segments};
+use crate::number::luminance;
 use crate::prepare::Prepared;
+use crate::render::rounds::all;
+use crate::render::sample::Worker;
 
 /// The brightest sample of a pixel.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,11 +71,11 @@ impl Prepared {
         let mut worker = Worker::new(&context);
         let (mut brightest, mut sum, mut loss, mut samples) = ((0.0, None), 0.0, 0.0, 0);
         for pass in all(stop.sampler(view), seed, error_layers) {
-            for first in pass.samples.clone().step_by(WAVE) {
-                let indices = first..pass.samples.end.min(first + WAVE as u32);
+            for first in pass.samples.clone().step_by(PATHS) {
+                let indices = first..pass.samples.end.min(first + PATHS as u32);
                 context.radiance(&mut worker, (pass.pattern, pixel), indices.clone())?;
                 for (at, index) in indices.enumerate() {
-                    let own = luminance(worker.wave.radiance[at]);
+                    let own = luminance(worker.batch.radiance[at]);
                     if !own.is_finite() {
                         continue;
                     }
@@ -120,14 +120,14 @@ impl Prepared {
 }
 
 impl Context<'_> {
-    /// Takes samples of a pattern, at most a wave, and leaves their radiance in the wave. `None` if the rendering stops meanwhile.
+    /// Takes samples of a pattern, at most a batch, and leaves their radiance in the batch. `None` if the rendering stops meanwhile.
     fn radiance(
         &self,
         worker: &mut Worker,
         (pattern, pixel): (Pattern, [i32; 2]),
         indices: Range<u32>,
     ) -> Option<()> {
-        let places: ArrayVec<_, WAVE> = indices.clone().map(|index| (0, index)).collect();
+        let places: ArrayVec<_, PATHS> = indices.clone().map(|index| (0, index)).collect();
         self.sample_places(worker, &mut [Job::new(pattern, pixel, indices)], &places).then_some(())
     }
 }

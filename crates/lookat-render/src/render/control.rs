@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use super::{Progress, Statistics};
 use crate::film::{Film, lock};
-use crate::integrator::wave::WAVE;
+use crate::integrator::path_batch::PATHS;
 use crate::integrator::{Profiler, Stage, Supervisor, Tracer};
 use crate::number::LANES;
 
@@ -20,7 +20,7 @@ pub(super) struct Control<'p> {
     /// The profilers of finished tiles, if stages are measured.
     pub profilers: Option<&'p Mutex<Vec<Profiler>>>,
     pub stopped: AtomicBool,
-    /// The rays of a sample where the threads are: the most of the last waves. 0 while unknown.
+    /// The rays of a sample where the threads are: the most of the last batches. 0 while unknown.
     pub rays_per_sample: AtomicU64,
     pub state: Mutex<State>,
 }
@@ -119,7 +119,7 @@ impl Supervisor for Control<'_> {
 
 /// The samples that a thread takes before it reports them.
 const BATCH: u64 = 256;
-/// The approximate number of rays of a wave of samples: about 10 ms.
+/// The approximate number of rays of a batch of samples: about 10 ms.
 const RAYS: u64 = 1 << 14;
 
 /// Counts the samples of one thread and reports them in batches.
@@ -142,24 +142,24 @@ impl<'c, 'p> Meter<'c, 'p> {
     }
 
     /// The samples to take together: fewer where each takes many rays, and eight until that is known.
-    pub fn wave(&self) -> usize {
+    pub fn batch(&self) -> usize {
         let rays = self.control.rays_per_sample.load(Ordering::Relaxed);
-        let most = RAYS.checked_div(rays).unwrap_or(0).min(WAVE as u64) as usize;
+        let most = RAYS.checked_div(rays).unwrap_or(0).min(PATHS as u64) as usize;
         (most / LANES * LANES).max(LANES)
     }
 
     /// Counts `samples` more samples. `rays` is the total number of rays of the thread. False if the rendering stops.
     pub fn add(&mut self, samples: u32, rays: u64) -> bool {
-        let of_wave = rays - self.rays;
+        let of_batch = rays - self.rays;
         self.rays = rays;
-        // Slow parts of the picture are remembered for some waves, and fast parts are learned from little by little.
+        // Slow parts of the picture are remembered for some batches, and fast parts are learned from little by little.
         let before = self.control.rays_per_sample.load(Ordering::Relaxed);
-        let now = of_wave.div_ceil(u64::from(samples.max(1))).max(1).max(before - before.div_ceil(4));
+        let now = of_batch.div_ceil(u64::from(samples.max(1))).max(1).max(before - before.div_ceil(4));
         if now != before {
             self.control.rays_per_sample.store(now, Ordering::Relaxed);
         }
         self.unreported += u64::from(if self.counts { samples } else { 0 });
-        if self.unreported >= BATCH || of_wave > RAYS {
+        if self.unreported >= BATCH || of_batch > RAYS {
             self.control.advance(std::mem::take(&mut self.unreported));
         }
         !self.control.is_stopped()

@@ -17,7 +17,7 @@ pub fn profile(scene: &Scene) -> Vec<StageProfile> {
     on_threads(&settings, || {
         let (prepared, profilers) = (Prepared::new(scene), Mutex::default());
         let progress = |_: super::Progress| ControlFlow::Continue(());
-        run(&prepared, &scene.view, &settings, None, &progress, Some(&profilers), super::always);
+        run(&prepared, &scene.view, &settings, None, &progress, Some(&profilers));
         let profilers = profilers.into_inner().unwrap_or_else(PoisonError::into_inner);
         stage_profiles(&profilers, &prepared.traceable, &prepared.lights)
     })

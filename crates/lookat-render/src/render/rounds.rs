@@ -1,13 +1,18 @@
-//! The loop over samples: rounds over all tiles, each of as many samples as a policy asks for.
+//! The loop over samples: rounds over all tiles, each of as many samples as a policy asks for; the policy that gives each pixel the
+//! same number; and an estimate of the remaining time.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
+use lookat_scene::Sampler;
 use rayon::prelude::*;
 
+use super::Progress;
 use super::control::{Control, Meter};
-use super::sample::{Context, Job};
-use super::waves::Worker;
-use crate::film::{Film, Tile, lock};
+use super::sample::{Context, Job, Pattern, Worker};
+use crate::film::{Film, REPLICATES, Tile, lock};
+use crate::sampler::replicate_seed;
 
 /// Where the next samples go, and when there are enough of them.
 pub(super) trait Policy: Sync {
@@ -72,4 +77,168 @@ pub(super) fn render<P: Policy>(context: &Context, policy: &mut P) -> Vec<P::Sta
         policy.end(film, &mut states, whole_tiles.into_inner() == film.tiles.len());
     }
     states
+}
+
+/// Estimates the remaining time of a rendering.
+#[derive(Debug, Clone, Default)]
+pub struct TimeLeft {
+    /// Seconds since the first call, and the samples done by then. Each time is at least 2 % more than the previous
+    /// one.
+    history: Vec<(f64, u64)>,
+    started: Option<(Instant, u64)>,
+}
+
+/// The factor by which the time per sample may rise or fall, because other pixels are sampled and the machine has other
+/// work.
+const SLACK: f64 = 1.4;
+
+/// Seconds until the rate of samples is reliable.
+const SETTLED: f64 = 0.5;
+
+impl TimeLeft {
+    /// The least and the most remaining time, in seconds. `None` while it is unknown. Call this function regularly.
+    ///
+    /// The bounds cover two rates of samples: the rate since the start, and the rate in the second half of the elapsed
+    /// time.
+    pub fn update(&mut self, progress: &Progress) -> Option<[f64; 2]> {
+        let (started, before) = *self.started.get_or_insert((Instant::now(), progress.done));
+        let (time, done) = (started.elapsed().as_secs_f64(), progress.done.saturating_sub(before));
+        self.at(time, done, progress.left?)
+    }
+
+    fn at(&mut self, time: f64, done: u64, [least, most]: [u64; 2]) -> Option<[f64; 2]> {
+        if self.history.last().is_none_or(|(last, _)| time > 1.02 * last) {
+            self.history.push((time, done));
+        }
+        if time < SETTLED {
+            return None;
+        }
+        let half = self.history.iter().rev().find(|(then, _)| *then <= 0.5 * time);
+        let rate = |(from, before): (f64, u64)| (time - from) / done.saturating_sub(before) as f64;
+        let all = rate((0.0, 0));
+        let recent = half.map_or(all, |then| rate(*then));
+        let [fast, slow] = [all.min(recent) / SLACK, all.max(recent) * SLACK];
+        let left = [least as f64 * fast, most as f64 * slow];
+        left.iter().all(|seconds| seconds.is_finite()).then_some(left)
+    }
+}
+
+/// Samples that are taken of every pixel before the next pass begins.
+pub(super) struct Pass {
+    pub pattern: Pattern,
+    pub samples: Range<u32>,
+}
+
+/// Passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole picture. With
+/// error layers each pass is a replicate.
+pub(super) struct Fixed {
+    passes: std::vec::IntoIter<Pass>,
+    pass: Option<Pass>,
+    samples_per_pixel: u32,
+    has_spreads: bool,
+}
+
+impl Fixed {
+    pub fn new(sampler: Sampler, seed: u64, has_spreads: bool) -> Fixed {
+        let passes = all(sampler, seed, has_spreads).into_iter();
+        Fixed { passes, pass: None, samples_per_pixel: sampler.samples_per_pixel, has_spreads }
+    }
+}
+
+/// All passes of a picture.
+pub(super) fn all(sampler: Sampler, seed: u64, has_spreads: bool) -> Vec<Pass> {
+    if has_spreads { replicates(sampler, seed) } else { passes(sampler, seed) }
+}
+
+fn replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
+    let samples = sampler.samples_per_pixel;
+    let count = samples.min(REPLICATES);
+    let replicate = |i: u32| {
+        // Patterns without jitter are all the same, and show no error.
+        let sampler = sampler.jittered().with_samples(samples / count + u32::from(i < samples % count));
+        let pattern = Pattern { sampler, seed: replicate_seed(seed, i), is_watched: false };
+        Pass { pattern, samples: 0..sampler.samples_per_pixel }
+    };
+    (0..count).map(replicate).collect()
+}
+
+fn passes(sampler: Sampler, seed: u64) -> Vec<Pass> {
+    let mut from = 0;
+    let pass = |to| {
+        let samples = from..to;
+        from = to;
+        Pass { pattern: Pattern { sampler, seed, is_watched: false }, samples }
+    };
+    doubled(1, sampler.samples_per_pixel).map(pass).collect()
+}
+
+/// `from`, twice as many, and so on, to `to`; nothing if that is less.
+pub(super) fn doubled(from: u32, to: u32) -> impl Iterator<Item = u32> {
+    let ends = std::iter::successors(Some(from), |end| end.checked_mul(2));
+    ends.take_while(move |end| *end < to).chain((from <= to).then_some(to))
+}
+
+impl Policy for Fixed {
+    type State = ();
+
+    fn begin(&self, _tile: &Tile) {}
+
+    fn next(&mut self, film: &Film, _states: &mut [()], control: &Control) -> bool {
+        if self.pass.is_none() {
+            control.expect(film.sources().size() as u64 * u64::from(self.samples_per_pixel));
+        }
+        self.pass = self.passes.next();
+        self.pass.is_some()
+    }
+
+    fn jobs(&self, tile: &Tile, _state: &()) -> Vec<Job> {
+        let job = |place| self.pass.as_ref().map(|pass| Job::new(pass.pattern, place, pass.samples.clone()));
+        tile.sources.places().filter_map(job).collect()
+    }
+
+    fn end(&mut self, film: &Film, _states: &mut [()], is_whole: bool) {
+        let Some(pass) = self.pass.as_ref().filter(|_| self.has_spreads) else { return };
+        let samples = pass.samples.len() as u32;
+        film.tiles.par_iter().for_each(|tile| {
+            let Tile { sums, pass, spreads, .. } = &mut *lock(tile);
+            for ((sum, pass), spread) in sums.iter_mut().zip(pass).zip(spreads) {
+                // Half a replicate is none.
+                if is_whole {
+                    spread.add(pass.weighted(film.scale()), samples);
+                }
+                *sum += std::mem::take(pass);
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn even_work_is_estimated_within_the_slack() {
+        let mut left = TimeLeft::default();
+        for step in 1..=100 {
+            let [least, most] =
+                left.at(f64::from(step), 1000 * step as u64, [1000 * (100 - step as u64); 2]).unwrap();
+            let truth = f64::from(100 - step);
+            assert!((least - truth / SLACK).abs() < 1e-9 && (most - truth * SLACK).abs() < 1e-9);
+        }
+    }
+
+    /// Slower samples raise the upper bound, and later also the lower bound.
+    #[test]
+    fn slower_samples_are_noticed() {
+        let mut left = TimeLeft::default();
+        (1..=10_u64).for_each(|second| {
+            left.at(second as f64, 1000 * second, [9000; 2]);
+        });
+        let [mut least, mut most] = [0.0; 2];
+        for second in 11..=40_u64 {
+            [least, most] = left.at(second as f64, 10_000 + 100 * (second - 10), [1000; 2]).unwrap();
+        }
+        assert!(most >= 10.0 && least > 1.0, "{least} {most}");
+        assert_eq!(TimeLeft::default().at(1.0, 0, [10; 2]), None);
+    }
 }

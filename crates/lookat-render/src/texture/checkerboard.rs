@@ -1,10 +1,11 @@
-//! The value of a checkerboard (PBR 10.5).
+//! Checkerboards and dots (PBR 10.5).
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use lookat_scene::{Cells, Checkerboard};
+use lookat_scene::{Cells, Checkerboard, Dots};
 
-use super::{TexturePoint, Values, mapping};
-use crate::number::{Vec2x8, vectorized};
+use super::noise::noise;
+use super::{TexturePoint, Values, changes, coordinates};
+use crate::number::{V3, Vec2x8, vectorized};
 
 #[inline(always)]
 pub(super) fn checkerboard<S: Simd, T: Values<S>>(
@@ -25,11 +26,11 @@ fn share_of_odd<S: Simd>(at: &TexturePoint<S>, cells: &Cells, active: mask64x8<S
     vectorized!(active.token(), {
         match cells {
             Cells::Plane { mapping, filtered } => {
-                let st = mapping::coordinates(mapping, at, active);
+                let st = coordinates(mapping, at, active);
                 match &at.footprint {
                     Some(footprint) if *filtered => {
                         // How far s and t change up to the neighbors, at most.
-                        let [x, y] = mapping::changes(mapping, at, footprint, active);
+                        let [x, y] = changes(mapping, at, footprint, active);
                         filtered_share(st, [x[0].abs().max(y[0].abs()), x[1].abs().max(y[1].abs())])
                     }
                     _ => parity(&st),
@@ -82,12 +83,48 @@ fn odd_length<S: Simd>(pairs: f64x8<S>) -> f64x8<S> {
     whole + 2.0 * (pairs - whole - 0.5).max(0.0)
 }
 
+const RADIUS: f64 = 0.35;
+
+/// How far the middle of a dot may be from that of its cell.
+const MOST_SHIFT: f64 = 0.5 - RADIUS;
+
+#[inline(always)]
+pub(super) fn dots<S: Simd, T: Values<S>>(
+    at: &TexturePoint<S>,
+    dots: &Dots<T>,
+    active: mask64x8<S>,
+) -> T::Wide {
+    let in_dot = in_dot(coordinates(&dots.mapping, at, active), active);
+    at.either(in_dot, [&dots.dots, &dots.around], active)
+}
+
+/// Whether there is a dot in the cell of `st`, and `st` is in it. The places for noise are those of pbrt-v3.
+#[inline(never)]
+fn in_dot<S: Simd>([s, t]: Vec2x8<S>, active: mask64x8<S>) -> mask64x8<S> {
+    let simd = active.token();
+    vectorized!(simd, {
+        let cell = [(s + 0.5).floor(), (t + 0.5).floor()];
+        let random = |s: f64, t: f64, active| {
+            noise(V3 { x: cell[0] + s, y: cell[1] + t, z: 0.5.simd_into(simd) }, active)
+        };
+        let has_dot = random(0.5, 0.5, active).simd_gt(0.0) & active;
+        if !has_dot.any_true() {
+            return has_dot;
+        }
+        let (x, y) = (random(1.5, 2.8, has_dot), random(4.5, 9.8, has_dot));
+        let (x, y) = (s - (cell[0] + MOST_SHIFT * x), t - (cell[1] + MOST_SHIFT * y));
+        has_dot & (x * x + y * y).simd_lt(RADIUS * RADIUS)
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use glam::DVec2;
-
     use super::*;
+    use crate::number::bits;
     use crate::testing::baseline;
+    use fearless_simd::f64x8;
+    use glam::DVec2;
+    use std::f64::consts::PI;
 
     fn parity_at(p: &[f64]) -> f64 {
         baseline!(simd => {
@@ -137,5 +174,23 @@ mod tests {
         }
         assert_eq!(parity_at(&[3e9 + 1.5, 0.5]), 1.0);
         assert_eq!(parity_at(&[-0.5, 0.5, -2.5]), 0.0);
+    }
+
+    fn is_in_dot(st: DVec2) -> bool {
+        baseline!(simd => {
+            in_dot(st.to_array().map(|x| f64x8::splat(simd, x)), bits(simd, 1)).to_bitmask() & 1 == 1
+        })
+    }
+
+    #[test]
+    fn two_of_five_cells_have_a_dot_and_dots_stay_in_their_cell() {
+        let n = 900;
+        let step = 45.0 / f64::from(n);
+        let places = (0..n).flat_map(|i| (0..n).map(move |j| DVec2::new(f64::from(i), f64::from(j)) * step));
+        let share = places.filter(|st| is_in_dot(*st)).count() as f64 / f64::from(n * n);
+        let full = PI * RADIUS * RADIUS;
+        // Fewer than half: noise is often 0 in the middle of a cell.
+        assert!((0.36..0.42).contains(&(share / full)), "{share}");
+        assert!((0..1000).all(|i| !is_in_dot(DVec2::new(f64::from(i) * 0.1, 0.5))));
     }
 }

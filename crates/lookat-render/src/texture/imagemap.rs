@@ -5,9 +5,9 @@ use glam::DVec2;
 use lookat_image::MipMap;
 use lookat_scene::{ImageFilter, ImageMap, Value};
 
-use super::mapping::{changes, coordinates};
 use super::{TexturePoint, Values};
-use crate::number::{LANES, Vec2x8, those, to_f32, vectorized};
+use crate::number::{LANES, Vec2x8, set_lanes, to_f32, vectorized};
+use crate::texture::{changes, coordinates};
 
 /// With neighbors one by one, by the filter; else bilinear.
 #[inline(never)]
@@ -24,7 +24,7 @@ pub(super) fn value<S: Simd, T: Values<S>>(
         let [x, y] = changes(&image.mapping, at, footprint, active);
         let is_still = x[0].simd_eq(0.0) & x[1].simd_eq(0.0) & y[0].simd_eq(0.0) & y[1].simd_eq(0.0);
         let mut filtered = [T::Texel::default(); LANES];
-        for lane in those(active & !is_still) {
+        for lane in set_lanes(active & !is_still) {
             let of = |v: &Vec2x8<S>| DVec2::new(v[0][lane], v[1][lane]);
             filtered[lane] = one(image, of(&st), [of(&x), of(&y)]);
         }
@@ -57,7 +57,7 @@ pub(crate) fn bilinear<S: Simd, T: Values<S>>(
     let place = [place[0].max(-far).min(far), place[1].max(-far).min(far)];
     let (s, t) = (place[0].floor(), place[1].floor());
     let mut corners = [[T::Texel::default(); LANES]; 4];
-    for lane in those(active) {
+    for lane in set_lanes(active) {
         let own = map.corners(s[lane] as i64, t[lane] as i64);
         for (corner, texel) in corners.iter_mut().zip(own) {
             corner[lane] = texel;

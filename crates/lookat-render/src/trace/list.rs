@@ -4,10 +4,10 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use super::rays::{Hits, NONE, POINT_LIGHT, Rays};
 use crate::curved::Curved;
-use crate::curved::sphere::meetings::Meetings;
-use crate::number::{Vec3x8, bits, those, vectorized};
+use crate::curved::sphere::Meetings;
+use crate::number::{Vec3x8, bits, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
-use crate::traceable::{Other, Traceable};
+use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
 use crate::triangle::{Triangle, holds_end};
 
@@ -31,11 +31,11 @@ pub(crate) struct Element<'s> {
     label: f64,
     emits: bool,
     is_cut_out: bool,
-    pub shape: Shape<'s>,
+    pub shape: ListedShape<'s>,
 }
 
 #[derive(Clone, Copy)]
-pub(crate) enum Shape<'s> {
+pub(crate) enum ListedShape<'s> {
     Triangle(BoxedTriangle<'s>),
     Sphere(&'s Curved),
 }
@@ -44,21 +44,21 @@ impl<'s> List<'s> {
     /// `None` of worlds that are too large, or have other elements.
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
-        let count = world.triangles.len() + SPHERE * world.others.len();
+        let count = world.triangles.len() + SPHERE * world.non_triangles.len();
         if count > MOST {
             return None;
         }
         let triangle = |(place, triangle): (u32, &'s Triangle)| {
-            let shape = Shape::Triangle(BoxedTriangle::new(triangle));
+            let shape = ListedShape::Triangle(BoxedTriangle::new(triangle));
             Element::new(scene, triangle.element(ElementId::WORLD), place, shape)
         };
         let mut elements: Vec<Element<'s>> = (0..).zip(&world.triangles).map(triangle).collect();
-        for other in &world.others {
-            let Other::Curved { primitive, shape } = *other else { return None };
+        for other in &world.non_triangles {
+            let NonTriangle::Curved { primitive, shape } = *other else { return None };
             let curved = &scene.curved[shape as usize];
             curved.as_sphere()?;
             let id = ElementId { instance: ElementId::WORLD, primitive, index: 0 };
-            elements.push(Element::new(scene, id, Hit::NO_PLACE, Shape::Sphere(curved)));
+            elements.push(Element::new(scene, id, Hit::NO_PLACE, ListedShape::Sphere(curved)));
         }
         elements.sort_by_key(|element| element.id);
         Some(List { scene, has_emitters: elements.iter().any(|element| element.emits), elements })
@@ -73,10 +73,10 @@ impl<'s> List<'s> {
     pub fn hit<S: Simd>(&self, hits: &Hits<S>, lane: usize) -> Hit {
         let element = &self.elements[hits.element[lane] as usize];
         let barycentric = match element.shape {
-            Shape::Triangle(BoxedTriangle { triangle, .. }) => {
+            ListedShape::Triangle(BoxedTriangle { triangle, .. }) => {
                 triangle.barycentric([hits.sides[0][lane], hits.sides[1][lane], hits.sides[2][lane]])
             }
-            Shape::Sphere(_) => [0.0; 2],
+            ListedShape::Sphere(_) => [0.0; 2],
         };
         Hit { t: hits.t[lane], element: element.id, barycentric, place: element.place }
     }
@@ -103,7 +103,7 @@ impl<'s> List<'s> {
             }
         }
         if self.has_emitters {
-            for lane in those(hits.is_hit()) {
+            for lane in set_lanes(hits.is_hit()) {
                 let emits = self.elements[hits.element[lane] as usize].emits;
                 hits.emits |= bits(simd, u64::from(emits) << lane);
             }
@@ -113,7 +113,7 @@ impl<'s> List<'s> {
 
     /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
     #[inline(always)]
-    pub fn met<S: Simd>(
+    pub fn occluded<S: Simd>(
         &self,
         simd: S,
         rays: &Rays<S>,
@@ -144,7 +144,7 @@ impl<'s> List<'s> {
 }
 
 impl<'s> Element<'s> {
-    fn new(scene: &Traceable, id: ElementId, place: u32, shape: Shape<'s>) -> Self {
+    fn new(scene: &Traceable, id: ElementId, place: u32, shape: ListedShape<'s>) -> Self {
         let emits = scene.primitive(id.primitive).emission.is_some();
         let (label, is_cut_out) = (scene.labels.of(id), scene.is_cut_out(id.primitive));
         Element { id, place, label, emits, is_cut_out, shape }
@@ -160,7 +160,7 @@ impl<'s> Element<'s> {
         met: mask64x8<S>,
         is_shadow: bool,
     ) -> mask64x8<S> {
-        let (simd, Shape::Triangle(boxed)) = (met.token(), &self.shape) else { return met };
+        let (simd, ListedShape::Triangle(boxed)) = (met.token(), &self.shape) else { return met };
         vectorized!(simd, {
             let (_, _, sides) = ShearedRays::new(rays.o, rays.d, met).intersect(simd, boxed, met);
             scene.meet_solid(simd, (boxed.triangle, &sides), met, is_shadow)
@@ -172,11 +172,11 @@ impl<'s> Element<'s> {
     #[inline(never)]
     fn ends<S: Simd>(&self, own: f64x8<S>, rays: &Rays<S>, met: mask64x8<S>) -> mask64x8<S> {
         let mut ends = 0;
-        for lane in those(met) {
+        for lane in set_lanes(met) {
             let ray = Ray { t_max: rays.t_max[lane], ..Ray::new(rays.o.lane(lane), rays.d.lane(lane)) };
             let is_end = match &self.shape {
-                Shape::Triangle(boxed) => holds_end(&ray, &boxed.triangle.corners),
-                Shape::Sphere(sphere) => sphere.is_met_at_end(&ray, rays.leaving[lane] == own[lane]),
+                ListedShape::Triangle(boxed) => holds_end(&ray, &boxed.triangle.corners),
+                ListedShape::Sphere(sphere) => sphere.is_met_at_end(&ray, rays.leaving[lane] == own[lane]),
             };
             ends |= u64::from(is_end) << lane;
         }
@@ -196,11 +196,11 @@ impl<'s> Element<'s> {
     ) -> (mask64x8<S>, f64x8<S>, Option<[f64x8<S>; 3]>) {
         let (simd, leaving) = (own.token(), rays.leaving.simd_eq(own));
         match &self.shape {
-            Shape::Triangle(boxed) => {
+            ListedShape::Triangle(boxed) => {
                 let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
                 (met, t, Some(sides))
             }
-            Shape::Sphere(sphere) => {
+            ListedShape::Sphere(sphere) => {
                 let (met, t) = meet_sphere(simd, sphere, rays, t_max, leaving, active);
                 (met, t, None)
             }
@@ -238,7 +238,7 @@ fn one_by_one<S: Simd>(
     (met, mut t, doubtful): (mask64x8<S>, f64x8<S>, mask64x8<S>),
 ) -> (mask64x8<S>, f64x8<S>) {
     let (mut met, leaving) = (met.to_bitmask(), leaving.to_bitmask());
-    for lane in those(doubtful) {
+    for lane in set_lanes(doubtful) {
         let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
         let found = curved.intersect(&ray, t_max[lane], leaving >> lane & 1 == 1);
         met = met & !(1 << lane) | u64::from(found.is_some()) << lane;
@@ -276,9 +276,9 @@ mod tests {
             let name = |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits));
             let own = hits.is_hit().all_true().then(|| name(list.hit(&hits, 5)));
             assert_eq!(own, traceable.nearest(&ray).map(name), "{ray:?}");
-            assert_eq!(list.met(simd, &rays, (all, false)).all_true(), own.is_some());
+            assert_eq!(list.occluded(simd, &rays, (all, false)).all_true(), own.is_some());
             let is_blocked = traceable.occluded(&ray);
-            assert_eq!(list.met(simd, &rays, (all, true)).all_true(), is_blocked, "{ray:?}");
+            assert_eq!(list.occluded(simd, &rays, (all, true)).all_true(), is_blocked, "{ray:?}");
             passed += u32::from(own.is_some() && !is_blocked);
         });
         assert!((100..1900).contains(&passed), "{passed} of 2000 pass as shadow rays alone");

@@ -3,9 +3,9 @@
 use fearless_simd::{Simd, mask64x8};
 
 use super::rays::{Hits, Labels, NONE, PLACES, Rays};
-use crate::number::{bits, those};
+use crate::number::{bits, set_lanes};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::trace::forms::Forms;
+use crate::trace::Forms;
 use crate::trace::nothing;
 use crate::traceable::Traceable;
 
@@ -35,7 +35,7 @@ impl<'s> Tree<'s> {
     pub fn nearest<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
         let (scene, forms) = (self.scene, Forms::new(simd, rays.o, rays.d));
         let (mut hits, mut emits) = (Hits::none(simd), 0);
-        for lane in those(active) {
+        for lane in set_lanes(active) {
             let ray = self.ray(rays, lane);
             let mut hit = nothing(&ray);
             if scene.search::<S, false>(simd, scene.query(&ray, false), (&forms, lane), &mut hit) {
@@ -48,7 +48,7 @@ impl<'s> Tree<'s> {
 
     /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
     #[inline(always)]
-    pub fn met<S: Simd>(
+    pub fn occluded<S: Simd>(
         &self,
         simd: S,
         rays: &Rays<S>,
@@ -56,7 +56,7 @@ impl<'s> Tree<'s> {
     ) -> mask64x8<S> {
         let (scene, forms) = (self.scene, Forms::new(simd, rays.o, rays.d));
         let mut met = 0;
-        for lane in those(active) {
+        for lane in set_lanes(active) {
             let ray = self.ray(rays, lane);
             let query = scene.query(&ray, is_shadow);
             let is_met = scene.search::<S, true>(simd, query, (&forms, lane), &mut nothing(&ray));

@@ -6,7 +6,7 @@ use lookat_scene::Mesh;
 
 use crate::frame::pbrt_frame;
 use crate::number::{LANES, V3, Vec2x8, Vec3x8, bits};
-use crate::parametric::Parametrics;
+use crate::surface::Parametrics;
 
 /// Coordinates of a triangle whose mesh has none, as pbrt-v3 gives them.
 const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
@@ -24,7 +24,7 @@ pub(crate) fn coordinates(mesh: &Mesh, index: usize) -> [DVec2; 3] {
 
 /// Points of triangles of any meshes.
 #[derive(Default)]
-pub(crate) struct Triangles {
+pub(crate) struct ParametricTriangles {
     positions: [[[f64; LANES]; 3]; 3],
     normals: [[[f64; LANES]; 3]; 3],
     tangents: [[[f64; LANES]; 3]; 3],
@@ -38,7 +38,7 @@ pub(crate) struct Triangles {
     has_tangents: u64,
 }
 
-impl Triangles {
+impl ParametricTriangles {
     /// Puts a point in its place: of a triangle of a mesh, where its corners weigh so much, with its shading normal.
     #[inline(never)]
     pub fn put(
@@ -90,14 +90,14 @@ impl Triangles {
         }
         let (ns, is_reversed) = (Vec3x8::from_arrays(simd, &self.ns), bits(simd, self.is_reversed));
         let [s0, s1, s2] = Vec3x8::three(simd, &self.tangents);
-        let (tangent, is_there) = (s0 * weights[0] + s1 * weights[1] + s2 * weights[2]).try_normalize();
+        let (tangent, is_valid) = (s0 * weights[0] + s1 * weights[1] + s2 * weights[2]).try_normalize();
         // pbrt-v3 keeps the direction of dpdu only, at length one.
-        let along = tangent.or(is_there & has_tangents, flat.dpdu.normalize_or(DVec3::X));
+        let along = tangent.or(is_valid & has_tangents, flat.dpdu.normalize_or(DVec3::X));
         // pbrt-v3 knows the normal of the file here, before ReverseOrientation.
         let own = (-ns).or(is_reversed, ns);
-        let (across, is_there) = along.cross(own).try_normalize();
+        let (across, is_valid) = along.cross(own).try_normalize();
         let [x, y] = pbrt_frame(own);
-        let (dpdu, dpdv) = (across.cross(own).or(is_there, x), across.or(is_there, y));
+        let (dpdu, dpdv) = (across.cross(own).or(is_valid, x), across.or(is_valid, y));
         let zero = Vec3x8::splat(simd, DVec3::ZERO);
         let [dndu, dndv] = bending(uvs, Vec3x8::three(simd, &self.normals));
         let shading = Parametrics {
@@ -127,21 +127,21 @@ fn flat<S: Simd>(
         #[inline(always)]
         |axis: usize| uvs[0][axis] * b0 + uvs[1][axis] * b1 + uvs[2][axis] * b2,
     );
-    let ([dpdu, dpdv], is_there) = by_coordinates(uvs, [p0 - p2, p1 - p2]);
-    let is_there = is_there & !is_zero(dpdu.cross(dpdv));
+    let ([dpdu, dpdv], is_valid) = by_coordinates(uvs, [p0 - p2, p1 - p2]);
+    let is_valid = is_valid & !is_zero(dpdu.cross(dpdv));
     let [x, y] = pbrt_frame((p2 - p0).cross(p1 - p0).normalize_or(DVec3::Z));
     let zero = Vec3x8::splat(b0.token(), DVec3::ZERO);
-    Parametrics { uv: [u, v], dpdu: dpdu.or(is_there, x), dpdv: dpdv.or(is_there, y), dndu: zero, dndv: zero }
+    Parametrics { uv: [u, v], dpdu: dpdu.or(is_valid, x), dpdv: dpdv.or(is_valid, y), dndu: zero, dndv: zero }
 }
 
 /// How the normals of the file change over triangles.
 #[inline(always)]
 fn bending<S: Simd>(uvs: [Vec2x8<S>; 3], [n0, n1, n2]: [Vec3x8<S>; 3]) -> [Vec3x8<S>; 2] {
-    let ([dndu, dndv], is_there) = by_coordinates(uvs, [n0 - n2, n1 - n2]);
+    let ([dndu, dndv], is_valid) = by_coordinates(uvs, [n0 - n2, n1 - n2]);
     let across = (n2 - n0).cross(n1 - n0);
     let zero = Vec3x8::splat(across.x.token(), DVec3::ZERO);
     let ([x, y], is_zero) = (pbrt_frame(across), is_zero(across));
-    [dndu.or(is_there, zero.or(is_zero, x)), dndv.or(is_there, zero.or(is_zero, y))]
+    [dndu.or(is_valid, zero.or(is_zero, x)), dndv.or(is_valid, zero.or(is_zero, y))]
 }
 
 #[inline(always)]

@@ -6,17 +6,18 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3};
 use lookat_scene::Light;
 
-use super::{Seen, ShapeFacts, enclosure};
+use super::Seen;
+use super::ShapeFacts;
 use crate::bsdf::Domain;
-use crate::color::luminance;
 use crate::integrator::Tracer;
 use crate::integrator::world::World;
 use crate::light::Receivers;
-use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, those};
+use crate::number::luminance;
+use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, set_lanes};
 use crate::prepare::{Prepared, corners_of_shape};
 use crate::ray::ElementId;
 use crate::surface::Surface;
-use crate::surface::points::Surfaces;
+use crate::surface::Surfaces;
 use crate::trace::rays::{Rays, WORLD};
 use crate::warp::square_to_disk;
 
@@ -88,7 +89,7 @@ pub(super) fn facts(
             LightPlace::Light(_) => None,
             LightPlace::Primitive(number) => Some((ElementId::WORLD, number as u32)),
         };
-        let around = |p: DVec3| enclosure::around(traceable, p - traceable.origin, own);
+        let around = |p: DVec3| super::enclosing_shape(traceable, p - traceable.origin, own);
         let inside = position.filter(|_| !reaches).and_then(around);
         LightFacts {
             place,
@@ -168,11 +169,11 @@ fn received<S: Simd>(
                 _ => of_sky(simd, prepared, light, &surfaces, [u, v]),
             };
             let faced = faced & active & light.is_light();
-            let is_met = world.met(simd, tracer, &rays, (faced, !is_sky));
+            let is_met = world.occluded(simd, tracer, &rays, (faced, !is_sky));
             let lit = faced & !is_met;
-            sum.faced += those(faced).count();
-            sum.lit += those(lit).count();
-            sum.irradiance += those(lit).map(|lane| luminance(light.lane(lane))).sum::<f64>();
+            sum.faced += set_lanes(faced).count();
+            sum.lit += set_lanes(lit).count();
+            sum.irradiance += set_lanes(lit).map(|lane| luminance(light.lane(lane))).sum::<f64>();
         }
     }
     sum
@@ -197,7 +198,7 @@ fn of_light<S: Simd>(
     let other = if light >= prepared.lights.first_sky { cosine / PI } else { 0.0.simd_into(simd) };
     let share = cosine / (sample.pdf + other);
     let least = (0.25 * prepared.lights.radius(light) / sample.shadow.t_max).max(1.0) * GRAZING;
-    let counts = sample.is_there & cosine.simd_gt(least);
+    let counts = sample.is_valid & cosine.simd_gt(least);
     (sample.shadow, sample.li.scaled(share), counts)
 }
 

@@ -3,67 +3,69 @@
 use std::fmt::Write;
 
 use lookat_lab::chart::{
-    Curve, End, EqualValues, Estimate, Header, Marker, Method, Origin, Plan, Point, Reference, Results,
+    Chart, EqualTable, Estimate, Method, MethodResult, Origin, OtherResult, Plan, Reference, plain,
+    significant,
 };
-use lookat_lab::plot::{plain, significant};
 use lookat_render::REPLICATES;
 
 use crate::visible::visible;
 
 /// The line above the chart.
-pub fn title(header: &Header) -> String {
-    let name = header.scene.rsplit(['/', '\\']).next().unwrap_or_default();
-    let [width, height] = header.size;
-    format!("{}, {width} x {height} pixels, {}", visible(name), count(header.threads, "thread"))
+pub fn title(chart: &Chart) -> String {
+    let name = chart.scene.rsplit(['/', '\\']).next().unwrap_or_default();
+    let [width, height] = chart.size;
+    let threads = if chart.threads == 1 { "1 thread".into() } else { format!("{} threads", chart.threads) };
+    format!("{}, {width} x {height} pixels, {threads}", visible(name))
 }
 
 /// The plan, before rendering.
-pub fn plan(plan: &Plan, methods: &[&Method], is_fixed: bool) -> String {
-    let tops: Vec<u32> =
-        plan.rungs.iter().zip(&plan.costs).map(|(rungs, cost)| cost.first << (rungs - 1)).collect();
-    let most = tops.iter().copied().max().unwrap_or(1);
-    let less = methods.iter().zip(&tops).filter(|(_, top)| **top < most);
-    let less: Vec<String> = less.map(|(method, top)| format!("{} {top}", method.name)).collect();
-    let less = if less.is_empty() { String::new() } else { format!(" ({})", less.join(", ")) };
-    let mut text =
-        format!("plan: 1 to {most} samples per pixel{less}, {} each", count(plan.seeds as usize, "seed"));
-    if plan.reference > 0 {
-        let _ = write!(text, "; a reference of {}", plan.reference);
+pub fn plan(plan: &Plan, seconds: Option<f64>, methods: &[&Method]) -> String {
+    let most = methods.iter().map(|method| plan.last(method)).max().unwrap_or(1);
+    let mut text = format!("plan: 1 to {most} samples per pixel, {} seeds each", plan.seeds);
+    if plan.renders_reference {
+        let _ = write!(text, "; a reference of {}", plan.reference_samples(methods));
     }
-    if !is_fixed {
-        let _ = write!(text, "; about {} s", significant(plan.seconds, 2));
+    if let Some(seconds) = seconds {
+        let _ = write!(text, "; about {} s", significant(seconds, 2));
     }
     text
 }
 
 /// All results.
-pub fn results(header: &Header, reference: &Reference, results: &Results) -> String {
-    let mut text = title(header) + "\n";
-    let (parse, preparation) = (significant(header.parse, 2), significant(header.preparation, 2));
-    let _ = writeln!(
-        text,
-        "reading the scene took {parse} s, preparing it {preparation} s; the times below do not include this"
-    );
-    let _ = writeln!(text, "{}", of_reference(reference));
-    text += match results.measured.end {
-        End::Whole => "",
-        End::Late => "the machine was slower than planned: the last points are missing\n",
-        End::Interrupted => "interrupted: the last points are missing\n",
+pub fn results(chart: &Chart, reference: &Reference) -> String {
+    let (parse, preparation) =
+        (significant(chart.parse_seconds, 2), significant(chart.preparation_seconds, 2));
+    let end = match (chart.complete, chart.interrupted) {
+        (true, _) => "",
+        (false, true) => "interrupted: the last points are missing\n",
+        (false, false) => "the machine was slower than planned: the last points are missing\n",
     };
-    let _ = write!(text, "\n{}", methods(results));
-    if !results.markers.is_empty() {
-        let _ = write!(text, "\n{}", others(results));
+    let mut text = format!(
+        "{}\nreading the scene took {parse} s, preparing it {preparation} s; the times below do not include this\n{}\n{end}\n{}",
+        title(chart),
+        of_reference(reference),
+        methods(chart)
+    );
+    if !chart.others.is_empty() {
+        let _ = write!(text, "\n{}", others(chart));
     }
-    let _ = write!(text, "\n{}", front(results));
-    let first = results.name(0).to_owned();
-    let ratio = if results.curves.len() > 1 { format!(" (relative to {first})") } else { String::new() };
+    let mut front = vec![["Pareto front", "seconds", "RMSE"].map(String::from).to_vec()];
+    front.extend(
+        chart
+            .front
+            .iter()
+            .map(|point| vec![point.name.clone(), significant(point.seconds, 3), significant(point.rmse, 3)]),
+    );
+    let _ = write!(text, "\n{}", table(&front));
+    let first = chart.methods[0].name;
+    let ratio = if chart.methods.len() > 1 { format!(" (relative to {first})") } else { String::new() };
     for (title, what, found) in [
-        ("RMSE after equal times", "seconds", &results.equal_times),
-        ("seconds to equal RMSE", "RMSE", &results.equal_errors),
+        ("RMSE after equal times", "seconds", &chart.equal_time),
+        ("seconds to equal RMSE", "RMSE", &chart.equal_error),
     ] {
-        // Single points have no common range.
+        // A single point has no range.
         if !found.at.is_empty() {
-            let _ = write!(text, "\n{title}{ratio}\n{}", comparison(what, results, found));
+            let _ = write!(text, "\n{title}{ratio}\n{}", comparison(what, &chart.methods, found));
         }
     }
     text
@@ -71,13 +73,11 @@ pub fn results(header: &Header, reference: &Reference, results: &Results) -> Str
 
 fn of_reference(reference: &Reference) -> String {
     let origin = match &reference.origin {
-        Origin::Rendered { samples, seconds, .. } => {
-            let each = samples / REPLICATES;
-            format!(
-                "{samples} samples per pixel by sobol, as {REPLICATES} pictures of {each}, {} s",
-                significant(*seconds, 2)
-            )
-        }
+        Origin::Rendered { samples, seconds, .. } => format!(
+            "{samples} samples per pixel by sobol, as {REPLICATES} pictures of {}, {} s",
+            samples / REPLICATES,
+            significant(*seconds, 2)
+        ),
         Origin::File { path, rounded } => {
             let rounding =
                 if *rounded { ", 8 or 16 bits per channel: rounded, and clipped at white" } else { "" };
@@ -92,106 +92,87 @@ fn of_reference(reference: &Reference) -> String {
 }
 
 /// One line per method: the slope of its error, and its last point.
-fn methods(results: &Results) -> String {
+fn methods(chart: &Chart) -> String {
     let titles =
         ["method", "samples", "slope", "fitted", "seconds", "RMSE", "relative MSE", "mean error", ""];
-    let mut rows = vec![row(titles)];
-    for (i, points) in results.measured.points.iter().enumerate() {
-        let Some(last) = points.last() else { continue };
-        let (slope, fitted) = results.fits[i].map_or(("-".into(), "-".into()), |fit| {
-            let [from, to] = [0, fit.rungs - 1].map(|at| samples(points[at].samples));
-            (format!("{:.3} ± {:.3}", fit.slope, fit.half_width), format!("{from} to {to}"))
+    let mut rows = vec![titles.map(String::from).to_vec()];
+    for method in &chart.methods {
+        let Some(last) = method.points.last() else { continue };
+        let (slope, fitted) = method.slope.map_or(("-".into(), "-".into()), |slope| {
+            let [from, to] = [0, slope.points - 1].map(|at| samples(method.points[at].samples_taken));
+            let half = 0.5 * (slope.interval[1] - slope.interval[0]);
+            (format!("{:.3} ± {half:.3}", slope.slope), format!("{from} to {to}"))
         });
-        let with_spread = |estimate: &Estimate, digits: usize| {
-            let half = 0.5 * (estimate.high - estimate.low);
-            format!("{} ± {}", significant(estimate.value, digits), significant(half, 2))
+        let with_spread = |Estimate { value, interval: [low, high] }: Estimate, digits: usize| {
+            format!("{} ± {}", significant(value, digits), significant(0.5 * (high - low), 2))
         };
         rows.push(vec![
-            results.name(i).into(),
-            samples(last.samples),
+            method.name.into(),
+            samples(last.samples_taken),
             slope,
             fitted,
             significant(last.seconds.value, 3),
-            with_spread(&last.rmse, 3),
+            with_spread(last.rmse, 3),
             significant(last.relative_mse.value, 3),
-            with_spread(&last.error, 2),
-            remarks(results, i, last),
+            with_spread(last.mean_error, 2),
+            remarks(chart, method),
         ]);
     }
     table(&rows)
 }
 
 /// The reason why the error of a method stops falling.
-fn remarks(results: &Results, method: usize, last: &Point) -> String {
-    let level = results.levels[method].map(|level| {
-        let cause = if results.noise().is_some() { "its bias" } else { "bias or noise of the reference" };
+fn remarks(chart: &Chart, method: &MethodResult) -> String {
+    let level = method.levels_off_at.map(|level| {
+        let cause = if chart.noise.is_some() { "its bias" } else { "bias or noise of the reference" };
         format!("levels off at {}: {cause}", significant(level, 2))
     });
-    let is_clear = results.is_clear(last.rmse.value);
-    let noise = (!is_clear).then(|| "down to the noise of the reference".to_owned());
+    let is_noise = method.points.last().is_some_and(|last| !last.above_reference_noise);
+    let noise = is_noise.then(|| "down to the noise of the reference".to_owned());
     level.into_iter().chain(noise).collect::<Vec<_>>().join("; ")
 }
 
-/// The Pareto front: the methods that no other method beats.
-fn front(results: &Results) -> String {
-    let mut rows = vec![row(["Pareto front", "from", "to", "RMSE from", "to", ""])];
-    for reign in &results.front {
-        let (first, last) = (reign.points[0], reign.points[reign.points.len() - 1]);
-        let ties: Vec<&str> = reign.ties.iter().map(|who| results.name(*who)).collect();
-        let ties = if ties.is_empty() { String::new() } else { format!("as good: {}", ties.join(", ")) };
-        rows.push(vec![
-            results.name(reign.who).into(),
-            format!("{} s", significant(first.0, 3)),
-            reign.until.map_or(String::new(), |until| format!("{} s", significant(until, 3))),
-            significant(first.1, 3),
-            significant(last.1, 3),
-            ties,
-        ]);
+/// The other renderers, and the time that lookat needs to reach their errors.
+fn others(chart: &Chart) -> String {
+    let head = ["other", "seconds", "RMSE", "relative MSE", "mean error"].into_iter();
+    let head = head.chain(chart.methods.iter().map(|method| method.name)).map(String::from).collect();
+    let mut rows: Vec<Vec<String>> = vec![head];
+    let mut notes = String::new();
+    for other in &chart.others {
+        let OtherResult { name, seconds, rmse, relative_mse, mean_error, .. } = other;
+        let mut cells = vec![name.clone(), significant(*seconds, 3), significant(*rmse, 3)];
+        cells.extend([significant(*relative_mse, 3), significant(*mean_error, 2)]);
+        cells.extend(chart.methods.iter().map(|method| reach(other, method)));
+        rows.push(cells);
+        let mut note = |holds: bool, note: &str| {
+            if holds {
+                let _ = writeln!(notes, "the picture of {name} {note}");
+            }
+        };
+        note(*rmse == 0.0, "equals the reference: it is not on the chart");
+        let is_noise = *rmse > 0.0 && !chart.is_clear(*rmse);
+        note(
+            is_noise,
+            "is about as exact as the reference; for a better reference, increase --spp or --budget",
+        );
+        note(other.stored_as_integers, "is rounded and clipped at white, which may cause its error");
     }
-    table(&rows)
+    format!(
+        "other renderers, and the seconds that lookat needs for the same RMSE (in parentheses, their time divided by this)\n{}{notes}",
+        table(&rows)
+    )
 }
 
-/// The other renderers, and the time that lookat needs to reach their errors.
-fn others(results: &Results) -> String {
-    let mut text = String::new();
-    let names = results.measured.methods.iter().map(|method| method.name.to_owned());
-    let head = ["other", "seconds", "RMSE", "relative MSE", "mean error"].map(String::from);
-    let mut rows = vec![head.into_iter().chain(names).collect::<Vec<_>>()];
-    for marker in &results.markers {
-        let ours = results.curves.iter().map(|curve| reach(marker, curve));
-        let own = [
-            marker.name.clone(),
-            significant(marker.seconds, 3),
-            significant(marker.means.rmse, 3),
-            significant(marker.means.relative_mse, 3),
-            significant(marker.means.error, 2),
-        ];
-        rows.push(own.into_iter().chain(ours).collect());
+/// The time of a method to reach the error of another renderer.
+fn reach(other: &OtherResult, method: &MethodResult) -> String {
+    let ratio = |seconds: f64| significant(other.seconds / seconds, 2);
+    match (method.seconds_to(other.rmse), method.curve().first()) {
+        (Some(seconds), _) => format!("{} ({})", significant(seconds, 3), ratio(seconds)),
+        (None, Some((seconds, error))) if *error < other.rmse => {
+            format!("<{} (>{})", significant(*seconds, 3), ratio(*seconds))
+        }
+        _ => "not reached".into(),
     }
-    let _ = writeln!(
-        text,
-        "other renderers, and the seconds that lookat needs for the same RMSE (in parentheses, their time divided by this)"
-    );
-    text += &table(&rows);
-    for marker in results.markers.iter().filter(|marker| marker.means.rmse == 0.0) {
-        let _ = writeln!(text, "the picture of {} equals the reference: it is not on the chart", marker.name);
-    }
-    let unclear = |marker: &&Marker| marker.means.rmse > 0.0 && !results.is_clear(marker.means.rmse);
-    for marker in results.markers.iter().filter(unclear) {
-        let _ = writeln!(
-            text,
-            "the error of {} is mostly the noise of the reference; for a better reference, increase --spp or --budget",
-            marker.name
-        );
-    }
-    for marker in results.markers.iter().filter(|marker| marker.rounded) {
-        let _ = writeln!(
-            text,
-            "the picture of {} is rounded and clipped at white, which may cause its error",
-            marker.name
-        );
-    }
-    text
 }
 
 /// A number of samples per pixel. For a target error it is a mean.
@@ -199,34 +180,20 @@ fn samples(count: f64) -> String {
     if count.fract() == 0.0 { count.to_string() } else { significant(count, 3) }
 }
 
-/// The time of a method to reach the error of another renderer.
-fn reach(marker: &Marker, curve: &Curve) -> String {
-    let ratio = |seconds: f64| significant(marker.seconds / seconds, 2);
-    if let Some(seconds) = curve.seconds_to(marker.means.rmse) {
-        return format!("{} ({})", significant(seconds, 3), ratio(seconds));
-    }
-    match curve.first() {
-        Some((seconds, error)) if error < marker.means.rmse => {
-            format!("<{} (>{})", significant(seconds, 3), ratio(seconds))
-        }
-        _ => "not reached".into(),
-    }
-}
-
-/// A comparison as a table: one row per method, one column per place.
-fn comparison(what: &str, results: &Results, comparison: &EqualValues) -> String {
-    let places = comparison.at.iter().map(|at| plain(*at));
-    let mut rows = vec![std::iter::once(what.to_owned()).chain(places).collect::<Vec<_>>()];
-    for (i, values) in comparison.values.iter().enumerate() {
-        let cell = |(column, value): (usize, &Option<f64>)| match (value, comparison.values[0][column]) {
+/// One row per method, one column per place. In parentheses, values over those of the first method.
+fn comparison(what: &str, methods: &[MethodResult], found: &EqualTable) -> String {
+    let mut rows =
+        vec![std::iter::once(what.to_owned()).chain(found.at.iter().map(|at| plain(*at))).collect()];
+    let first = &found.values[methods[0].name];
+    for method in methods {
+        let cells = found.values[method.name].iter().zip(first).map(|(value, first)| match (value, first) {
             (None, _) => "-".into(),
-            (Some(value), Some(first)) if i > 0 => {
+            (Some(value), Some(first)) if method.name != methods[0].name => {
                 format!("{} ({})", significant(*value, 3), significant(value / first, 2))
             }
             (Some(value), _) => significant(*value, 3),
-        };
-        let cells = values.iter().enumerate().map(cell);
-        rows.push(std::iter::once(results.name(i).to_owned()).chain(cells).collect());
+        });
+        rows.push(std::iter::once(method.name.to_owned()).chain(cells).collect::<Vec<_>>());
     }
     table(&rows)
 }
@@ -234,30 +201,20 @@ fn comparison(what: &str, results: &Results, comparison: &EqualValues) -> String
 /// Aligned columns: the first one left-aligned, the others right-aligned. A last column without a title is not padded.
 /// All rows have the length of the first row.
 fn table(rows: &[Vec<String>]) -> String {
-    let Some(titles) = rows.first() else { return String::new() };
     let width = |i: usize| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..titles.len()).map(width).collect();
     let mut text = String::new();
     for row in rows {
         let mut line = String::new();
-        for (i, (cell, width)) in row.iter().zip(&widths).enumerate() {
+        for (i, cell) in row.iter().enumerate() {
             let _ = match i {
-                0 => write!(line, "{cell:width$}"),
-                _ if titles[i].is_empty() => write!(line, "  {cell}"),
-                _ => write!(line, "  {cell:>width$}"),
+                0 => write!(line, "{cell:width$}", width = width(0)),
+                _ if rows[0][i].is_empty() => write!(line, "  {cell}"),
+                _ => write!(line, "  {cell:>width$}", width = width(i)),
             };
         }
         let _ = writeln!(text, "{}", line.trim_end());
     }
     text
-}
-
-fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
-    cells.map(String::from).to_vec()
-}
-
-fn count(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 #[cfg(test)]
@@ -266,7 +223,8 @@ mod tests {
 
     #[test]
     fn columns_are_aligned() {
-        let rows = [row(["a", "long", ""]), row(["name", "1", "said"]), row(["b", "123456", ""])];
+        let rows = [["a", "long", ""], ["name", "1", "said"], ["b", "123456", ""]];
+        let rows = rows.map(|row| row.map(String::from).to_vec());
         assert_eq!(table(&rows), "a       long\nname       1  said\nb     123456\n");
     }
 }

@@ -19,6 +19,9 @@ pub fn with_tips(error: Error, typed: &[String]) -> Error {
         ErrorKind::InvalidSubcommand if name.ends_with(".pbrt") => {
             Some(format!("to render the scene, write 'lookat render {}'", typed[1..].join(" ")))
         }
+        ErrorKind::InvalidSubcommand if name == "bench" => {
+            Some("in the source of lookat, run 'cargo run --release -p lookat-lab -- bench'".into())
+        }
         ErrorKind::UnknownArgument => {
             // The parser suggests giving an unknown option as a value, which the user hardly ever means.
             error.remove(ContextKind::Suggested);

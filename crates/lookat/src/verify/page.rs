@@ -90,9 +90,7 @@ impl Page {
         let [head, tail] = page(title, command, &self.scenes);
         write_result(file, |path| {
             let mut pictures = &self.pictures;
-            pictures
-                .rewind()
-                .map_err(|error| ImageError::Write { path: path.into(), reason: io_reason(&error) })?;
+            pictures.rewind().map_err(|error| ImageError::writing(path, error))?;
             write_file(path, head.as_bytes().chain(pictures).chain(tail.as_bytes()))
         })
     }

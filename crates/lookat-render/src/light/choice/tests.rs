@@ -100,7 +100,7 @@ fn probabilities_are_those_of_choices() {
                             let u = (f64::from(index) + 0.5) / f64::from(NUMBERS);
                             let chosen = baseline!(simd => at.ask((simd, table, choice), |sampler| {
                                 let chosen = sampler.choose(u.simd_into(simd), bits(simd, 1));
-                                chosen.is_there.any_true().then(|| (chosen.light[0], chosen.probability[0]))
+                                chosen.is_valid.any_true().then(|| (chosen.light[0], chosen.probability[0]))
                             }));
                             let Some((light, said)) = chosen else { continue };
                             let light = light as usize;

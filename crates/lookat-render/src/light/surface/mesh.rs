@@ -1,6 +1,7 @@
-//! Light from meshes.
+//! Meshes and spheres that emit.
 
 use std::array::from_fn;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
@@ -9,15 +10,14 @@ use lookat_scene::{Mesh, Primitive};
 
 use super::spherical_rectangle::{Rectangle, SphericalRectangles};
 use super::spherical_triangle::SphericalTriangles;
-use super::{Density, SurfaceLight, element};
-use crate::cutout;
-use crate::light::facing::Patch;
-use crate::light::receiver::Receivers;
-use crate::light::sample::LightSample;
-use crate::number::{LANES, Vec2x8, Vec3x8, bits, those, vectorized};
-use crate::surface::points::{Surfaces, Triangles, on_triangle};
+use super::{Density, Patch, SurfaceLight, element};
+use crate::frame::Frames;
+use crate::light::{LightSample, Receivers};
+use crate::number::{Colors, LANES, V3, Vec2x8, Vec3x8, bits, set_lanes, vectorized};
+use crate::surface::{Surfaces, Triangles, is_solid, on_triangle};
+use crate::trace::rays::Rays;
 use crate::triangle::corners;
-use crate::warp::sample_discrete;
+use crate::warp::{at_turn, sample_discrete};
 
 /// Meshes of more triangles are leaves of the tree of lights by their triangles. A rectangle is better sampled as one.
 const MOST_WHOLE: usize = 2;
@@ -219,12 +219,12 @@ impl SurfaceLight {
         let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
         let mut sample = self.towards(at, &on_light, index + self.label, &density);
         if self.primitive.cutout.is_some() {
-            for lane in those(sample.is_there) {
+            for lane in set_lanes(sample.is_valid) {
                 // No light comes out of a hole, as none is seen there.
                 let element = element(self.number, indices[lane]);
-                let is_there =
-                    cutout::is_there(simd.level(), (&self.primitive, element), [b0[lane], b1[lane]], false);
-                sample.is_there &= bits(simd, !(u64::from(!is_there) << lane));
+                let is_valid =
+                    is_solid(simd.level(), (&self.primitive, element), [b0[lane], b1[lane]], false);
+                sample.is_valid &= bits(simd, !(u64::from(!is_valid) << lane));
             }
         }
         sample
@@ -247,4 +247,45 @@ fn patch(level: Level, primitive: &Primitive, (mesh, index, corners): (&Mesh, us
         || sides().iter().all(|side| *side < 0.0);
     let emitting = if is_same { middle.emitting } else { DVec3::ZERO };
     Patch { p: middle.p, emitting, area: area_of(corners) }
+}
+
+/// From so many radii on a point is outside of a sphere, in spite of rounding.
+pub(crate) const OUTSIDE: f64 = 1.0 + 1e-9;
+
+/// Whole spheres, one for each point.
+pub(crate) struct Spheres<S: Simd> {
+    pub center: Vec3x8<S>,
+    pub radius: f64x8<S>,
+    pub magnitude: f64x8<S>,
+    pub label: f64x8<S>,
+    pub radiance: Colors<S>,
+    /// Those that emit outwards.
+    pub shines: mask64x8<S>,
+}
+
+impl<S: Simd> Spheres<S> {
+    /// Directions in which they are seen from outside, and from where they are.
+    #[inline(always)]
+    pub fn sample(&self, at: &Receivers<S>, [u, v]: Vec2x8<S>) -> (LightSample<S>, mask64x8<S>) {
+        let radius = self.radius;
+        let to_center = self.center - at.surfaces.p;
+        let distance = to_center.length_squared().sqrt();
+        let sine = radius / distance;
+        // One minus the cosine of half the angle at which the sphere is seen, without cancellation.
+        let one_minus_cos_max = sine * sine / (1.0 + (1.0 - sine * sine).max(0.0).sqrt());
+        let one_minus_cos = u * one_minus_cos_max;
+        let sin_squared = one_minus_cos * (2.0 - one_minus_cos);
+        let sin = sin_squared.max(0.0).sqrt();
+        let [x, y] = at_turn(v);
+        let local = V3 { x: x * sin, y: y * sin, z: 1.0 - one_minus_cos };
+        let wi = Frames::from_z(to_center * (1.0 / distance)).to_world(local);
+        // By the law of sines.
+        let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+        let t_max = at.surfaces.reach(distance * local.z - half, self.magnitude);
+        let shadow = Rays { t_max, target: self.label, ..at.surfaces.leave(wi) };
+        let is_outside = distance.simd_gt(radius * OUTSIDE);
+        let pdf = 1.0 / (one_minus_cos_max * TAU);
+        let sample = LightSample::with_pdf(is_outside & self.shines, self.radiance, pdf, shadow);
+        (sample, is_outside)
+    }
 }

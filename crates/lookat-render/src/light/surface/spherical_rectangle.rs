@@ -6,10 +6,10 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
 use super::mesh::{NEAR, is_in_range};
-use crate::circle::{angle, at_turn};
 use crate::frame::flipped;
 use crate::number::{Vec2x8, Vec3x8};
-use crate::surface::points::{Point, Points, Surfaces};
+use crate::surface::{Point, Points, Surfaces};
+use crate::warp::{angle, at_turn};
 
 /// A rectangle of two triangles.
 pub(super) struct Rectangle {

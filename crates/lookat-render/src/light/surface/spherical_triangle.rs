@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use super::mesh::{NEAR, is_in_range};
-use crate::circle::{angle, at_turn};
 use crate::number::{Vec2x8, Vec3x8};
-use crate::surface::points::Surfaces;
+use crate::surface::Surfaces;
+use crate::warp::{angle, at_turn};
 
 /// Triangles as points see them, one for each.
 pub(super) struct SphericalTriangles<S: Simd> {

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::{DVec3, Vec3};
 
-use super::emitter::EVERYWHERE;
+use crate::light::tree::build::EVERYWHERE;
 use crate::number::{Colors, V3, splat_f32, to_f64};
 
 /// The most children of a node.
@@ -14,7 +14,7 @@ pub(super) const LEAF: u32 = 1 << 31;
 pub(super) const NONE: u32 = u32::MAX;
 /// A place is at most so far from a node, in units of its size: beyond, its light comes from one direction.
 pub(super) const FAR: f64 = 1e7;
-/// As [`crate::light::receiver::LEAST_COSINE`].
+/// As [`crate::light::LEAST_COSINE`].
 const LEAST_COSINE: f32 = 0.1;
 /// How much of the size of a group, over its distance, is added to cosines. By measurement.
 const RIM: f32 = 0.25;

@@ -6,14 +6,14 @@ use glam::{DVec3, Vec3};
 
 use super::{Layer, Values};
 use crate::bsdf::Slots;
-use crate::camera::views::{Viewer, Views};
+use crate::camera::{Viewer, Views};
 use crate::film::Area;
-use crate::integrator::wave::WAVE;
+use crate::integrator::path_batch::PATHS;
 use crate::integrator::world::Sees;
-use crate::number::{LANES, bits, first_lanes, side_by_side, those};
-use crate::render::fixed::Pass;
+use crate::number::{LANES, bits, first_lanes, set_lanes, side_by_side};
+use crate::render::rounds::Pass;
 use crate::render::sample::Context;
-use crate::render::waves::Worker;
+use crate::render::sample::Worker;
 use crate::sampler::Sample;
 use crate::trace::MOST_PACKETS;
 
@@ -54,7 +54,7 @@ impl Context<'_> {
             let of_source = |place| samples.clone().map(move |index| (pattern.seed, place, index));
             let mut all = bounds.grown(reach).places().flat_map(of_source);
             loop {
-                let samples: ArrayVec<Sample, WAVE> = all.by_ref().take(WAVE).collect();
+                let samples: ArrayVec<Sample, PATHS> = all.by_ref().take(PATHS).collect();
                 if samples.is_empty() {
                     break;
                 }
@@ -62,7 +62,7 @@ impl Context<'_> {
                     return false;
                 }
                 worker.streams.restart(&pattern.sampler, &samples);
-                let mut seen = [Seen::default(); WAVE];
+                let mut seen = [Seen::default(); PATHS];
                 side_by_side!(self.prepared.traceable.level, simd => self.see(simd, worker, &samples, &mut seen));
                 for ((square, seen), (_, [x, y], _)) in worker.squares.iter().zip(&seen).zip(&samples) {
                     filter.weigh(*square, &mut weights);
@@ -89,7 +89,7 @@ impl Context<'_> {
 
     /// What camera samples see first that has a material.
     #[inline(always)]
-    fn see<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample], seen: &mut [Seen; WAVE]) {
+    fn see<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample], seen: &mut [Seen; PATHS]) {
         let (mut packets, mut numbers) =
             (ArrayVec::<_, MOST_PACKETS>::new(), ArrayVec::<_, MOST_PACKETS>::new());
         let mut active: ArrayVec<mask64x8<S>, MOST_PACKETS> = ArrayVec::new();
@@ -114,13 +114,13 @@ impl Context<'_> {
             }
             let mut slots = Slots::new();
             let views =
-                Views { of: viewer, places: &worker.wave.places, samples: &numbers[at], direct: !passed };
+                Views { of: viewer, places: &worker.batch.places, samples: &numbers[at], direct: !passed };
             let surfaces =
                 world.shaded(simd, tracer, (&rays, &hits), Some(&views), is_hit, &mut slots).surfaces;
             let n = (-surfaces.n).or(surfaces.n.dot(rays.d).simd_gt(0.0), surfaces.n);
             let ns = (-surfaces.ns).or(surfaces.ns.dot(n).simd_lt(0.0), surfaces.ns);
             let albedo = slots.albedo(simd);
-            for lane in those(is_hit) {
+            for lane in set_lanes(is_hit) {
                 let albedo = albedo.lane(lane).max(Vec3::ZERO).min(Vec3::ONE).as_dvec3();
                 seen[usize::from(numbers[at][lane])] = [n.lane(lane), ns.lane(lane), albedo];
             }

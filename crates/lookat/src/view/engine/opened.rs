@@ -88,7 +88,7 @@ impl Opened {
             return false;
         }
         let Opened { loaded, scene, prepared, .. } = self;
-        let advice = sight::advise_by(loaded, scene, |view| prepared.facts_unmoved(view));
+        let advice = sight::advise_by(loaded, scene, |view| prepared.facts(view));
         loaded.diagnostics.extend(advice);
         self.messages = report::text(loaded);
         self.is_advised = true;

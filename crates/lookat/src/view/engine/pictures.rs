@@ -77,9 +77,9 @@ impl Engine {
             // Without a thread, queries wait for the end of the picture.
             let _ = Builder::new().spawn_scoped(scope, || engine.answer_meanwhile(&is_over));
             let _stop = StopQueries(requests, &is_over);
-            opened.prepared.render_whole(&opened.view, &settings, &progress)
+            opened.prepared.render_unmoved(&opened.view, &settings, &progress)
         });
-        if let Some(rendered) = rendered.filter(|rendered| rendered.complete) {
+        if rendered.complete {
             let total = rendered.statistics.samples;
             let (mut image, seconds) = (rendered.image, started.elapsed().as_secs_f64());
             let samples_per_pixel = rendered.statistics.samples_in_picture as f64 / area as f64;

@@ -1,0 +1,308 @@
+//! Batches of paths that advance together from surface to surface, one branch after the other.
+
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
+use glam::{DVec2, Vec3};
+
+use super::world::{Sees, World};
+use crate::integrator::world::Tracer;
+use crate::number::{Colors, LANES, Vec3x8, first_lanes, narrow, set_lanes, splat_f32, vectorized};
+use crate::trace::{
+    MOST_PACKETS,
+    rays::{Hits, Rays},
+};
+
+/// So many paths begin together.
+pub(crate) const PATHS: usize = 64;
+
+/// Room for those that are moved together.
+const ROOM: usize = PATHS + LANES;
+
+/// Paths that have come to a surface, most of which go on to the next one.
+pub(crate) struct PathBatch {
+    /// What the samples of all paths have brought.
+    pub radiance: [Vec3; PATHS],
+    /// Their places on the film, and what chooses the points on the lens.
+    pub places: [(DVec2, DVec2); PATHS],
+    block: Box<Block>,
+    /// Branches that are followed later, the last first.
+    pending: Vec<Box<Block>>,
+    /// How many of them come from surfaces before this one.
+    before: usize,
+    spare: Vec<Box<Block>>,
+}
+
+/// Paths at the same depth, at most one for each sample. So the order in which a sample adds up its light does not depend on the other
+/// samples of the batch.
+struct Block {
+    /// Origins and directions of rays, distances, numbers and instances of elements that they have hit, and where on these.
+    numbers: [[f64; ROOM]; 12],
+    /// What the light is multiplied by, and [`Taken::carried`].
+    throughput: [[f32; ROOM]; 4],
+    samples: [u16; ROOM],
+    /// Whether the ray has passed anything.
+    passed: [bool; ROOM],
+    count: usize,
+    /// The number of surfaces before the next one.
+    depth: u32,
+}
+
+/// Some of them.
+pub(in crate::integrator) struct Taken<S: Simd> {
+    pub rays: Rays<S>,
+    pub hits: Hits<S>,
+    /// By what radiance along the rays is multiplied.
+    pub throughput: Colors<S>,
+    /// What the integrator keeps with a path, 1 at first. Path tracing: what refraction has done to throughput. Direct lighting: the path's
+    /// share in its sample.
+    pub carried: f32x8<S>,
+    /// Those that have passed nothing since their last surface, as bits.
+    pub direct: u64,
+    /// The samples that they are for.
+    pub samples: ArrayVec<u16, LANES>,
+}
+
+impl PathBatch {
+    pub fn new() -> Self {
+        PathBatch {
+            radiance: [Vec3::ZERO; PATHS],
+            places: [Default::default(); PATHS],
+            block: Box::new(Block::new()),
+            pending: Vec::new(),
+            before: 0,
+            spare: Vec::new(),
+        }
+    }
+
+    /// Forgets all paths.
+    pub fn clear(&mut self) {
+        self.radiance = [Vec3::ZERO; PATHS];
+        (self.block.count, self.block.depth, self.before) = (0, 0, 0);
+        self.spare.append(&mut self.pending);
+    }
+
+    /// How many surfaces there were before this one, and how many paths are at it; of the last branch once the others have ended. Those
+    /// that go on, of all that are taken, will be at the next one.
+    pub(in crate::integrator) fn begin_surface(&mut self) -> Option<(u32, usize)> {
+        if self.block.count == 0 {
+            let branch = self.pending.pop()?;
+            self.spare.push(std::mem::replace(&mut self.block, branch));
+        }
+        self.before = self.pending.len();
+        let count = std::mem::take(&mut self.block.count);
+        self.block.depth += 1;
+        Some((self.block.depth - 1, count))
+    }
+
+    /// Those from one number to before another, at most eight; of no more than are at this surface.
+    #[inline(always)]
+    pub(in crate::integrator) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Taken<S> {
+        let Block { numbers, throughput, .. } = &*self.block;
+        let [ox, oy, oz, dx, dy, dz, t, element, instance, a, b, c] = numbers;
+        let (mut samples, mut direct) = (ArrayVec::new(), 0);
+        for (lane, at) in (from..to).enumerate() {
+            samples.push(self.block.samples[at]);
+            direct |= u64::from(!self.block.passed[at]) << lane;
+        }
+        Taken {
+            rays: Rays::new(load_vectors(simd, [ox, oy, oz], from), load_vectors(simd, [dx, dy, dz], from)),
+            hits: Hits {
+                t: load(simd, t, from),
+                element: load(simd, element, from),
+                instance: load(simd, instance, from),
+                sides: [load(simd, a, from), load(simd, b, from), load(simd, c, from)],
+                // That has been asked for.
+                emits: mask64x8::splat(simd, false),
+            },
+            throughput: Colors {
+                x: f32x8::from_slice(simd, &throughput[0][from..from + LANES]),
+                y: f32x8::from_slice(simd, &throughput[1][from..from + LANES]),
+                z: f32x8::from_slice(simd, &throughput[2][from..from + LANES]),
+            },
+            carried: f32x8::from_slice(simd, &throughput[3][from..from + LANES]),
+            direct,
+            samples,
+        }
+    }
+
+    /// Adds the paths that go on to the next surface. `branch`: which of the directions from the last surface they follow, from 0.
+    /// `passed`: bits of the rays that have passed surfaces without a material.
+    #[inline(always)]
+    pub(in crate::integrator) fn push<S: Simd>(
+        &mut self,
+        simd: S,
+        (rays, hits): (&Rays<S>, &Hits<S>),
+        (throughput, carried): (Colors<S>, f32x8<S>),
+        (samples, branch): (&[u16], usize),
+        (goes_on, passed): (mask64x8<S>, u64),
+    ) {
+        let block = self.block(branch);
+        let (Rays { o, d, .. }, Hits { t, element, instance, sides: [a, b, c], .. }) = (rays, hits);
+        let at = block.count;
+        let mut columns = block.numbers.iter_mut();
+        let mut put = |values: f64x8<S>| {
+            if let Some(column) = columns.next() {
+                simd.compress_f64x8(values, goes_on).store_slice(&mut column[at..at + LANES]);
+            }
+        };
+        // One by one, as an array of them would be copied.
+        put(o.x);
+        put(o.y);
+        put(o.z);
+        put(d.x);
+        put(d.y);
+        put(d.z);
+        put(*t);
+        put(*element);
+        put(*instance);
+        put(*a);
+        put(*b);
+        put(*c);
+        let narrow = narrow(goes_on);
+        for (own, values) in
+            block.throughput.iter_mut().zip([throughput.x, throughput.y, throughput.z, carried])
+        {
+            simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
+        }
+        for lane in set_lanes(goes_on) {
+            block.samples[block.count] = samples[lane];
+            block.passed[block.count] = passed >> lane & 1 == 1;
+            block.count += 1;
+        }
+    }
+
+    /// Where the paths of a branch from this surface go.
+    #[inline(always)]
+    fn block(&mut self, branch: usize) -> &mut Block {
+        let Some(other) = branch.checked_sub(1) else { return &mut self.block };
+        while self.pending.len() <= self.before + other {
+            let mut block = self.spare.pop().unwrap_or_else(|| Box::new(Block::new()));
+            (block.count, block.depth) = (0, self.block.depth);
+            self.pending.push(block);
+        }
+        &mut self.pending[self.before + other]
+    }
+
+    /// Adds light to the samples of paths.
+    #[inline(always)]
+    pub(in crate::integrator) fn add<S: Simd>(
+        &mut self,
+        samples: &[u16],
+        light: Colors<S>,
+        active: mask64x8<S>,
+    ) {
+        for lane in set_lanes(active) {
+            self.radiance[usize::from(samples[lane])] += light.lane(lane);
+        }
+    }
+}
+
+impl Block {
+    fn new() -> Self {
+        Block {
+            numbers: [[0.0; ROOM]; 12],
+            throughput: [[0.0; ROOM]; 4],
+            samples: [0; ROOM],
+            passed: [false; ROOM],
+            count: 0,
+            depth: 0,
+        }
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, numbers: &[f64; ROOM], from: usize) -> f64x8<S> {
+    f64x8::from_slice(simd, &numbers[from..from + LANES])
+}
+
+#[inline(always)]
+fn load_vectors<S: Simd>(simd: S, [x, y, z]: [&[f64; ROOM]; 3], from: usize) -> Vec3x8<S> {
+    Vec3x8 { x: load(simd, x, from), y: load(simd, y, from), z: load(simd, z, from) }
+}
+
+/// Rays with what they have hit, by what radiance along them is multiplied, and what the integrator keeps with their paths.
+pub(crate) struct Found<S: Simd> {
+    pub rays: Rays<S>,
+    pub hits: Hits<S>,
+    pub weight: (Colors<S>, f32x8<S>),
+    /// Which of the directions from their surfaces these are, from 0.
+    pub branch: usize,
+}
+
+impl World<'_> {
+    /// Traces packets of camera rays, each for the samples of some numbers. Adds the light that they see. If paths go on, adds what they
+    /// hit to the batch.
+    #[inline(always)]
+    pub fn begin<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        (packets, samples): (&[Rays<S>], &[ArrayVec<u16, LANES>]),
+        (goes_on, sees): (bool, Sees),
+        batch: &mut PathBatch,
+    ) {
+        let mut active: ArrayVec<mask64x8<S>, MOST_PACKETS> = ArrayVec::new();
+        for samples in samples {
+            active.push(first_lanes(simd, samples.len()));
+        }
+        let hits = self.nearest_of(simd, tracer, packets, &active);
+        for (at, active) in active.iter().enumerate() {
+            let weight = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
+            let found = &mut Found { rays: packets[at], hits: hits[at], weight, branch: 0 };
+            self.see(simd, tracer, found, &samples[at], (*active, sees), batch);
+            if goes_on {
+                self.go_on(simd, tracer, found, &samples[at], (*active, *active, sees), batch);
+            }
+        }
+    }
+
+    /// Adds the light that rays see straight ahead.
+    #[inline(always)]
+    pub fn see<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &Tracer,
+        Found { rays, hits, weight, .. }: &Found<S>,
+        samples: &[u16],
+        (active, sees): (mask64x8<S>, Sees),
+        batch: &mut PathBatch,
+    ) {
+        if sees == Sees::Nothing {
+            return;
+        }
+        for lane in set_lanes(active & hits.emits) {
+            if let (ray, Some(hit)) = self.one(rays, hits, lane) {
+                let light = tracer.emitted(&ray, &hit, sees == Sees::All);
+                batch.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+            }
+        }
+        let escaped = active & !hits.is_hit();
+        if tracer.lights.has_skies() && escaped.any_true() {
+            batch.add(samples, weight.0 * tracer.lights.background(simd, rays.d), escaped);
+        }
+    }
+
+    /// Follows rays through surfaces without a material, and adds those that find one with a material to the batch. Where `is_full`, adds
+    /// the light that rays see behind the first hit.
+    #[inline(never)]
+    pub fn go_on<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        Found { rays, hits, weight, branch }: &mut Found<S>,
+        samples: &[u16],
+        (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
+        batch: &mut PathBatch,
+    ) {
+        vectorized!(simd, {
+            let mut passed = 0;
+            if self.materials.has_passed {
+                let add =
+                    |lane, light| batch.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+                passed = self.pass(simd, tracer, rays, hits, (active, is_full, sees), add);
+            }
+            let goes_on = (active & hits.is_hit(), passed);
+            batch.push(simd, (rays, hits), *weight, (samples, *branch), goes_on);
+        })
+    }
+}

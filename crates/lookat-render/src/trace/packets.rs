@@ -1,0 +1,394 @@
+//! Packets of eight rays, and groups of packets of camera rays that traverse the hierarchy together.
+
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
+
+use super::rays::{Hits, NONE, Rays, WORLD};
+use super::{Forms, Query, Tree, nothing};
+use crate::bvh::{Leaf, Slabs, WIDTH, not_less};
+use crate::number::{Vec3x8, bits, set_lanes, splat_f32, to_f32};
+use crate::ray::{ElementId, Hit, Ray};
+use crate::traceable::{NonTriangle, Traceable};
+use crate::triangle::{
+    Axis, Block, Filter, Tolerance, Triangle,
+    sheared::{BoxedTriangle, ShearedRays},
+};
+
+/// At most so many packets go together.
+pub(crate) const MOST_PACKETS: usize = 8;
+
+/// If more triangles than that are tested for each packet, packets are faster apart.
+const MOST_TESTS: usize = 24;
+
+/// An element that is no triangle takes as long as so many.
+const OTHER_TESTS: usize = 16;
+
+/// What became of packets that were to go together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Together {
+    /// They did, with few tests: more might.
+    Easily,
+    Yes,
+    /// They run different ways, or meet too much.
+    No,
+}
+
+/// How many packets go together next: neighbors mostly fare alike.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PacketCount {
+    packets: usize,
+    /// For how many packets rays went one by one, after a packet that did not stay together.
+    apart: u32,
+    /// How many of them are left.
+    apart_left: u32,
+}
+
+/// Rays go one by one for no more packets than that in a row.
+const LONGEST_APART: u32 = 63;
+
+impl PacketCount {
+    pub const LARGEST: PacketCount = PacketCount { packets: MOST_PACKETS, apart: 0, apart_left: 0 };
+
+    /// So many of those that are left; 0 where the rays of one packet go one by one.
+    pub fn next(&mut self, left: usize) -> usize {
+        if self.apart_left > 0 {
+            self.apart_left -= 1;
+            return 0;
+        }
+        self.packets.min(left)
+    }
+
+    /// Learns what became of so many.
+    pub fn learn(&mut self, count: usize, together: Together) {
+        match together {
+            Together::No if count == 1 => {
+                self.packets = 1;
+                self.apart = LONGEST_APART.min(2 * self.apart + 1);
+                self.apart_left = self.apart;
+            }
+            Together::No => self.packets = count / 2,
+            Together::Easily if count == self.packets => {
+                (self.packets, self.apart) = (MOST_PACKETS.min(2 * count), 0);
+            }
+            Together::Easily | Together::Yes => self.apart = 0,
+        }
+    }
+}
+
+impl Tree<'_> {
+    /// Appends the nearest hits of packets of rays from free space, for active rays; nothing if the packets do not stay together.
+    #[inline(always)]
+    pub fn nearest_of<S: Simd>(
+        &self,
+        simd: S,
+        rays: &[Rays<S>],
+        active: &[mask64x8<S>],
+        hits: &mut ArrayVec<Hits<S>, MOST_PACKETS>,
+    ) -> Together {
+        let mut packets: ArrayVec<Packet<S>, MOST_PACKETS> = ArrayVec::new();
+        let mut all: Option<Slabs<S>> = None;
+        for (rays, active) in rays.iter().zip(active) {
+            let rays = whole(simd, rays, *active);
+            let Some((packet, own)) = Packet::new(simd, &rays, *active) else { return Together::No };
+            all = match all {
+                Some(all) => all.union(own),
+                None => Some(own),
+            };
+            if all.is_none() {
+                return Together::No;
+            }
+            packets.push(packet);
+        }
+        let Some(slabs) = all else { return Together::No };
+        let slabs = slabs.of_all(simd);
+        let error = packets.iter().fold(0.0, |error: f32, packet| error.max(packet.filter.error));
+        let (world, most) = (&self.scene.world, MOST_TESTS * packets.len());
+        let mut tests = 0;
+        let mut limit = farthest(&packets);
+        world.bvh.traverse::<false, _>(
+            &world.blocks,
+            limit,
+            #[inline(always)]
+            |node, t_max| slabs.meet(simd, node, t_max),
+            #[inline(always)]
+            |leaf| {
+                match leaf {
+                    Leaf::Block(number) => {
+                        let block = &world.blocks[number];
+                        let tolerance = block.tolerance(error);
+                        let mut rest =
+                            slabs.meet_boxes(simd, block.boxes(simd), not_less(limit)) & block.mask;
+                        while rest != 0 {
+                            let lane = rest.trailing_zeros();
+                            rest &= rest - 1;
+                            tests += packets.len();
+                            for packet in &mut packets {
+                                let may = packet.may_meet(simd, block, lane as usize, &tolerance);
+                                if may != 0 {
+                                    packet.meet(simd, self.scene, block.place(lane), may);
+                                }
+                            }
+                        }
+                    }
+                    Leaf::NonTriangle(other) => {
+                        tests += OTHER_TESTS * packets.len();
+                        for (packet, rays) in packets.iter_mut().zip(rays) {
+                            packet.meet_non_triangle(simd, self.scene, rays, world.non_triangles[other]);
+                        }
+                    }
+                }
+                limit = farthest(&packets);
+                (tests <= most).then_some(limit)
+            },
+        );
+        if tests > most {
+            return Together::No;
+        }
+        for packet in &packets {
+            hits.push(packet.hits);
+        }
+        if 4 * tests <= most { Together::Easily } else { Together::Yes }
+    }
+}
+
+/// The distance of the farthest of all nearest hits.
+#[inline(always)]
+fn farthest<S: Simd>(packets: &[Packet<S>]) -> f64 {
+    let mut t = packets[0].hits.t;
+    for packet in &packets[1..] {
+        t = t.max(packet.hits.t);
+    }
+    t.reduce_max()
+}
+
+/// The rays that are active, and the first of them in the place of the others.
+#[inline(always)]
+fn whole<S: Simd>(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Rays<S> {
+    if active.all_true() {
+        return *rays;
+    }
+    let first = active.to_bitmask().trailing_zeros() as usize % crate::number::LANES;
+    let (o, d) = (rays.o.lane(first), rays.d.lane(first));
+    rays.or(active, Rays::new(Vec3x8::splat(simd, o), Vec3x8::splat(simd, d)))
+}
+
+/// Eight rays whose direction is longest along one axis, and their nearest hits so far.
+pub(super) struct Packet<S: Simd> {
+    rays: ShearedRays<S>,
+    /// Leaves out triangles that are not met; `f64` decides about the others.
+    pub filter: Filter<S>,
+    /// How far along the longest axis the nearest hits are.
+    depth: f32x8<S>,
+    active: mask64x8<S>,
+    pub hits: Hits<S>,
+}
+
+impl<S: Simd> Packet<S> {
+    /// And how the rays are tested against boxes. `None` of rays that are longest along different axes, that run different ways, or
+    /// of which `f32` says nothing.
+    #[inline(always)]
+    pub fn new(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Option<(Self, Slabs<S>)> {
+        let (sheared, forms) = (ShearedRays::new(rays.o, rays.d, active), Forms::new(simd, rays.o, rays.d));
+        let filter = forms.all()?;
+        if !forms.magnitude.simd_lt(f32::INFINITY).all_true() {
+            return None;
+        }
+        // Those that are not active are at their end.
+        let t = active.select(rays.t_max, NONE.simd_into(simd));
+        let (depth, hits) = (to_f32(t) * filter.length(), Hits { t, ..Hits::none(simd) });
+        Some((Packet { rays: sheared, filter, depth, active, hits }, forms.slabs.all()?))
+    }
+
+    /// Which rays may meet a triangle of a block nearer than what they have met, as bits.
+    #[inline(always)]
+    pub fn may_meet(&self, simd: S, block: &Block, lane: usize, tolerance: &Tolerance) -> u64 {
+        let corner = |at: usize, axis: Axis| splat_f32(simd, block.corners[at][axis as usize][lane % WIDTH]);
+        let passes = self.filter.sides(corner).pass(tolerance);
+        let [front, back] = self.filter.depths(corner);
+        // The depths are products of rounded factors.
+        let farthest = self.depth * (1.0 + 8.0 * f32::EPSILON) + tolerance.error;
+        let is_out = passes | front.simd_gt(farthest) | back.simd_lt(-tolerance.error);
+        !is_out.to_bitmask() & ((1 << WIDTH) - 1)
+    }
+
+    /// Puts the triangle at a place where it is the nearest that the rays of some bits meet. Whether any does.
+    #[inline(always)]
+    pub fn meet(&mut self, simd: S, scene: &Traceable, place: u32, may: u64) -> bool {
+        let triangle = scene.world.triangle(place);
+        let (met, t, sides) =
+            self.rays.intersect(simd, &BoxedTriangle::new(triangle), bits(simd, may) & self.active);
+        let mut nearer = met & t.simd_lt(self.hits.t);
+        let as_near = met & t.simd_eq(self.hits.t);
+        if as_near.any_true() {
+            nearer |= self.named_earlier(simd, scene, triangle, as_near);
+        }
+        nearer = scene.meet_solid(simd, (triangle, &sides), nearer, false);
+        if !nearer.any_true() {
+            return false;
+        }
+        let element: f64x8<S> = f64::from(place).simd_into(simd);
+        let hits = &mut self.hits;
+        hits.t = nearer.select(t, hits.t);
+        hits.element = nearer.select(element, hits.element);
+        hits.instance = nearer.select(WORLD.simd_into(simd), hits.instance);
+        for (own, weight) in hits.sides.iter_mut().zip(triangle.weights(sides)) {
+            *own = nearer.select(weight, *own);
+        }
+        let emits = scene.primitive(triangle.primitive).emission.is_some();
+        hits.emits = if emits { hits.emits | nearer } else { hits.emits & !nearer };
+        self.depth = to_f32(hits.t) * self.filter.length();
+        true
+    }
+
+    /// Those of the rays that have met what is named later than a triangle, or nothing.
+    #[cold]
+    #[inline(never)]
+    fn named_earlier(
+        &self,
+        simd: S,
+        scene: &Traceable,
+        triangle: &Triangle,
+        rays: mask64x8<S>,
+    ) -> mask64x8<S> {
+        let mut earlier = 0;
+        for lane in set_lanes(rays) {
+            let hit = self.hit(scene, lane);
+            earlier |= u64::from(hit.yields_to(hit.t, triangle.element(ElementId::WORLD))) << lane;
+        }
+        bits(simd, earlier)
+    }
+
+    /// Lets one ray after the other meet what is no triangle.
+    #[inline(never)]
+    pub fn meet_non_triangle(&mut self, simd: S, scene: &Traceable, rays: &Rays<S>, other: NonTriangle) {
+        let tree = Tree { scene };
+        for lane in set_lanes(self.active) {
+            let (ray, mut hit) = (tree.ray(rays, lane), self.hit(scene, lane));
+            let query = Query::new(&scene.world, &ray, ElementId::WORLD, false);
+            if scene.meet_non_triangle::<S, false>(simd, query, other, &mut hit) {
+                let hits = &mut self.hits;
+                hits.put(lane, Some(&hit), scene.labels);
+                let (own, emits) = (bits(simd, 1 << lane), scene.emits(&hit));
+                hits.emits = if emits { hits.emits | own } else { hits.emits & !own };
+            }
+        }
+        self.depth = to_f32(self.hits.t) * self.filter.length();
+    }
+
+    /// What a ray has met so far.
+    fn hit(&self, scene: &Traceable, lane: usize) -> Hit {
+        if self.hits.element[lane] < 0.0 {
+            return Hit {
+                t: self.hits.t[lane],
+                ..nothing(&Ray::new(Default::default(), Default::default()))
+            };
+        }
+        Tree { scene }.hit(&self.hits, lane)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::LANES;
+    use crate::number::first_lanes;
+    use crate::number::side_by_side;
+    use crate::ray::Ray;
+    use crate::testing::noise;
+    use crate::testing::{self};
+    use crate::traceable::Traceable;
+    use glam::DVec3;
+    use lookat_scene::Scene;
+    use std::array::from_fn;
+    use std::fmt::Write;
+
+    /// A wavy field, with shapes on it.
+    fn scene(shapes: &str) -> Scene {
+        let mut heights = String::new();
+        for at in 0..50 * 50 {
+            let [x, y] = [at % 50, at / 50].map(f64::from);
+            let _ = write!(heights, "{:.4} ", 0.1 * (0.7 * x).sin() * (0.4 * y).cos());
+        }
+        testing::scene(&format!(
+            "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
+             Shape \"heightfield\" \"integer nu\" 50 \"integer nv\" 50 \"float Pz\" [{heights}] {shapes} WorldEnd"
+        ))
+    }
+
+    /// From rays that are almost one to some that have little in common, from one point or from many.
+    fn rays(case: usize) -> [Ray; LANES * MOST_PACKETS] {
+        let vector = |i, k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
+        let (o, target) =
+            (DVec3::new(0.5, -1.0, 1.5) + vector(case, 1.1) * 0.3, vector(case, 2.9) * 0.5 + 0.5);
+        let spread = 10_f64.powi(case as i32 % 7 - 6);
+        from_fn(|k| {
+            let i = case * LANES * MOST_PACKETS + k;
+            let o = if case.is_multiple_of(2) { o } else { o + vector(i, 5.1) * spread };
+            let d = target.with_z(0.0) + vector(i, 3.7) * spread - o;
+            // Sometimes along a plane, and on one side of it or the other.
+            let d = if case.is_multiple_of(5) { d.with_x([0.0, -0.0][case % 2]) } else { d };
+            Ray::new(o, d.normalize())
+        })
+    }
+
+    /// What becomes of some rays, and how many of them meet something, each just what it meets alone.
+    fn trace<S: Simd>(simd: S, scene: &Traceable, rays: &[Ray]) -> (Together, usize) {
+        let (mut packets, mut active) = (Vec::new(), Vec::new());
+        for rays in rays.chunks(LANES) {
+            // What is not active is anything.
+            let of = |vector: fn(&Ray) -> DVec3| {
+                let vectors: [DVec3; LANES] = from_fn(|lane| rays.get(lane).map_or(DVec3::NAN, vector));
+                Vec3x8::from_arrays(simd, &[0, 1, 2].map(|axis| vectors.map(|vector| vector[axis])))
+            };
+            packets.push(Rays::new(of(|ray| ray.o), of(|ray| ray.d)));
+            active.push(first_lanes(simd, rays.len()));
+        }
+        let mut hits = ArrayVec::new();
+        let tree = Tree { scene };
+        let together = tree.nearest_of(simd, &packets, &active, &mut hits);
+        if together == Together::No {
+            return (together, 0);
+        }
+        let mut met = 0;
+        for (at, ray) in rays.iter().enumerate() {
+            let (hits, lane) = (&hits[at / LANES], at % LANES);
+            let own = (hits.element[lane] >= 0.0).then(|| tree.hit(hits, lane));
+            let name =
+                |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits), hit.place);
+            assert_eq!(own.map(name), scene.nearest(ray).map(name), "{ray:?}");
+            assert_eq!(own.is_some_and(|hit| scene.emits(&hit)), hits.emits.to_bitmask() >> lane & 1 == 1);
+            met += usize::from(own.is_some());
+        }
+        (together, met)
+    }
+
+    /// What rays meet is the same to the bit, whether they stay together or not.
+    #[test]
+    fn rays_meet_together_what_they_meet_alone() {
+        let level = fearless_simd::Level::new();
+        let spheres = "AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" .2 Translate .6 .6 0
+            Shape \"sphere\" \"float radius\" .1";
+        // Two squares in one place, of which the first counts.
+        let squares = "Translate 0 0 .3 Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0]
+            \"integer indices\" [0 1 2 0 2 3] AreaLightSource \"diffuse\" Shape \"trianglemesh\"
+            \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"integer indices\" [1 2 0 2 3 0]";
+        let holes = "Texture \"h\" \"float\" \"checkerboard\" \"float uscale\" 9 \"float vscale\" 9 Translate 0 0 .2
+            Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"integer indices\" [0 1 2 0 2 3] \"texture alpha\" \"h\"
+            \"float uv\" [0 0 1 0 1 1 0 1] Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0] \"integer indices\" [0 1 2]";
+        for shapes in ["", spheres, squares, holes] {
+            let scene = crate::Prepared::new(&scene(shapes)).traceable;
+            let (mut met, mut stayed) = (0, [0; 3]);
+            for case in 0..2000 {
+                let rays = rays(case);
+                for count in [rays.len(), LANES, 3] {
+                    side_by_side!(level, simd => {
+                        let (together, own) = trace(simd, &scene, &rays[..count]);
+                        met += own;
+                        stayed[together as usize] += 1;
+                    });
+                }
+            }
+            assert!(met > 20_000 && stayed.iter().all(|count| *count > 100), "{met} {stayed:?}");
+        }
+    }
+}
