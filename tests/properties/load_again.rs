@@ -64,7 +64,7 @@ fn hash_of_arrays(scene: &Scene) -> u64 {
 /// Everything that loading gives. A large scene is a hash of its arrays.
 fn result(loaded: &Loaded) -> [String; 4] {
     let Loaded { scene, diagnostics, symbols, places, output, inputs, placement, .. } = loaded;
-    let rest = (symbols, places, output, inputs, placement, loaded.can_keep_going, &loaded.misfit);
+    let rest = (symbols, places, output, inputs, placement, loaded.can_keep_going, &loaded.override_error);
     let memory = scene.as_ref().map(|scene| scene.world.memory()).unwrap_or_default();
     let world = match scene {
         Some(scene) if memory.meshes + memory.picture_bytes >= 100_000 => {
@@ -98,7 +98,7 @@ fn check(path: &Path) {
     let mut cache = LoadCache::default();
     let mut check = |what: &str| {
         let alone = result(&load_opened(path, &open, &options));
-        let again = result(&load_again(path, &open, (&mut cache, &stamp), &options));
+        let again = result(&load_again(path, &open, &mut cache, &stamp, &options));
         assert!(alone == again, "{} {what}\n{}\n{}", path.display(), alone[0], again[0]);
     };
     let whole = text.borrow().clone();

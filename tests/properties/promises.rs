@@ -33,7 +33,7 @@ pub fn check(loaded: &Loaded) {
     check_spans(&loaded.diagnostics, &sizes);
     let errors =
         loaded.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count();
-    assert_eq!(loaded.scene.is_some(), errors == 0 && loaded.misfit.is_none(), "{errors} errors");
+    assert_eq!(loaded.scene.is_some(), errors == 0 && loaded.override_error.is_none(), "{errors} errors");
     loaded.scene.iter().for_each(check_scene);
 }
 

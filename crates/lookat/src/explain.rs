@@ -8,7 +8,7 @@ use lookat_scene::kinds;
 use lookat_scene::schema::{
     Count, Effect, Kind, Parameter, REQUIRED, Synonym, parameter_synonyms, type_synonym,
 };
-use lookat_scene::syntax::{Directive, Form, ParamType, directive_advice, nearest};
+use lookat_scene::syntax::{Directive, DirectiveForm, ParamType, directive_advice, nearest};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -290,9 +290,9 @@ fn columns(lines: &[(String, String)]) -> String {
 }
 
 /// A line for each type, and for each directive without types. A single type is shown with all its parameters.
-fn show_directives(forms: &[Form], kinds: &[&Kind]) -> Answer {
-    let is_plain = |form: &&Form| kinds.iter().all(|kind| kind.directive != form.keyword);
-    let plain: Vec<&Form> = forms.iter().filter(is_plain).collect();
+fn show_directives(forms: &[DirectiveForm], kinds: &[&Kind]) -> Answer {
+    let is_plain = |form: &&DirectiveForm| kinds.iter().all(|kind| kind.directive != form.keyword);
+    let plain: Vec<&DirectiveForm> = forms.iter().filter(is_plain).collect();
     if let ([], [only]) = (&plain[..], kinds) {
         return Answer { json: json!([TypeFacts::new(only)]), ..show_kind(only, String::new()) };
     }
@@ -307,7 +307,7 @@ fn show_directives(forms: &[Form], kinds: &[&Kind]) -> Answer {
 }
 
 /// A directive without types as a scene writes it.
-fn written(form: &Form) -> String {
+fn written(form: &DirectiveForm) -> String {
     format!("{} {}", form.keyword, form.arguments).trim().to_owned()
 }
 
@@ -397,8 +397,8 @@ struct TypeFacts {
 }
 
 impl TypeFacts {
-    fn of_form(form: &Form) -> TypeFacts {
-        let &Form { keyword, arguments, meaning, .. } = form;
+    fn of_form(form: &DirectiveForm) -> TypeFacts {
+        let &DirectiveForm { keyword, arguments, meaning, .. } = form;
         TypeFacts { directive: keyword, arguments: Some(arguments), meaning, ..TypeFacts::default() }
     }
 

@@ -110,7 +110,7 @@ fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
     let diagnostics = report::json(&loaded.diagnostics, &loaded.sources);
     let mut result = SceneResult { diagnostics, ..SceneResult::without_scene(path) };
     let mut advice = Vec::new();
-    let status = match (&loaded.scene, &loaded.misfit) {
+    let status = match (&loaded.scene, &loaded.override_error) {
         (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone().into(), &mut result),
         (None, _) => {
             if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {

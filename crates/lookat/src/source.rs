@@ -51,7 +51,7 @@ pub fn load_watched(
         None => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
     };
     let loaded = match cache {
-        Some(cache) => load_again(path, &open, cache, options),
+        Some((cache, stamp)) => load_again(path, &open, cache, stamp, options),
         None => load_opened(path, &open, options),
     };
     with_strictness(loaded, options, report)

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
-use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtFault, Projection, Scene, Transform, View};
+use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtError, Projection, Scene, Transform, View};
 
 use crate::args::{Animation, FocusPlace, Parameter, Render};
 use crate::live::Live;
@@ -173,7 +173,7 @@ impl Turntable {
     }
 }
 
-fn around(fault: &LookAtFault) -> String {
+fn around(fault: &LookAtError) -> String {
     format!("--turntable: {fault}; place the camera with --lookat")
 }
 

@@ -122,7 +122,7 @@ fn why_no_scene(loaded: &Loaded) -> String {
     match errors.first() {
         Some(first) if errors.len() == 1 => format!("the scene has an error: {}", first.message),
         Some(first) => format!("the scene has {} errors, the first: {}", errors.len(), first.message),
-        None => loaded.misfit.clone().unwrap_or_else(|| "the scene has errors".into()),
+        None => loaded.override_error.clone().unwrap_or_else(|| "the scene has errors".into()),
     }
 }
 

@@ -279,7 +279,7 @@ impl Engine {
         let mut loaded = self.load_once();
         for _ in 0..MOST_READINGS {
             let end = Instant::now() + SAVING;
-            let has_errors = loaded.scene.is_none() && loaded.misfit.is_none();
+            let has_errors = loaded.scene.is_none() && loaded.override_error.is_none();
             while has_errors && Instant::now() < end && !self.watch.has_changed() {
                 std::thread::sleep(Duration::from_millis(20));
             }
@@ -289,7 +289,7 @@ impl Engine {
             loaded = self.load_once();
         }
         if loaded.scene.is_none() {
-            let misfit = loaded.misfit.as_ref().map(|reason| format!("error: {reason}\n"));
+            let misfit = loaded.override_error.as_ref().map(|reason| format!("error: {reason}\n"));
             return Err((report::text(&loaded) + &misfit.unwrap_or_default()).into());
         }
         Ok(loaded)

@@ -216,5 +216,5 @@ fn moved(at: At, fixes: &[Fix], reading: u32) -> At {
 fn first_error(loaded: &lookat_scene::Loaded) -> String {
     use lookat_scene::syntax::Severity;
     let error = loaded.diagnostics.iter().find(|diagnostic| diagnostic.severity == Severity::Error);
-    error.map(|error| error.message.clone()).or(loaded.misfit.clone()).unwrap_or_default()
+    error.map(|error| error.message.clone()).or(loaded.override_error.clone()).unwrap_or_default()
 }
