@@ -143,7 +143,8 @@ fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) 
         Integrator::DirectLighting { strategy, max_depth } => {
             let choice = match strategy {
                 DirectStrategy::All | DirectStrategy::EachOnce if lights.len() > 1 => Choice::All,
-                _ => one(direct::CHOICE),
+                DirectStrategy::All | DirectStrategy::EachOnce => Choice::Nothing,
+                DirectStrategy::One => one(direct::CHOICE),
             };
             // Paths continue only along specular directions.
             let depth = if is_specular { max_depth.max(1) } else { 1 };

@@ -116,7 +116,7 @@ pub struct Statistics {
     pub least: u32,
     /// The most samples that a pixel has.
     pub most: u32,
-    /// Pixels with samples of which none counts: the filter is narrower than the gaps between samples. These pixels are black.
+    /// Pixels with samples of which none counts: the filter is narrower than the gaps between samples, or falls to nothing within them. These pixels are black.
     pub unreached: u64,
     /// What became of the target error; `None` without one.
     pub target: Option<Reached>,

@@ -49,6 +49,8 @@ struct Points {
     kind: SamplerKind,
     /// How many samples each pixel has.
     count: u32,
+    /// Of Sobol' points: see [`sobol::pixel_bits`].
+    pixel_bits: u32,
     seeds: [u64; LANES],
     indices: [u32; LANES],
     /// Of Sobol' points.
@@ -58,15 +60,21 @@ struct Points {
 impl Streams {
     /// Those of no samples as yet.
     pub fn new() -> Self {
-        let (kind, count) = (SamplerKind::Random, 0);
-        let (seeds, indices) = ([0; LANES], [0; LANES]);
-        let points = Points { kind, count, seeds, indices, shuffled: Shuffled::default() };
+        let points = Points {
+            kind: SamplerKind::Random,
+            count: 0,
+            pixel_bits: 0,
+            seeds: [0; LANES],
+            indices: [0; LANES],
+            shuffled: Shuffled::default(),
+        };
         Streams { samples: Vec::new(), places: Vec::new(), points, chosen: [0; LANES], dimension: 0 }
     }
 
     /// Goes to the beginning of others.
     pub fn restart(&mut self, sampler: &Sampler, samples: &[Sample]) {
         (self.points.kind, self.points.count) = (sampler.kind, sampler.samples_per_pixel);
+        self.points.pixel_bits = sobol::pixel_bits(sampler.samples_per_pixel);
         self.samples.clear();
         self.samples.extend(samples);
         self.places.clear();
@@ -105,13 +113,26 @@ impl Streams {
     pub fn nested_2d<S: Simd>(&mut self, simd: S, (count, k): (u32, u32)) -> [f64x8<S>; 2] {
         let points = match count {
             1 => self.points.pair(simd, self.dimension),
-            _ => {
-                let samples = self.chosen.map(|sample| self.samples[usize::from(sample)]);
-                self.points.nested_pair(simd, self.dimension, samples, (count, k))
-            }
+            _ => self.nested_pair(simd, self.dimension, (count, k)),
         };
         self.skip(if k + 1 == count { 2 } else { 0 });
         points
+    }
+
+    /// A number and a point of the unit square for the `k`-th of `count` nested samples, as [`Streams::nested_2d`]. If `count` is a power of
+    /// two, the numbers of a sample lie in as many equal steps.
+    #[inline(always)]
+    pub fn nested_3d<S: Simd>(&mut self, simd: S, (count, k): (u32, u32)) -> (f64x8<S>, [f64x8<S>; 2]) {
+        let [number, _] = self.nested_pair(simd, self.dimension, (count, k));
+        let pair = self.nested_pair(simd, self.dimension.wrapping_add(1), (count, k));
+        self.skip(if k + 1 == count { 3 } else { 0 });
+        (number, pair)
+    }
+
+    #[inline(always)]
+    fn nested_pair<S: Simd>(&self, simd: S, dimension: u32, of: (u32, u32)) -> [f64x8<S>; 2] {
+        let samples = self.chosen.map(|sample| self.samples[usize::from(sample)]);
+        self.points.nested_pair(simd, dimension, samples, of)
     }
 
     /// Leaves dimensions to be taken by others.
@@ -125,7 +146,7 @@ impl Points {
     /// The seed of a sample's pattern, and its number in that.
     fn place(&self, sample: Sample) -> (u64, u32) {
         match self.kind {
-            SamplerKind::Sobol { .. } => sobol::place(sample, self.count),
+            SamplerKind::Sobol { .. } => sobol::place(sample, self.pixel_bits),
             SamplerKind::Random | SamplerKind::Stratified { .. } => {
                 let (seed, pixel, index) = sample;
                 let [x, y] = pixel.map(|at| u64::from(at.cast_unsigned()));
@@ -138,7 +159,7 @@ impl Points {
     #[inline(always)]
     fn shuffle<S: Simd>(&mut self, simd: S) {
         if let SamplerKind::Sobol { .. } = self.kind {
-            let mask = sobol::pixel_mask(self.count);
+            let mask = (1 << self.pixel_bits) - 1;
             self.shuffled = Shuffled::new(simd, 0, (self.seeds, self.indices), mask);
         }
     }

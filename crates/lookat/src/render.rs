@@ -356,7 +356,10 @@ fn picture(
     }
     if is_told {
         summarize(&picture, &rendered);
-        let is_shown = rendered.complete && least > 0 && !black && narrow_filter(&rendered).is_none();
+        let is_shown = rendered.complete
+            && least > 0
+            && !black
+            && narrow_filter(&rendered, &scene.view.filter).is_none();
         if let Some(light) = light {
             light.print(&file, is_shown);
         }

@@ -90,7 +90,7 @@ impl<'s> Direct<'s> {
 
     /// How many numbers a surface takes: for its light, and for the direction to go on.
     pub fn numbers(&self) -> u32 {
-        self.numbers + 2
+        self.numbers.saturating_add(2)
     }
 
     /// What becomes of paths at a surface.
@@ -178,7 +178,7 @@ fn numbers(table: &LightTable, strategy: DirectStrategy) -> u32 {
     // The samples of a part, and the triangles that are chosen, are nested.
     let pairs = total(sampled.map(|light| table.parts(light)))
         .saturating_add(u32::from(most_samples(table, strategy) > 0));
-    pairs.saturating_mul(2) + if table.chosen_triangles(strategy) > 0 { 3 } else { 0 }
+    pairs.saturating_mul(2).saturating_add(if table.chosen_triangles(strategy) > 0 { 3 } else { 0 })
 }
 
 fn total(counts: impl Iterator<Item = u32>) -> u32 {

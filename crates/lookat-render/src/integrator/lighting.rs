@@ -199,15 +199,13 @@ impl<S: Simd> Vertices<'_, S> {
         let Vertices { simd, sampler, .. } = *self;
         vectorized!(simd, {
             let mut sum = Colors::splat(simd, Vec3::ZERO);
-            let number = streams.next_1d(simd);
             for k in 0..count {
                 if !tracer.goes_on() {
                     return sum;
                 }
-                // One number for all, in equal steps: each triangle is chosen as often as its share says, but for one time.
-                let mut chosen = sampler.choose((number + f64::from(k)) / f64::from(count), active);
+                let (number, u) = streams.nested_3d(simd, (count, k));
+                let mut chosen = sampler.choose(number, active);
                 chosen.probability *= f64::from(count);
-                let u = streams.nested_2d(simd, (count, k));
                 if chosen.is_valid.any_true() {
                     sum = sum + self.sampled_light(tracer, u, &chosen);
                 }

@@ -125,7 +125,7 @@ fn errors_of_neighbors_do_not_add_up() {
     }
 }
 
-/// Samples that are nested in set_lanes of a pixel are as well distributed as so many samples of it.
+/// Samples that are nested in those of a pixel are as well distributed as so many samples of it.
 #[test]
 fn nested_samples_differ_from_each_other() {
     for kind in KINDS {

@@ -7,7 +7,7 @@ use lookat_image::Image;
 use lookat_render::glam::DVec2;
 use lookat_render::{Layer, Prepared, Reached, Rendered, Settings, Stop, TargetError};
 use lookat_scene::syntax::Span;
-use lookat_scene::{Camera, Integrator, Primitive, Scene, Sources};
+use lookat_scene::{Camera, Filter, Integrator, Primitive, Scene, Sources};
 use serde::Serialize;
 
 use crate::light::JsonLight;
@@ -173,16 +173,19 @@ pub fn summarize(picture: &JsonPicture, rendered: &Rendered) {
 }
 
 /// Why most of the picture is black, if the filter is the reason.
-pub fn narrow_filter(rendered: &Rendered) -> Option<String> {
+pub fn narrow_filter(rendered: &Rendered, filter: &Filter) -> Option<String> {
     let (unreached, all) = (rendered.statistics.unreached, rendered.image.data_window.area());
     let black = if unreached == all {
         "the picture is all black".into()
     } else {
         format!("{unreached} of {all} pixels are black")
     };
-    (2 * unreached > all).then(|| {
-        format!("{black}: the PixelFilter is narrower than the gaps between samples; set xwidth and ywidth to at least 0.5")
-    })
+    let cause = if filter.radius.min_element() < 0.5 {
+        "the PixelFilter is narrower than the gaps between samples; set xwidth and ywidth to at least 0.5"
+    } else {
+        "the PixelFilter falls to nothing within the gaps between samples; lower its alpha"
+    };
+    (2 * unreached > all).then(|| format!("{black}: {cause}"))
 }
 
 /// A picture with less than this share of the emitted radiance shows rounding: corners with a few digits tilt the triangles of a plane
@@ -211,7 +214,7 @@ pub fn explain_black(
 ) {
     if !rendered.complete || picture.least_samples == 0 {
         // The summary says so.
-    } else if let Some(reason) = narrow_filter(rendered) {
+    } else if let Some(reason) = narrow_filter(rendered, &scene.view.filter) {
         crate::say(&reason);
     } else if picture.black {
         let depth = match scene.view.integrator {
