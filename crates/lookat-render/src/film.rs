@@ -99,7 +99,9 @@ impl Tile {
     /// What the film holds of a pixel, and the pass that is not merged yet.
     fn so_far(&self, at: usize) -> Sum {
         let mut sum = self.sums[at];
-        self.pass.get(at).into_iter().for_each(|pass| sum += *pass);
+        if let Some(pass) = self.pass.get(at) {
+            sum += *pass;
+        }
         sum
     }
 }
@@ -296,7 +298,9 @@ fn develop(film: &lookat_scene::Film, values: impl Iterator<Item = (usize, DVec3
         let value = value.max(DVec3::ZERO) * film.scale;
         let value = value.clamp(DVec3::splat(f32::MIN.into()), DVec3::splat(f32::MAX.into()));
         let value = value.as_vec3().to_array();
-        planes.iter_mut().zip(value).for_each(|(plane, value)| plane[at] = value);
+        for (plane, value) in planes.iter_mut().zip(value) {
+            plane[at] = value;
+        }
     }
     let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
     let PixelBounds { x0, y0, .. } = film.crop;
@@ -456,7 +460,9 @@ impl Frame {
     pub fn add(&mut self, filter: &PixelFilter, source: [i32; 2], square: DVec2, sample: DVec4) {
         let at = self.area.index(source);
         self.counts[at] += 1;
-        self.unfiltered.get_mut(at).into_iter().for_each(|sum| *sum += sample);
+        if let Some(sum) = self.unfiltered.get_mut(at) {
+            *sum += sample;
+        }
         let [x, y] = source;
         let block = self.area.square_of(BLOCK, source);
         let width = BLOCK as usize + 2 * self.reach[0] as usize;

@@ -54,7 +54,9 @@ impl PixelFilter {
             let mut weights = Vec::new();
             for step in 0..STEPS {
                 axis.weigh((step as f64 + 0.5) / STEPS as f64, &mut weights);
-                sums.iter_mut().zip(&weights).for_each(|(sum, weight)| *sum += weight / STEPS as f64);
+                for (sum, weight) in sums.iter_mut().zip(&weights) {
+                    *sum += weight / STEPS as f64;
+                }
             }
             sums
         };

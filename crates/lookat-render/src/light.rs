@@ -26,7 +26,7 @@ pub(crate) use choice::{Chosen, LightSampler};
 use environment::{Environment, EnvironmentSample};
 pub(crate) use lune::Lunes;
 use point::{PointLight, Spread};
-pub(crate) use surface::Found;
+pub(crate) use surface::LightHits;
 use surface::{SurfaceForm, SurfaceLight};
 
 /// All lights of a scene.
@@ -193,7 +193,7 @@ impl LightTable {
         match &self.lights[light] {
             SceneLight::Point(light) => light.sample(simd, at),
             SceneLight::Distant { direction, radiance } => {
-                let shadow = at.surfaces.leave(Vec3x8::splat(simd, *direction));
+                let shadow = at.surfaces.spawn_ray(Vec3x8::splat(simd, *direction));
                 LightSample::of_delta(all, Colors::splat(simd, *radiance), shadow)
             }
             SceneLight::Infinite { radiance, .. } => {
@@ -201,11 +201,16 @@ impl LightTable {
                     Some(lunes) => (lunes.is_valid, lunes.sample(u), lunes.inside_pdf()),
                     None => (!all, at.surfaces.n, 1.0.simd_into(simd)),
                 };
-                LightSample::with_pdf(is_valid, Colors::splat(simd, *radiance), pdf, at.surfaces.leave(wi))
+                LightSample::with_pdf(
+                    is_valid,
+                    Colors::splat(simd, *radiance),
+                    pdf,
+                    at.surfaces.spawn_ray(wi),
+                )
             }
             SceneLight::Environment(environment) => {
                 let EnvironmentSample { wi, radiance, pdf } = environment.sample(simd, at.lunes.as_ref(), u);
-                LightSample::with_pdf(all, radiance, pdf, at.surfaces.leave(wi))
+                LightSample::with_pdf(all, radiance, pdf, at.surfaces.spawn_ray(wi))
             }
             SceneLight::Surface(surface) => surface.sample(simd, (at, leaving), (triangles, u)),
         }
@@ -274,7 +279,7 @@ impl LightTable {
         simd: S,
         light: usize,
         at: &Surfaces<S>,
-        found: &Found<S>,
+        found: &LightHits<S>,
     ) -> f64x8<S> {
         match &self.lights[light] {
             SceneLight::Surface(surface) => surface.pdf(simd, at, found),
@@ -412,13 +417,13 @@ impl<S: Simd> LightSample<S> {
 
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         LightSample {
             is_valid: mask & self.is_valid | !mask & others.is_valid,
-            li: self.li.or_wide(mask, others.li),
+            li: self.li.keep_where_wide(mask, others.li),
             pdf: mask.select(self.pdf, others.pdf),
             has_pdf: mask & self.has_pdf | !mask & others.has_pdf,
-            shadow: self.shadow.or(mask, others.shadow),
+            shadow: self.shadow.keep_where(mask, others.shadow),
         }
     }
 }

@@ -160,12 +160,12 @@ impl<T: Number> V3<T> {
     #[inline(always)]
     pub fn normalize_or(self, v: impl Into<[T::Element; 3]>) -> Self {
         let (normalized, is_valid) = self.try_normalize();
-        normalized.or(is_valid, V3::splat(self.x.token(), v))
+        normalized.keep_where(is_valid, V3::splat(self.x.token(), v))
     }
 
-    /// These where `mask` says so, and the others elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
-    pub fn or(self, mask: T::Mask, others: Self) -> Self {
+    pub fn keep_where(self, mask: T::Mask, others: Self) -> Self {
         V3 {
             x: mask.select(self.x, others.x),
             y: mask.select(self.y, others.y),
@@ -181,13 +181,19 @@ impl<T: Number> V3<T> {
 
     /// Puts another one in a lane.
     #[inline(always)]
-    pub fn put(&mut self, lane: usize, v: impl Into<[T::Element; 3]>) {
+    pub fn set_lane(&mut self, lane: usize, v: impl Into<[T::Element; 3]>) {
         [self.x[lane], self.y[lane], self.z[lane]] = v.into();
     }
 }
 
 impl<S: Simd> Vec3x8<S> {
-    /// Transformed.
+    /// This vector or its opposite, whichever lies on the same side as `v` (PBR 2.2.1).
+    #[inline(always)]
+    pub fn face_forward(self, v: Self) -> Self {
+        (-self).keep_where(self.dot(v).simd_lt(0.0), self)
+    }
+
+    /// Transforms the vector by a matrix.
     #[inline(always)]
     pub fn by(self, m: &DMat3) -> Self {
         let (x, y, z) = (&m.x_axis, &m.y_axis, &m.z_axis);
@@ -242,10 +248,10 @@ impl<S: Simd> Colors<S> {
         of(self.x, LUMINANCE.x) + of(self.y, LUMINANCE.y) + of(self.z, LUMINANCE.z)
     }
 
-    /// As [`V3::or`], by a mask of `f64`.
+    /// As [`V3::keep_where`], by a mask of `f64`.
     #[inline(always)]
-    pub fn or_wide(self, mask: mask64x8<S>, others: Self) -> Self {
-        self.or(narrow(mask), others)
+    pub fn keep_where_wide(self, mask: mask64x8<S>, others: Self) -> Self {
+        self.keep_where(narrow(mask), others)
     }
 
     /// The sums of the channels, as far as these are not negative.

@@ -16,7 +16,7 @@ pub struct Probe {
 
 /// A point of a surface. Normals have length one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct SurfacePoint {
     /// Position.
     pub p: DVec3,
     /// The geometric normal.
@@ -66,13 +66,13 @@ impl Probe {
     }
 
     /// The point that a ray has hit.
-    pub fn point(&self, ray: &Ray, hit: &Hit) -> Point {
+    pub fn point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let Surface { p, n, ns, .. } = Surface::new(&self.prepared.traceable, ray, hit);
-        Point { p, n, ns }
+        SurfacePoint { p, n, ns }
     }
 
     /// The ray that leaves that point in direction `d`, of length one.
-    pub fn leave(&self, ray: &Ray, hit: &Hit, d: DVec3) -> Ray {
-        Surface::new(&self.prepared.traceable, ray, hit).leave(d)
+    pub fn spawn_ray(&self, ray: &Ray, hit: &Hit, d: DVec3) -> Ray {
+        Surface::new(&self.prepared.traceable, ray, hit).spawn_ray(d)
     }
 }

@@ -216,9 +216,10 @@ impl Points {
             if let SamplerKind::Stratified { cells, .. } = &mut nested.kind {
                 cells[0] = cells[0].saturating_mul(count);
             }
-            let [mut x, mut y] = match needed > u64::from(u32::MAX) {
-                true => [0.0.simd_into(simd); 2],
-                false => nested.pair(simd, dimension),
+            let [mut x, mut y] = if needed > u64::from(u32::MAX) {
+                [0.0.simd_into(simd); 2]
+            } else {
+                nested.pair(simd, dimension)
             };
             for lane in (0..LANES).filter(|lane| !is_numbered[*lane]) {
                 // More than can be numbered: independent ones.

@@ -14,7 +14,7 @@ use crate::number::prefetch;
 use crate::number::{LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::Parametrics;
-use crate::surface::{Point, Sheet, Surface, Surfaces, Triangles};
+use crate::surface::{ShapePoint, Sheet, Surface, Surfaces, Triangles};
 use crate::texture::{Footprint, TexturePoint};
 use crate::trace::{
     List, Tree,
@@ -24,15 +24,15 @@ use crate::traceable::Traceable;
 use crate::triangle::parametric::ParametricTriangles;
 
 /// A ray, and what it has hit.
-pub(crate) type Found = (Ray, Hit);
+pub(crate) type RayHit = (Ray, Hit);
 
 /// The texture coordinates of a surface, where a ray has found it.
-pub(crate) fn uv(scene: &Traceable, surface: &Surface, found: Found) -> DVec2 {
+pub(crate) fn uv(scene: &Traceable, surface: &Surface, found: RayHit) -> DVec2 {
     baseline!(simd => {
         let none = Vec3x8::splat(simd, DVec3::ZERO);
         let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
         let mut surfaces = Surfaces { p: none, n: none, ns: none, magnitude: 0.0.simd_into(simd), element, instance };
-        surfaces.put(0, surface);
+        surfaces.set_lane(0, surface);
         let mut all = [None; LANES];
         all[0] = Some(found);
         Coordinates::new(scene, &surfaces, &all, first_lanes(simd, 1)).flat.lane(0).uv
@@ -44,7 +44,7 @@ pub(crate) fn uv(scene: &Traceable, surface: &Surface, found: Found) -> DVec2 {
 fn points<S: Simd>(
     (scene, material): (&Traceable, &Material),
     surfaces: &Surfaces<S>,
-    found: &[Option<Found>; LANES],
+    found: &[Option<RayHit>; LANES],
     views: Option<&Views>,
     active: mask64x8<S>,
 ) -> (TexturePoint<S>, Frames<f64x8<S>>) {
@@ -70,7 +70,7 @@ fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Vie
         );
         let is_valid = bits(simd, views.direct) & is_finite(right) & is_finite(below);
         let none = Vec3x8::splat(simd, DVec3::ZERO);
-        let (right, below) = (right.or(is_valid, none), below.or(is_valid, none));
+        let (right, below) = (right.keep_where(is_valid, none), below.keep_where(is_valid, none));
         let sides = sides(n);
         let (a, b) = (pick(flat.dpdu, sides), pick(flat.dpdv, sides));
         let determinant = a[0] * b[1] - a[1] * b[0];
@@ -141,8 +141,8 @@ fn bumped<S: Simd>(
         // A height of minus the radius leaves nothing but rounding.
         let whole = (shading.dpdu.length_squared() * shading.dpdv.length_squared()).sqrt();
         let is_valid = is_valid & across.length_squared().sqrt().simd_gt(1e-9 * whole);
-        let bent = (-bent).or(bent.dot(surfaces.n).simd_lt(0.0), bent);
-        (bent.or(is_valid, ns), dpdu.or(is_valid, shading.dpdu))
+        let bent = bent.face_forward(surfaces.n);
+        (bent.keep_where(is_valid, ns), dpdu.keep_where(is_valid, shading.dpdu))
     })
 }
 
@@ -158,7 +158,7 @@ impl<S: Simd> Coordinates<S> {
     pub fn new(
         scene: &Traceable,
         surfaces: &Surfaces<S>,
-        found: &[Option<Found>; LANES],
+        found: &[Option<RayHit>; LANES],
         active: mask64x8<S>,
     ) -> Self {
         let simd = active.token();
@@ -173,7 +173,7 @@ impl<S: Simd> Coordinates<S> {
                         ns = instance.normal_to_object(ns);
                     }
                     let normal = (ns, primitive.reverse_orientation);
-                    triangles.put(lane, (mesh, index as usize), hit.barycentric, normal);
+                    triangles.set_lane(lane, (mesh, index as usize), hit.barycentric, normal);
                 }
             }
             let [flat, shading] = triangles.parametrics(simd);
@@ -187,7 +187,7 @@ impl<S: Simd> Coordinates<S> {
 
     /// What is no triangle of the world, one by one.
     #[inline(never)]
-    fn place(&mut self, scene: &Traceable, surfaces: &Surfaces<S>, (lane, (ray, hit)): (usize, &Found)) {
+    fn place(&mut self, scene: &Traceable, surfaces: &Surfaces<S>, (lane, (ray, hit)): (usize, &RayHit)) {
         let instance = scene.instance(hit.element.instance);
         let own = match &scene.primitive(hit.element.primitive).shape {
             Shape::TriangleMesh(_) if instance.is_none() => return,
@@ -208,8 +208,8 @@ impl<S: Simd> Coordinates<S> {
             Some(instance) => instance.parametric_to_world(own),
             None => own,
         });
-        self.flat.put(lane, &flat);
-        self.shading.put(lane, &shading);
+        self.flat.set_lane(lane, &flat);
+        self.shading.set_lane(lane, &shading);
     }
 }
 
@@ -229,7 +229,7 @@ impl<S: Simd> Shaded<S> {
     pub fn paint(
         &mut self,
         scene: &Traceable,
-        found: &[Option<Found>; LANES],
+        found: &[Option<RayHit>; LANES],
         views: Option<&Views>,
         slots: &mut Slots<S>,
     ) {
@@ -242,8 +242,8 @@ impl<S: Simd> Shaded<S> {
                 let Some(material) = material(first) else { continue };
                 let active = bits(simd, own);
                 let (at, frames) = points((scene, material), &self.surfaces, found, views, active);
-                self.surfaces.ns = frames.z.or(active, self.surfaces.ns);
-                self.frames = frames.narrow().or(active, self.frames);
+                self.surfaces.ns = frames.z.keep_where(active, self.surfaces.ns);
+                self.frames = frames.narrow().keep_where(active, self.frames);
                 slots.build(material.kind(), &at, active);
             }
         })
@@ -343,7 +343,7 @@ impl<'s> Sheets<'s> {
         // Mostly it is one element.
         while rest.any_true() {
             let others = rest;
-            surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives).or(others, surfaces);
+            surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives).keep_where(others, surfaces);
         }
         (surfaces, primitives)
     }
@@ -399,11 +399,11 @@ impl Tree<'_> {
             let primitive = self.scene.primitive(element.primitive);
             if let Shape::TriangleMesh(mesh) = &primitive.shape {
                 let corners = self.scene.group(element.instance).triangle(place).in_order();
-                triangles.put(lane, primitive, (mesh, element.index as usize, corners));
+                triangles.set_lane(lane, primitive, (mesh, element.index as usize, corners));
                 there |= 1 << lane;
             }
         }
-        let Point { p, magnitude, n, ns, .. } = triangles.points(simd, hits.sides, bits(simd, there));
+        let ShapePoint { p, magnitude, n, ns, .. } = triangles.points(simd, hits.sides, bits(simd, there));
         let (others, placed) = (is_hit & !bits(simd, there), is_hit & !hits.instance.simd_eq(WORLD));
         let Hits { element, instance, .. } = *hits;
         let mut surfaces = Surfaces { p, n, ns, magnitude, element, instance };
@@ -426,7 +426,7 @@ impl Tree<'_> {
         surfaces: &mut Surfaces<S>,
     ) {
         for lane in set_lanes(others) {
-            surfaces.put(lane, &Surface::new(self.scene, &self.ray(rays, lane), &self.hit(hits, lane)));
+            surfaces.set_lane(lane, &Surface::new(self.scene, &self.ray(rays, lane), &self.hit(hits, lane)));
         }
     }
 }

@@ -56,17 +56,17 @@ impl<'s> Surface<'s> {
                 // The hit is as exact as its distance; the shape is exacter.
                 let (p, outward) = shape.project(p);
                 let (n, emitting) = (turned(outward), flipped(outward, primitive.reverse_orientation));
-                Point { p, magnitude: shape.magnitude(), n, ns: n, emitting }
+                ShapePoint { p, magnitude: shape.magnitude(), n, ns: n, emitting }
             }
             (_, None) => {
                 let local = instance.map_or(*ray, |instance| instance.ray(ray, t));
                 let n = turned(scene.curves.normal(element.index, &local, hit.barycentric.into()));
                 let (p, magnitude) = (local.at(t), local.at(t).abs().max(local.o.abs()).max_element());
                 // It turns with the ray, so it has no side that is dark.
-                Point { p, magnitude, n, ns: n, emitting: -local.d.normalize_or(DVec3::Z) }
+                ShapePoint { p, magnitude, n, ns: n, emitting: -local.d.normalize_or(DVec3::Z) }
             }
         };
-        let Point { mut p, mut magnitude, .. } = point;
+        let ShapePoint { mut p, mut magnitude, .. } = point;
         let [mut n, mut ns, mut emitting] = [point.n, point.ns, point.emitting];
         if let Some(instance) = instance {
             (p, magnitude) = (instance.to_world(p), instance.magnitude(magnitude));
@@ -92,7 +92,7 @@ impl<'s> Surface<'s> {
     ///
     /// The element itself is not met again. Others that touch it here are told from it by an offset of 2^-40 of the
     /// coordinates, thousands of times their rounding and less than any gap in a scene.
-    pub fn leave(&self, d: DVec3) -> Ray {
+    pub fn spawn_ray(&self, d: DVec3) -> Ray {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
         Ray { leaving: self.element, leaving_place: self.place, ..Ray::new(self.p + offset, d) }
     }
@@ -129,11 +129,11 @@ pub(crate) struct Surfaces<S: Simd> {
 impl<S: Simd> Surfaces<S> {
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         Surfaces {
-            p: self.p.or(mask, others.p),
-            n: self.n.or(mask, others.n),
-            ns: self.ns.or(mask, others.ns),
+            p: self.p.keep_where(mask, others.p),
+            n: self.n.keep_where(mask, others.n),
+            ns: self.ns.keep_where(mask, others.ns),
             magnitude: mask.select(self.magnitude, others.magnitude),
             // Of the same hits.
             element: self.element,
@@ -141,9 +141,9 @@ impl<S: Simd> Surfaces<S> {
         }
     }
 
-    /// As [`Surface::leave`].
+    /// As [`Surface::spawn_ray`].
     #[inline(always)]
-    pub fn leave(&self, d: Vec3x8<S>) -> Rays<S> {
+    pub fn spawn_ray(&self, d: Vec3x8<S>) -> Rays<S> {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
         let (leaving, leaving_instance) = (self.element, self.instance);
         Rays { leaving, leaving_instance, ..Rays::new(self.p + offset, d) }
@@ -152,8 +152,8 @@ impl<S: Simd> Surfaces<S> {
     /// Shadow rays to points of a light: from where rays leave the surface to just there. Were they to run beside the lines
     /// from the surface to the light, they would meet the plane that the light lies in before their end.
     #[inline(always)]
-    pub fn towards(&self, light: Vec3x8<S>) -> Rays<S> {
-        let start = self.leave(light - self.p);
+    pub fn spawn_ray_to(&self, light: Vec3x8<S>) -> Rays<S> {
+        let start = self.spawn_ray(light - self.p);
         let way = light - start.o;
         let distance = way.length_squared().sqrt();
         Rays { d: way * (1.0 / distance.max(f64::MIN_POSITIVE)), t_max: distance, ..start }
@@ -177,29 +177,29 @@ impl<S: Simd> Surfaces<S> {
     pub fn place_in_world(&mut self, scene: &Traceable, placed: mask64x8<S>) {
         for lane in set_lanes(placed) {
             let Some(instance) = scene.instance(self.instance[lane] as u32) else { continue };
-            self.p.put(lane, instance.to_world(self.p.lane(lane)));
+            self.p.set_lane(lane, instance.to_world(self.p.lane(lane)));
             self.magnitude[lane] = instance.magnitude(self.magnitude[lane]);
-            self.n.put(lane, instance.normal_to_world(self.n.lane(lane)));
-            self.ns.put(lane, instance.normal_to_world(self.ns.lane(lane)));
+            self.n.set_lane(lane, instance.normal_to_world(self.n.lane(lane)));
+            self.ns.set_lane(lane, instance.normal_to_world(self.ns.lane(lane)));
         }
     }
 
     /// Puts another surface in the place of one.
-    pub fn put(&mut self, lane: usize, surface: &Surface) {
-        self.p.put(lane, surface.p);
-        self.n.put(lane, surface.n);
-        self.ns.put(lane, surface.ns);
+    pub fn set_lane(&mut self, lane: usize, surface: &Surface) {
+        self.p.set_lane(lane, surface.p);
+        self.n.set_lane(lane, surface.n);
+        self.ns.set_lane(lane, surface.ns);
         self.magnitude[lane] = surface.magnitude;
     }
 }
 
 /// What points of an element of a list have in common.
 pub(crate) struct Sheet<'s> {
-    form: Form<'s>,
+    shape: SheetShape<'s>,
     magnitude: f64,
 }
 
-enum Form<'s> {
+enum SheetShape<'s> {
     /// A triangle, its corners as the mesh has them, and its normal.
     Flat { triangle: &'s Triangle, corners: [DVec3; 3], n: DVec3 },
     /// A sphere; whether its normal points inwards.
@@ -214,14 +214,14 @@ impl<'s> Sheet<'s> {
                 let corners = triangle.in_order();
                 // Normal and magnitude are those of any point.
                 let of_mesh = (&**mesh, element.id.index as usize, corners);
-                let Point { magnitude, n, .. } = on_triangle(level, primitive, of_mesh, [1.0, 0.0, 0.0]);
-                let form = Form::Flat { triangle, corners, n };
-                mesh.normals().is_empty().then_some(Sheet { form, magnitude })
+                let ShapePoint { magnitude, n, .. } = on_triangle(level, primitive, of_mesh, [1.0, 0.0, 0.0]);
+                let shape = SheetShape::Flat { triangle, corners, n };
+                mesh.normals().is_empty().then_some(Sheet { shape, magnitude })
             }
             (ListedShape::Sphere(curved), _) => {
                 let is_inward = primitive.reverse_orientation != primitive.mirrored;
-                let form = Form::Round { curved, is_inward };
-                Some(Sheet { form, magnitude: curved.magnitude() })
+                let shape = SheetShape::Round { curved, is_inward };
+                Some(Sheet { shape, magnitude: curved.magnitude() })
             }
             _ => None,
         }
@@ -230,14 +230,14 @@ impl<'s> Sheet<'s> {
     /// Where the rays meet it.
     #[inline(always)]
     pub fn points<S: Simd>(&self, simd: S, rays: &Rays<S>, hits: &Hits<S>) -> Surfaces<S> {
-        let (p, n) = match &self.form {
-            Form::Flat { triangle, corners: [p0, p1, p2], n } => {
+        let (p, n) = match &self.shape {
+            SheetShape::Flat { triangle, corners: [p0, p1, p2], n } => {
                 let [b0, b1, b2] = triangle.weights(hits.sides);
                 let (p0, p1, p2) =
                     (Vec3x8::splat(simd, *p0), Vec3x8::splat(simd, *p1), Vec3x8::splat(simd, *p2));
                 (p0 * b0 + p1 * b1 + p2 * b2, Vec3x8::splat(simd, *n))
             }
-            Form::Round { curved, is_inward } => {
+            SheetShape::Round { curved, is_inward } => {
                 let (p, outward) = curved.on_sphere(rays.at(hits.t));
                 (p, if *is_inward { -outward } else { outward })
             }
@@ -264,7 +264,7 @@ pub(crate) struct Triangles {
 
 /// A point of a shape, or points; as in [`Surface`].
 #[derive(Clone, Copy)]
-pub(crate) struct Point<V = DVec3, N = f64> {
+pub(crate) struct ShapePoint<V = DVec3, N = f64> {
     pub p: V,
     pub magnitude: N,
     pub n: V,
@@ -272,7 +272,7 @@ pub(crate) struct Point<V = DVec3, N = f64> {
     pub emitting: V,
 }
 
-pub(crate) type Points<S> = Point<Vec3x8<S>, f64x8<S>>;
+pub(crate) type ShapePoints<S> = ShapePoint<Vec3x8<S>, f64x8<S>>;
 
 /// The point of a triangle, of a mesh and with these corners, that the corners weigh so much at.
 pub(crate) fn on_triangle(
@@ -280,21 +280,21 @@ pub(crate) fn on_triangle(
     primitive: &Primitive,
     triangle: (&Mesh, usize, [DVec3; 3]),
     weights: [f64; 3],
-) -> Point {
+) -> ShapePoint {
     let mut triangles = Triangles::default();
-    triangles.put(0, primitive, triangle);
+    triangles.set_lane(0, primitive, triangle);
     side_by_side!(level, simd => {
         let weights = three!(corner, weights[corner].simd_into(simd));
-        let Point { p, magnitude, n, ns, emitting } = triangles.points(simd, weights, bits(simd, 1));
+        let ShapePoint { p, magnitude, n, ns, emitting } = triangles.points(simd, weights, bits(simd, 1));
         let [p, n, ns, emitting] = [p.lane(0), n.lane(0), ns.lane(0), emitting.lane(0)];
-        Point { p, magnitude: magnitude[0], n, ns, emitting }
+        ShapePoint { p, magnitude: magnitude[0], n, ns, emitting }
     })
 }
 
 impl Triangles {
     /// Puts a triangle of a primitive, a mesh, in its place.
     #[inline(always)]
-    pub fn put(
+    pub fn set_lane(
         &mut self,
         lane: usize,
         primitive: &Primitive,
@@ -325,25 +325,30 @@ impl Triangles {
 
     /// Those that the corners weigh so much at; of the triangles that are there.
     #[inline(always)]
-    pub fn points<S: Simd>(&self, simd: S, [b0, b1, b2]: [f64x8<S>; 3], there: mask64x8<S>) -> Points<S> {
+    pub fn points<S: Simd>(
+        &self,
+        simd: S,
+        [b0, b1, b2]: [f64x8<S>; 3],
+        there: mask64x8<S>,
+    ) -> ShapePoints<S> {
         let [p0, p1, p2] = self.corners(simd);
         let p = p0 * b0 + p1 * b1 + p2 * b2;
         let magnitude = p0.magnitude().max(p1.magnitude()).max(p2.magnitude());
         let winding = across(p1 - p0, p2 - p0, there);
-        let mut n = (-winding).or(bits(simd, self.is_n), winding);
-        let (mut ns, mut emitting) = (n, (-winding).or(bits(simd, self.is_emitting), winding));
+        let mut n = (-winding).keep_where(bits(simd, self.is_n), winding);
+        let (mut ns, mut emitting) = (n, (-winding).keep_where(bits(simd, self.is_emitting), winding));
         if self.has_normals != 0 {
             let [n0, n1, n2] = Vec3x8::three(simd, &self.normals);
             let (smooth, is_valid) = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize();
             let is_valid = is_valid & bits(simd, self.has_normals);
-            let turned = (-smooth).or(bits(simd, self.is_smooth), smooth);
-            let own_n = (-winding).or(winding.dot(turned).simd_lt(0.0), winding);
-            let own_emitting = (-winding).or(winding.dot(smooth).simd_lt(0.0), winding);
-            n = own_n.or(is_valid, n);
-            ns = turned.or(is_valid, ns);
-            emitting = own_emitting.or(is_valid, emitting);
+            let turned = (-smooth).keep_where(bits(simd, self.is_smooth), smooth);
+            let own_n = winding.face_forward(turned);
+            let own_emitting = winding.face_forward(smooth);
+            n = own_n.keep_where(is_valid, n);
+            ns = turned.keep_where(is_valid, ns);
+            emitting = own_emitting.keep_where(is_valid, emitting);
         }
-        Point { p, magnitude, n, ns, emitting }
+        ShapePoint { p, magnitude, n, ns, emitting }
     }
 }
 
@@ -355,7 +360,7 @@ fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S
     let mut direction = product * (1.0 / squared.sqrt());
     let is_usual = squared.simd_gt(1e-200) & squared.simd_lt(1e200);
     for lane in set_lanes(there & !is_usual) {
-        direction.put(lane, direction_across(e1.lane(lane), e2.lane(lane)));
+        direction.set_lane(lane, direction_across(e1.lane(lane), e2.lane(lane)));
     }
     direction
 }
@@ -427,12 +432,12 @@ impl<S: Simd> Parametrics<S> {
     }
 
     /// Puts another one in a lane.
-    pub fn put(&mut self, lane: usize, other: &Parametric) {
+    pub fn set_lane(&mut self, lane: usize, other: &Parametric) {
         [self.uv[0][lane], self.uv[1][lane]] = other.uv.into();
-        self.dpdu.put(lane, other.dpdu);
-        self.dpdv.put(lane, other.dpdv);
-        self.dndu.put(lane, other.dndu);
-        self.dndv.put(lane, other.dndv);
+        self.dpdu.set_lane(lane, other.dpdu);
+        self.dpdv.set_lane(lane, other.dpdv);
+        self.dndu.set_lane(lane, other.dndu);
+        self.dndv.set_lane(lane, other.dndv);
     }
 }
 

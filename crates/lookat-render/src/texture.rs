@@ -85,7 +85,7 @@ impl<S: Simd> TexturePoint<S> {
         [a, b]: [&Texture<T>; 2],
         active: mask64x8<S>,
     ) -> T::Wide {
-        T::or(self.value(a, active & mask), mask, self.value(b, active & !mask))
+        T::keep_where(self.value(a, active & mask), mask, self.value(b, active & !mask))
     }
 
     /// The points in another space. The origin is taken there apart, so that neighboring points keep their distance.
@@ -130,7 +130,7 @@ pub(crate) trait Values<S: Simd>: Value {
     fn splat(simd: S, value: Self) -> Self::Wide;
 
     /// The first where `mask` says so, and the others elsewhere.
-    fn or(first: Self::Wide, mask: mask64x8<S>, others: Self::Wide) -> Self::Wide;
+    fn keep_where(first: Self::Wide, mask: mask64x8<S>, others: Self::Wide) -> Self::Wide;
 
     /// Gray values.
     fn gray(values: f64x8<S>) -> Self::Wide;
@@ -156,7 +156,7 @@ impl<S: Simd> Values<S> for f64 {
     }
 
     #[inline(always)]
-    fn or(first: f64x8<S>, mask: mask64x8<S>, others: f64x8<S>) -> f64x8<S> {
+    fn keep_where(first: f64x8<S>, mask: mask64x8<S>, others: f64x8<S>) -> f64x8<S> {
         mask.select(first, others)
     }
 
@@ -196,8 +196,8 @@ impl<S: Simd> Values<S> for Vec3 {
     }
 
     #[inline(always)]
-    fn or(first: Colors<S>, mask: mask64x8<S>, others: Colors<S>) -> Colors<S> {
-        first.or_wide(mask, others)
+    fn keep_where(first: Colors<S>, mask: mask64x8<S>, others: Colors<S>) -> Colors<S> {
+        first.keep_where_wide(mask, others)
     }
 
     #[inline(always)]

@@ -16,7 +16,7 @@ use crate::surface::is_solid;
 use crate::traceable::{Group, NonTriangle, Traceable};
 use crate::triangle::{Axis, Block, Filter, MOST_MAGNITUDE, ShearedRay, Triangle, Turned, holds_end};
 pub(crate) use list::{Element, List, ListedShape};
-pub(crate) use packets::{MOST_PACKETS, PacketCount, Together};
+pub(crate) use packets::{Coherence, MOST_PACKETS, PacketCount};
 pub(crate) use tree::Tree;
 
 /// A ray among the elements of a group, which belong to an instance or to the world.
@@ -73,7 +73,7 @@ impl Traceable {
     #[inline(always)]
     fn search_alone<S: Simd, const ANY: bool>(&self, simd: S, query: Query, hit: &mut Hit) -> bool {
         let (o, d) = (Vec3x8::splat(simd, query.ray.o), Vec3x8::splat(simd, query.ray.d));
-        self.search::<S, ANY>(simd, query, (&Forms::new(simd, o, d), 0), hit)
+        self.search::<S, ANY>(simd, query, (&TraversalRays::new(simd, o, d), 0), hit)
     }
 
     /// Looks for hits that `hit` yields to, and returns whether there is one. With `ANY` the first will do; the target of the ray is
@@ -85,7 +85,7 @@ impl Traceable {
         &self,
         simd: S,
         query: Query,
-        (forms, lane): (&Forms<S>, usize),
+        (forms, lane): (&TraversalRays<S>, usize),
         hit: &mut Hit,
     ) -> bool {
         vectorized!(simd, {
@@ -263,10 +263,7 @@ impl Traceable {
     #[inline(always)]
     fn accept<const ANY: bool>(&self, query: Query, found: Hit, hit: &mut Hit) -> bool {
         debug_assert!(!ANY || found.element != query.ray.target, "it was left out before");
-        let counts = match ANY {
-            true => found.t <= hit.t,
-            false => hit.yields_to(found.t, found.element),
-        };
+        let counts = if ANY { found.t <= hit.t } else { hit.yields_to(found.t, found.element) };
         let Hit { element, barycentric, .. } = found;
         let accepted = counts && self.is_valid(element, barycentric, query.is_shadow);
         if accepted {
@@ -282,7 +279,7 @@ fn nothing(ray: &Ray) -> Hit {
 }
 
 /// Eight rays.
-pub(crate) struct Forms<S: Simd> {
+pub(crate) struct TraversalRays<S: Simd> {
     pub slabs: SlabRays<S>,
     turned: Turned<S>,
     /// The largest coordinate of each origin; infinite where `f32` tells nothing.
@@ -291,7 +288,7 @@ pub(crate) struct Forms<S: Simd> {
     is_not: [u64; 2],
 }
 
-impl<S: Simd> Forms<S> {
+impl<S: Simd> TraversalRays<S> {
     #[inline(always)]
     pub fn new(simd: S, o: Vec3x8<S>, d: Vec3x8<S>) -> Self {
         let o = [to_f32(o.x), to_f32(o.y), to_f32(o.z)];
@@ -306,7 +303,7 @@ impl<S: Simd> Forms<S> {
             let pick = |if_x, if_y, if_z| is_not_y.select(if_z, is_not_x.select(if_y, if_x));
             [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
         };
-        Forms {
+        TraversalRays {
             slabs: SlabRays::new(simd, o, d),
             turned: Turned::new(turned(o), turned(d)),
             magnitude: is_safe.select(magnitude, splat_f32(simd, f32::INFINITY)),

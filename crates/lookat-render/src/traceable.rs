@@ -110,10 +110,9 @@ impl Traceable {
         };
         self.of_objects = source.objects().into_iter().flat_map(of_object).collect();
         self.source = source.clone();
-        self.cutouts = match source.shapes().any(|primitive| primitive.cutout.is_some()) {
-            true => self.primitives().map(|primitive| primitive.cutout.is_some()).collect(),
-            false => Vec::new(),
-        };
+        let has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
+        let is_cut_out = |primitive: &Primitive| primitive.cutout.is_some();
+        self.cutouts = if has_cutouts { self.primitives().map(is_cut_out).collect() } else { Vec::new() };
     }
 
     /// The primitive with a number. Numbers start with the primitives of the world; the primitives of objects follow.

@@ -57,7 +57,7 @@ impl ViewFacts {
 }
 
 /// A point that a probe ray has hit.
-struct Seen<'s> {
+struct ProbeHit<'s> {
     ray: Ray,
     surface: Surface<'s>,
     depth: f64,
@@ -68,20 +68,20 @@ impl Prepared {
     /// [`Prepared::look`].
     pub fn facts(&self, view: &View) -> ViewFacts {
         let (traceable, camera) = (&self.traceable, self.camera(view));
-        let probe = |film: DVec2| seen(traceable, view, &camera, film);
-        let probes: Vec<Option<Seen>> =
+        let probe = |film: DVec2| probe_hit(traceable, view, &camera, film);
+        let probes: Vec<Option<ProbeHit>> =
             (0..PROBES).into_par_iter().map(|i| probe(place(view.film.crop, i))).collect();
         let mut shapes = Numbered::new(traceable);
-        let mut of_shape: Vec<Vec<&Seen>> = vec![Vec::new(); shapes.all.len()];
+        let mut of_shape: Vec<Vec<&ProbeHit>> = vec![Vec::new(); shapes.all.len()];
         for seen in probes.iter().flatten() {
             let number = shapes.number(key(seen.surface.element));
             of_shape.resize_with(shapes.all.len(), Vec::new);
             of_shape[number].push(seen);
         }
         for (shape, seen) in shapes.all.iter_mut().zip(&of_shape) {
-            shape.see(seen, traceable.origin);
+            shape.add_hits(seen, traceable.origin);
         }
-        let hits: Vec<&Seen> = probes.iter().flatten().collect();
+        let hits: Vec<&ProbeHit> = probes.iter().flatten().collect();
         let emitters = hits.iter().filter(|seen| seen.surface.primitive.emission.is_some()).count();
         let share = |count: usize| count as f64 / f64::from(PROBES);
         let crop = view.film.crop;
@@ -126,16 +126,21 @@ impl<'s> Numbered<'s> {
 }
 
 /// The surface that a camera ray through the middle of the lens sees.
-fn seen<'s>(traceable: &'s Traceable, view: &View, camera: &CameraRays, film: DVec2) -> Option<Seen<'s>> {
+fn probe_hit<'s>(
+    traceable: &'s Traceable,
+    view: &View,
+    camera: &CameraRays,
+    film: DVec2,
+) -> Option<ProbeHit<'s>> {
     let mut ray = camera.ray(film, DVec2::splat(0.5));
     for _ in 0..MOST_PASSED {
         let hit = traceable.nearest(&ray)?;
         let surface = Surface::new(traceable, &ray, &hit);
         if !traceable.is_passed(&hit) || surface.primitive.emission.is_some() {
             let depth = depth(view, surface.p - camera.eye);
-            return Some(Seen { ray, surface, depth });
+            return Some(ProbeHit { ray, surface, depth });
         }
-        ray = surface.leave(ray.d);
+        ray = surface.spawn_ray(ray.d);
     }
     None
 }
@@ -174,7 +179,7 @@ fn enclosing_shape(traceable: &Traceable, p: DVec3, except: Option<(u32, u32)>) 
             let surface = Surface::new(traceable, &ray, &hit);
             let distance = surface.p.distance(p);
             met.entry(key(surface.element)).or_insert((0, distance)).0 += 1;
-            ray = surface.leave(ray.d);
+            ray = surface.spawn_ray(ray.d);
         }
         let is_odd = |(key, (count, _)): &((u32, u32), (u32, f64))| Some(*key) != except && count % 2 == 1;
         for (key, (_, distance)) in met.into_iter().filter(is_odd) {
@@ -289,13 +294,13 @@ impl ShapeFacts {
     }
 
     /// Adds what probe rays have seen of it.
-    fn see(&mut self, seen: &[&Seen], origin: DVec3) {
+    fn add_hits(&mut self, seen: &[&ProbeHit], origin: DVec3) {
         self.share = seen.len() as f64 / f64::from(PROBES);
         self.glows = seen.iter().any(|seen| seen.surface.le(-seen.ray.d) != Vec3::ZERO);
         self.depths = spread(&sorted(seen.iter().map(|seen| seen.depth).collect()));
         let Some(first) = seen.first() else { return };
         let n = first.surface.n * -first.surface.n.dot(first.ray.d).signum();
-        let is_in_plane = |seen: &&&Seen| {
+        let is_in_plane = |seen: &&&ProbeHit| {
             let off = (seen.surface.p - first.surface.p).dot(n).abs();
             seen.surface.n.dot(n).abs() > 1.0 - 1e-9 && off <= 1e-6 * self.size()
         };

@@ -6,7 +6,9 @@ mod view;
 use std::collections::HashMap;
 use std::process::ExitCode;
 
-use lookat_render::{Choice, Draw, Elements, Inspection, Settings, film_bytes, preparation_bytes};
+use lookat_render::{
+    Choice, Elements, Inspection, SampleDimensions, Settings, film_bytes, preparation_bytes,
+};
 use lookat_scene::syntax::number_bytes;
 use lookat_scene::{
     FilterKind, Integrator, LightChoice, LoadOptions, Loaded, Memory, Projection, Scene, Sources,
@@ -106,8 +108,8 @@ impl<'s> Inspected<'s> {
 
     /// The most sample dimensions of one camera sample.
     fn most_numbers(&self) -> u64 {
-        let all = |draw: &Draw| u64::from(draw.numbers) * draw.surfaces.len() as u64;
-        2 + u64::from(self.lens_numbers()) + self.inspection.draws.iter().map(all).sum::<u64>()
+        let all = |draw: &SampleDimensions| u64::from(draw.count) * draw.surfaces.len() as u64;
+        2 + u64::from(self.lens_numbers()) + self.inspection.dimensions.iter().map(all).sum::<u64>()
     }
 
     fn lens_numbers(&self) -> u32 {
@@ -118,7 +120,7 @@ impl<'s> Inspected<'s> {
     fn not_paid_for(&self) -> Vec<&'static str> {
         let it = &self.inspection;
         let is_path = matches!(self.scene.view.integrator, Integrator::Path { .. });
-        let has = |draw: &str| it.draws.iter().any(|drawn| drawn.of == draw);
+        let has = |draw: &str| it.dimensions.iter().any(|drawn| drawn.purpose == draw);
         let mut absent = vec![
             (!it.has_lens, "lens samples"),
             (!it.shares_samples, "samples of several pixels"),
@@ -150,7 +152,7 @@ impl<'s> Inspected<'s> {
                 "nodes": elements.nodes, "depth": elements.depth, "bytes": elements.bytes,
             })
         };
-        let draws = |draw: &Draw| json!({ "of": draw.of, "numbers": draw.numbers, "from": draw.surfaces.start, "to": draw.surfaces.end });
+        let draws = |draw: &SampleDimensions| json!({ "of": draw.purpose, "numbers": draw.count, "from": draw.surfaces.start, "to": draw.surfaces.end });
         let samples = scene.view.sampler.samples_per_pixel;
         json!({
             "film": {
@@ -169,12 +171,12 @@ impl<'s> Inspected<'s> {
             "integrator": { "name": integrator_name(scene), "depth": it.depth },
             "numbers": {
                 "film": 2, "lens": self.lens_numbers(),
-                "surface": it.draws.iter().map(draws).collect::<Vec<_>>(), "most": self.most_numbers(),
+                "surface": it.dimensions.iter().map(draws).collect::<Vec<_>>(), "most": self.most_numbers(),
             },
             "world": elements(&it.world),
             "objects": it.objects.iter().map(elements).collect::<Vec<_>>(),
             "has_cutouts": it.has_cutouts,
-            "asks_tree": it.asks_tree,
+            "asks_tree": it.uses_bvh,
             "surfaces": it.surfaces.as_ref().map(|surfaces| json!({
                 "kinds": surfaces.kinds, "most_lobes": surfaces.most_lobes,
                 "specular": surfaces.specular, "coordinates": surfaces.coordinates,

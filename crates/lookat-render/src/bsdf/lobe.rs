@@ -37,7 +37,7 @@ pub(super) enum Kind {
 impl Kind {
     /// Whether it has only single directions.
     #[inline]
-    pub fn is_specular(self) -> bool {
+    pub fn is_delta(self) -> bool {
         matches!(self, Kind::Mirror(_) | Kind::Refraction | Kind::Glass)
     }
 
@@ -107,12 +107,12 @@ impl<S: Simd> Lobes<S> {
 
     /// These where `mask` says so, and others of the same kind elsewhere.
     #[inline(always)]
-    pub fn or(self, mask: mask32x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask32x8<S>, others: Self) -> Self {
         let ([a, b], [x, y]) = (self.colors, self.roughness);
         Lobe {
             kind: self.kind,
-            color: self.color.or(mask, others.color),
-            colors: [a.or(mask, others.colors[0]), b.or(mask, others.colors[1])],
+            color: self.color.keep_where(mask, others.color),
+            colors: [a.keep_where(mask, others.colors[0]), b.keep_where(mask, others.colors[1])],
             roughness: [mask.select(x, others.roughness[0]), mask.select(y, others.roughness[1])],
             eta: mask.select(self.eta, others.eta),
         }
@@ -184,7 +184,7 @@ impl<S: Simd> Lobes<S> {
                 let transmitted = transmittance * is_valid.select(value, none);
                 let transmitted_pdf = is_valid.select(pdf * (1.0 - share), none);
                 let same_side = (wo.z * wi.z).simd_gt(0.0);
-                (reflected.or(above, transmitted), same_side.select(reflected_pdf, transmitted_pdf))
+                (reflected.keep_where(above, transmitted), same_side.select(reflected_pdf, transmitted_pdf))
             }
             Kind::Substrate => {
                 let [base, coat] = self.colors;
@@ -194,7 +194,7 @@ impl<S: Simd> Lobes<S> {
                 let cos = wi.dot(wh);
                 let value = self.facets().density(wh) / (4.0 * cos.abs() * wi.z.abs().max(wo.z.abs()));
                 let sum = base + schlick(coat, cos) * value;
-                let sum = sum.or(is_valid, Colors::splat(simd, Vec3::ZERO));
+                let sum = sum.keep_where(is_valid, Colors::splat(simd, Vec3::ZERO));
                 (self.color * sum, 0.5 * (cosine(wi) + is_valid.select(pdf, none)))
             }
             Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (Colors::splat(simd, Vec3::ZERO), none),
@@ -221,13 +221,13 @@ impl<S: Simd> Lobes<S> {
                 let ((above, has_above), (through, has_through)) =
                     (reflected(wo, wh), refracted(self.eta, wo, wh));
                 let is_valid = is_reflected & has_above | !is_reflected & has_through;
-                (above.or(is_reflected, through), is_valid)
+                (above.keep_where(is_reflected, through), is_valid)
             }
             Kind::Substrate => {
                 let is_coat = u.simd_ge(0.5);
                 let u = [is_coat.select(2.0 * u - 1.0, 2.0 * u), v];
                 let (reflected, is_valid) = self.facets().reflected(wo, u);
-                (reflected.or(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
+                (reflected.keep_where(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
             }
             Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (wo, !all),
         }
@@ -349,7 +349,7 @@ pub(super) fn schlick<S: Simd>(at_normal: Colors<S>, cos: f32x8<S>) -> Colors<S>
 
 /// Directions of lobes that have only single ones.
 #[derive(Clone, Copy)]
-pub(crate) struct Single<S: Simd> {
+pub(crate) struct DeltaSample<S: Simd> {
     pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
     /// Radiance from `wi` times this comes along `wo`.
@@ -363,19 +363,19 @@ pub(crate) struct Single<S: Simd> {
 impl<S: Simd> Lobes<S> {
     /// One of the single directions at points with shading normals `n`.
     #[inline(always)]
-    pub fn single(&self, n: Vec3x8<S>, wo: Vec3x8<S>, u: f64x8<S>) -> Single<S> {
+    pub fn single(&self, n: Vec3x8<S>, wo: Vec3x8<S>, u: f64x8<S>) -> DeltaSample<S> {
         let cos = n.dot(wo);
         match self.kind {
             Kind::Mirror(fresnel) => mirrored(n, wo, self.fresnel(fresnel, to_f32(cos))),
             Kind::Glass => {
                 let share = dielectric(to_f32(cos), self.eta);
                 let [reflectance, transmittance] = self.colors;
-                let reflected = Single { probability: share, ..mirrored(n, wo, reflectance * share) };
-                let refracted = Single {
+                let reflected = DeltaSample { probability: share, ..mirrored(n, wo, reflectance * share) };
+                let refracted = DeltaSample {
                     probability: 1.0 - share,
                     ..self.refracted(n, wo, transmittance * (1.0 - share))
                 };
-                reflected.or(u.simd_lt(to_f64(share)), refracted)
+                reflected.keep_where(u.simd_lt(to_f64(share)), refracted)
             }
             _ => self.refracted(n, wo, self.color - self.fresnel(Fresnel::Dielectric, to_f32(cos))),
         }
@@ -383,14 +383,14 @@ impl<S: Simd> Lobes<S> {
 
     /// Light that a smooth boundary refracts.
     #[inline(always)]
-    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S> {
+    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> DeltaSample<S> {
         let (eta, cos) = (to_f64(self.eta), n.dot(wo));
-        let (n, cos) = ((-n).or(cos.simd_lt(0.0), n), (cos, cos.abs()));
+        let (n, cos) = ((-n).keep_where(cos.simd_lt(0.0), n), (cos, cos.abs()));
         let ratio = cos.0.simd_gt(0.0).select(eta, 1.0 / eta);
         let along = (n * cos.1 - wo) * (1.0 / ratio);
         let squared = 1.0 - along.length_squared();
         let radiance_scale = self.radiance_scale(to_f32(cos.0), to_f32(cos.0));
-        Single {
+        DeltaSample {
             is_valid: squared.simd_gt(0.0),
             wi: (along - n * squared.max(0.0).sqrt()).normalize(),
             factor: factor * radiance_scale,
@@ -401,9 +401,9 @@ impl<S: Simd> Lobes<S> {
 }
 
 #[inline(always)]
-fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S> {
+fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> DeltaSample<S> {
     let one = splat_f32(factor.x.token(), 1.0);
-    Single {
+    DeltaSample {
         is_valid: widen(one.simd_gt(0.0)),
         wi: (n * (2.0 * n.dot(wo)) - wo).normalize(),
         factor,
@@ -412,15 +412,15 @@ fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S
     }
 }
 
-impl<S: Simd> Single<S> {
+impl<S: Simd> DeltaSample<S> {
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         let own = narrow(mask);
-        Single {
+        DeltaSample {
             is_valid: mask & self.is_valid | !mask & others.is_valid,
-            wi: self.wi.or(mask, others.wi),
-            factor: self.factor.or(own, others.factor),
+            wi: self.wi.keep_where(mask, others.wi),
+            factor: self.factor.keep_where(own, others.factor),
             probability: own.select(self.probability, others.probability),
             radiance_scale: own.select(self.radiance_scale, others.radiance_scale),
         }

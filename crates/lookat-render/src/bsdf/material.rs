@@ -47,7 +47,7 @@ pub(crate) fn most_lobes(material: &Material) -> MostLobes {
         return bound(material.kind());
     }
     let PointLobes(lobes) = PointLobes::new(material.kind());
-    MostLobes { all: lobes.len(), specular: lobes.iter().filter(|lobe| lobe.kind.is_specular()).count() }
+    MostLobes { all: lobes.len(), specular: lobes.iter().filter(|lobe| lobe.kind.is_delta()).count() }
 }
 
 /// What [`Builder`] adds at most, whatever the textures give.

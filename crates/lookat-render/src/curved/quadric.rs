@@ -179,9 +179,9 @@ impl Disk {
         let near = DVec3::from([0, 1, 2].map(|i| (TwoFloat::new_mul(d[i], t) + o[i]).hi()));
         let p = (near - d * (near.z / d.z)).truncate();
         let r = p.length();
-        let reaches = |radius: f64| match (r - radius).abs() > 1e-14 * radius {
-            true => r > radius,
-            false => exact_margin(o, d, radius) < 0.0,
+        let reaches = |radius: f64| {
+            let is_clear = (r - radius).abs() > 1e-14 * radius;
+            if is_clear { r > radius } else { exact_margin(o, d, radius) < 0.0 }
         };
         let has = !reaches(self.radius) && (self.inner_radius == 0.0 || !self.is_in_hole(r, o, d));
         (has && self.sweep.has(p, DVec2::X)).then_some(t)
@@ -189,9 +189,10 @@ impl Disk {
 
     /// Whether a line that meets the plane at a distance `r` from the axis, about, goes through the hole.
     fn is_in_hole(&self, r: f64, o: DVec3, d: DVec3) -> bool {
-        match (r - self.inner_radius).abs() > 1e-14 * self.inner_radius {
-            true => r < self.inner_radius,
-            false => exact_margin(o, d, self.inner_radius) > 0.0,
+        if (r - self.inner_radius).abs() > 1e-14 * self.inner_radius {
+            r < self.inner_radius
+        } else {
+            exact_margin(o, d, self.inner_radius) > 0.0
         }
     }
 

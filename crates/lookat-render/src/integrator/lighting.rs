@@ -6,9 +6,9 @@ use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::profiler::Stage;
 use super::world::World;
-use crate::bsdf::{Bsdf, Part};
+use crate::bsdf::{Bsdf, LobeFilter};
 use crate::integrator::world::Tracer;
-use crate::light::{Chosen, Found, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
+use crate::light::{Chosen, LightHits, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
 use crate::number::{Colors, Vec2x8, bits, groups, set_lanes, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::surface::Surfaces;
@@ -24,7 +24,7 @@ pub(in crate::integrator) struct Lighting<'s> {
     /// How many directions there are at a surface without a lune, and with one.
     directions: [f64; 2],
     /// What of the BSDFs directions are sampled from.
-    part: Part,
+    part: LobeFilter,
     /// Whether skies are sampled in another way where normals differ.
     has_lunes: bool,
 }
@@ -48,12 +48,12 @@ pub(in crate::integrator) struct Directions<S: Simd> {
     /// Densities by solid angle.
     pub pdf: f64x8<S>,
     /// Those that no other could have been sampled near to.
-    pub is_specular: mask64x8<S>,
+    pub is_delta: mask64x8<S>,
 }
 
 impl<'s> Lighting<'s> {
     /// `part`: what of the BSDFs directions are sampled from.
-    pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, part: Part) -> Self {
+    pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, part: LobeFilter) -> Self {
         match lights {
             LightSamples::One(choice) => table.prepare(choice),
             LightSamples::Each(_) => table.prepare_triangles(),
@@ -77,7 +77,8 @@ impl<'s> Lighting<'s> {
         active: mask64x8<S>,
     ) -> Receivers<'v, S> {
         let domain = bsdf.domain();
-        let lunes = if self.has_lunes { Lunes::new(&domain, active & bsdf.has(Part::Smooth)) } else { None };
+        let lunes =
+            if self.has_lunes { Lunes::new(&domain, active & bsdf.has(LobeFilter::NonDelta)) } else { None };
         Receivers { surfaces, domain, lunes }
     }
 
@@ -112,12 +113,11 @@ impl<S: Simd> Vertices<'_, S> {
         let Vertices { simd, lighting: Lighting { table, .. }, receivers, sampler, .. } = *self;
         let scattered = active & table.eligible_at(simd, receivers).simd_eq(0.0);
         let has_choice = sampler.has_choice() & active;
-        let number = match has_choice.any_true() {
-            true => streams.next_1d(simd),
-            false => {
-                streams.skip(1);
-                0.0.simd_into(simd)
-            }
+        let number = if has_choice.any_true() {
+            streams.next_1d(simd)
+        } else {
+            streams.skip(1);
+            0.0.simd_into(simd)
         };
         let chosen = sampler.choose(number, active & !scattered);
         let scattered = if table.len() > 0 { scattered } else { bits(simd, 0) };
@@ -127,7 +127,7 @@ impl<S: Simd> Vertices<'_, S> {
             found = self.sampled_light(tracer, u, &chosen);
         }
         if scattered.any_true() {
-            found = self.by_direction(tracer, u, scattered).or_wide(scattered, found);
+            found = self.by_direction(tracer, u, scattered).keep_where_wide(scattered, found);
         }
         found
     }
@@ -150,13 +150,14 @@ impl<S: Simd> Vertices<'_, S> {
                 let scattered = active & !sampled;
                 // The samples of one part after those of another.
                 for i in 0..u64::from(count) * u64::from(parts) {
-                    if !tracer.goes_on() {
+                    if !tracer.should_continue() {
                         return sum;
                     }
                     let (part, k) = (i / u64::from(count), (i % u64::from(count)) as u32);
-                    let u = match table.is_delta(light) {
-                        true => [0.0.simd_into(simd); 2],
-                        false => streams.nested_2d(simd, (count, k)),
+                    let u = if table.is_delta(light) {
+                        [0.0.simd_into(simd); 2]
+                    } else {
+                        streams.nested_2d(simd, (count, k))
                     };
                     if sampled.any_true() {
                         let probability = f64::from(count).simd_into(simd);
@@ -164,11 +165,11 @@ impl<S: Simd> Vertices<'_, S> {
                         let triangle = Some((part as f64).simd_into(simd));
                         let chosen = Chosen { is_valid: sampled, light, triangle, probability };
                         let own = self.sampled_light(tracer, u, &chosen);
-                        sum = (sum + own).or_wide(sampled, sum);
+                        sum = (sum + own).keep_where_wide(sampled, sum);
                     }
                     if scattered.any_true() {
                         let own = self.by_direction(tracer, u, scattered);
-                        sum = (sum + own).or_wide(scattered, sum);
+                        sum = (sum + own).keep_where_wide(scattered, sum);
                     }
                 }
             }
@@ -178,7 +179,7 @@ impl<S: Simd> Vertices<'_, S> {
             }
             let most = most_samples(table, strategy);
             for k in 0..most {
-                if !tracer.goes_on() {
+                if !tracer.should_continue() {
                     return sum;
                 }
                 let u = streams.nested_2d(simd, (most, k));
@@ -201,7 +202,7 @@ impl<S: Simd> Vertices<'_, S> {
             let mut sum = Colors::splat(simd, Vec3::ZERO);
             let number = streams.next_1d(simd);
             for k in 0..count {
-                if !tracer.goes_on() {
+                if !tracer.should_continue() {
                     return sum;
                 }
                 // One number for all, in equal steps: each triangle is chosen as often as its share says, but for one time.
@@ -223,11 +224,11 @@ impl<S: Simd> Vertices<'_, S> {
         vectorized!(simd, {
             let sample = bsdf.sample(u, lighting.part);
             // What lies in single directions counts in full where the path goes on there.
-            let asked = active & sample.is_valid & !sample.is_specular;
-            let (rays, is_specular) = (receivers.surfaces.leave(sample.wi), sample.is_specular);
-            let directions = Directions { rays, pdf: sample.pdf, is_specular };
+            let asked = active & sample.is_valid & !sample.is_delta;
+            let (rays, is_delta) = (receivers.surfaces.spawn_ray(sample.wi), sample.is_delta);
+            let directions = Directions { rays, pdf: sample.pdf, is_delta };
             let light = self.found_light(tracer, &directions, asked);
-            (sample.weight * light).or_wide(asked, Colors::splat(simd, Vec3::ZERO))
+            (sample.weight * light).keep_where_wide(asked, Colors::splat(simd, Vec3::ZERO))
         })
     }
 
@@ -248,7 +249,7 @@ impl<S: Simd> Vertices<'_, S> {
             let density = sample.pdf * chosen.probability;
             let weight = weights(is_sky, density, other);
             let share = sample.has_pdf.select(weight, 1.0.simd_into(simd)) / density;
-            reflected.scaled(share).or_wide(active, Colors::splat(simd, Vec3::ZERO))
+            reflected.scaled(share).keep_where_wide(active, Colors::splat(simd, Vec3::ZERO))
         })
     }
 
@@ -287,7 +288,7 @@ impl<S: Simd> Vertices<'_, S> {
             };
             rest &= !is_same;
             let samples = match before {
-                Some(before) => own.or(is_same, before),
+                Some(before) => own.keep_where(is_same, before),
                 None => own,
             };
             if !rest.any_true() {
@@ -308,7 +309,7 @@ impl<S: Simd> Vertices<'_, S> {
         let Vertices { simd, lighting, world, .. } = *self;
         vectorized!(simd, {
             let mut found = Colors::splat(simd, Vec3::ZERO);
-            let may_meet = tracer.scene.emitters.may_be_met_by(simd, &directions.rays) & active;
+            let may_meet = tracer.scene.emitters.may_be_hit(simd, &directions.rays) & active;
             if may_meet.any_true() {
                 let hits = world.nearest(simd, tracer, &directions.rays, may_meet);
                 found = self.light_of(tracer, directions, &hits, may_meet);
@@ -318,7 +319,7 @@ impl<S: Simd> Vertices<'_, S> {
                 let is_free = rest & !world.occluded(simd, tracer, &directions.rays, (rest, false));
                 let nothing = Hits::none(simd);
                 let sky = self.light_of(tracer, directions, &nothing, is_free);
-                found = sky.or_wide(is_free, found);
+                found = sky.keep_where_wide(is_free, found);
             }
             found
         })
@@ -340,23 +341,23 @@ impl<S: Simd> Vertices<'_, S> {
             let count = self.directions();
             let pdf = directions.pdf * count;
             // What lies in single directions counts in full.
-            let all = directions.is_specular.select(1.0.simd_into(simd), count);
+            let all = directions.is_delta.select(1.0.simd_into(simd), count);
             let is_lit = hits.emits & active;
             if is_lit.any_true() {
                 let none: f64x8<S> = 0.0.simd_into(simd);
                 let (mut light, mut density, mut of_light) = (none, none, 0);
                 let (d, by_triangle) = (directions.rays.d, self.by_triangle());
-                let mut on_light = Found { is_valid: is_lit, d, p: d, n: d, triangle: none, by_triangle };
+                let mut on_light = LightHits { is_valid: is_lit, d, p: d, n: d, triangle: none, by_triangle };
                 for lane in set_lanes(is_lit) {
                     let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
                     let surface = tracer.surface(&ray, &hit);
-                    found.put(lane, surface.le(-ray.d));
+                    found.set_lane(lane, surface.le(-ray.d));
                     if let Some(number) = table.of_element(surface.element) {
                         of_light |= 1 << lane;
                         light[lane] = number as f64;
                         on_light.triangle[lane] = f64::from(surface.element.index);
-                        on_light.p.put(lane, surface.p);
-                        on_light.n.put(lane, surface.n);
+                        on_light.p.set_lane(lane, surface.p);
+                        on_light.n.set_lane(lane, surface.n);
                     }
                 }
                 for (lane, alike) in groups(of_light, |a, b| light[a] == light[b]) {
@@ -367,7 +368,7 @@ impl<S: Simd> Vertices<'_, S> {
                 let triangle = on_light.triangle;
                 let other = density * self.samples_of((light, triangle), is_lit);
                 let weight = to_f32(weights(bits(simd, 0), pdf, other));
-                found = (found * weight).or_wide(!directions.is_specular, found);
+                found = (found * weight).keep_where_wide(!directions.is_delta, found);
             }
             let is_free = active & !hits.is_hit();
             if table.has_skies() && is_free.any_true() {
@@ -376,17 +377,17 @@ impl<S: Simd> Vertices<'_, S> {
                     let (radiance, density) =
                         table.sky(simd, sky, receivers.lunes.as_ref(), directions.rays.d);
                     // Most often nothing else finds it.
-                    let weighed = density.simd_gt(0.0) & !directions.is_specular & is_free;
+                    let weighed = density.simd_gt(0.0) & !directions.is_delta & is_free;
                     let mut own = radiance;
                     if weighed.any_true() {
                         let light = ((sky as f64).simd_into(simd), 0.0.simd_into(simd));
                         let other = density * self.samples_of(light, is_free);
                         let weight = to_f32(weights(bits(simd, 0xff), pdf, other));
-                        own = (radiance * weight).or_wide(weighed, radiance);
+                        own = (radiance * weight).keep_where_wide(weighed, radiance);
                     }
                     sum = sum + own;
                 }
-                found = sum.or_wide(is_free, found);
+                found = sum.keep_where_wide(is_free, found);
             }
             found / to_f32(all)
         })

@@ -37,7 +37,7 @@ pub(crate) struct PathBatch {
 struct Block {
     /// Origins and directions of rays, distances, numbers and instances of elements that they have hit, and where on these.
     numbers: [[f64; ROOM]; 12],
-    /// What the light is multiplied by, and [`Taken::carried`].
+    /// What the light is multiplied by, and [`PathPacket::carried`].
     throughput: [[f32; ROOM]; 4],
     samples: [u16; ROOM],
     /// Whether the ray has passed anything.
@@ -48,7 +48,7 @@ struct Block {
 }
 
 /// Some of them.
-pub(in crate::integrator) struct Taken<S: Simd> {
+pub(in crate::integrator) struct PathPacket<S: Simd> {
     pub rays: Rays<S>,
     pub hits: Hits<S>,
     /// By what radiance along the rays is multiplied.
@@ -96,7 +96,7 @@ impl PathBatch {
 
     /// Those from one number to before another, at most eight; of no more than are at this surface.
     #[inline(always)]
-    pub(in crate::integrator) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Taken<S> {
+    pub(in crate::integrator) fn packet<S: Simd>(&self, simd: S, from: usize, to: usize) -> PathPacket<S> {
         let Block { numbers, throughput, .. } = &*self.block;
         let [ox, oy, oz, dx, dy, dz, t, element, instance, a, b, c] = numbers;
         let (mut samples, mut direct) = (ArrayVec::new(), 0);
@@ -104,7 +104,7 @@ impl PathBatch {
             samples.push(self.block.samples[at]);
             direct |= u64::from(!self.block.passed[at]) << lane;
         }
-        Taken {
+        PathPacket {
             rays: Rays::new(load_vectors(simd, [ox, oy, oz], from), load_vectors(simd, [dx, dy, dz], from)),
             hits: Hits {
                 t: load(simd, t, from),
@@ -131,12 +131,12 @@ impl PathBatch {
     pub(in crate::integrator) fn push<S: Simd>(
         &mut self,
         simd: S,
-        (rays, hits): (&Rays<S>, &Hits<S>),
-        (throughput, carried): (Colors<S>, f32x8<S>),
-        (samples, branch): (&[u16], usize),
-        (goes_on, passed): (mask64x8<S>, u64),
+        TracedRays { rays, hits, throughput, carried, branch }: &TracedRays<S>,
+        samples: &[u16],
+        goes_on: mask64x8<S>,
+        passed: u64,
     ) {
-        let block = self.block(branch);
+        let block = self.block(*branch);
         let (Rays { o, d, .. }, Hits { t, element, instance, sides: [a, b, c], .. }) = (rays, hits);
         let at = block.count;
         let mut columns = block.numbers.iter_mut();
@@ -160,7 +160,7 @@ impl PathBatch {
         put(*c);
         let narrow = narrow(goes_on);
         for (own, values) in
-            block.throughput.iter_mut().zip([throughput.x, throughput.y, throughput.z, carried])
+            block.throughput.iter_mut().zip([throughput.x, throughput.y, throughput.z, *carried])
         {
             simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
         }
@@ -220,12 +220,15 @@ fn load_vectors<S: Simd>(simd: S, [x, y, z]: [&[f64; ROOM]; 3], from: usize) -> 
     Vec3x8 { x: load(simd, x, from), y: load(simd, y, from), z: load(simd, z, from) }
 }
 
-/// Rays with what they have hit, by what radiance along them is multiplied, and what the integrator keeps with their paths.
-pub(crate) struct Found<S: Simd> {
+/// Rays that continue paths, and their nearest hits.
+pub(crate) struct TracedRays<S: Simd> {
     pub rays: Rays<S>,
     pub hits: Hits<S>,
-    pub weight: (Colors<S>, f32x8<S>),
-    /// Which of the directions from their surfaces these are, from 0.
+    /// The throughput of the paths: radiance along the rays is multiplied by it.
+    pub throughput: Colors<S>,
+    /// The state that the integrator keeps for each path: see [`PathPacket::carried`].
+    pub carried: f32x8<S>,
+    /// The index of the rays among the directions that leave their surfaces.
     pub branch: usize,
 }
 
@@ -233,7 +236,7 @@ impl World<'_> {
     /// Traces packets of camera rays, each for the samples of some numbers. Adds the light that they see. If paths go on, adds what they
     /// hit to the batch.
     #[inline(always)]
-    pub fn begin<S: Simd>(
+    pub fn start_paths<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
@@ -247,22 +250,22 @@ impl World<'_> {
         }
         let hits = self.nearest_of(simd, tracer, packets, &active);
         for (at, active) in active.iter().enumerate() {
-            let weight = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
-            let found = &mut Found { rays: packets[at], hits: hits[at], weight, branch: 0 };
-            self.see(simd, tracer, found, &samples[at], (*active, sees), batch);
+            let (throughput, carried) = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
+            let found = &mut TracedRays { rays: packets[at], hits: hits[at], throughput, carried, branch: 0 };
+            self.add_emitted(simd, tracer, found, &samples[at], (*active, sees), batch);
             if goes_on {
-                self.go_on(simd, tracer, found, &samples[at], (*active, *active, sees), batch);
+                self.continue_paths(simd, tracer, found, &samples[at], (*active, *active, sees), batch);
             }
         }
     }
 
     /// Adds the light that rays see straight ahead.
     #[inline(always)]
-    pub fn see<S: Simd>(
+    pub fn add_emitted<S: Simd>(
         &self,
         simd: S,
         tracer: &Tracer,
-        Found { rays, hits, weight, .. }: &Found<S>,
+        TracedRays { rays, hits, throughput, .. }: &TracedRays<S>,
         samples: &[u16],
         (active, sees): (mask64x8<S>, Sees),
         batch: &mut PathBatch,
@@ -273,36 +276,37 @@ impl World<'_> {
         for lane in set_lanes(active & hits.emits) {
             if let (ray, Some(hit)) = self.one(rays, hits, lane) {
                 let light = tracer.emitted(&ray, &hit, sees == Sees::All);
-                batch.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+                batch.radiance[usize::from(samples[lane])] += throughput.lane(lane) * light;
             }
         }
         let escaped = active & !hits.is_hit();
         if tracer.lights.has_skies() && escaped.any_true() {
-            batch.add(samples, weight.0 * tracer.lights.background(simd, rays.d), escaped);
+            batch.add(samples, *throughput * tracer.lights.background(simd, rays.d), escaped);
         }
     }
 
     /// Follows rays through surfaces without a material, and adds those that find one with a material to the batch. Where `is_full`, adds
     /// the light that rays see behind the first hit.
     #[inline(never)]
-    pub fn go_on<S: Simd>(
+    pub fn continue_paths<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        Found { rays, hits, weight, branch }: &mut Found<S>,
+        traced: &mut TracedRays<S>,
         samples: &[u16],
         (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
         batch: &mut PathBatch,
     ) {
         vectorized!(simd, {
             let mut passed = 0;
+            let TracedRays { rays, hits, throughput, .. } = traced;
             if self.materials.has_passed {
                 let add =
-                    |lane, light| batch.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+                    |lane, light| batch.radiance[usize::from(samples[lane])] += throughput.lane(lane) * light;
                 passed = self.pass(simd, tracer, rays, hits, (active, is_full, sees), add);
             }
-            let goes_on = (active & hits.is_hit(), passed);
-            batch.push(simd, (rays, hits), *weight, (samples, *branch), goes_on);
+            let goes_on = active & hits.is_hit();
+            batch.push(simd, traced, samples, goes_on, passed);
         })
     }
 }

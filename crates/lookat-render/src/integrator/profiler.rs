@@ -109,7 +109,9 @@ impl Profiler {
     pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {
         self.caller = self.stage;
         self.enter(stage);
-        active.iter().for_each(|active| self.count(count(*active)));
+        for active in active {
+            self.count(count(*active));
+        }
         let calls = self.calls[stage as usize].get_or_insert_with(|| Box::new(Calls::<S>::new()));
         if let Some(calls) = calls.downcast_mut::<Calls<S>>() {
             calls.push((rays.to_vec(), active.to_vec()));

@@ -16,7 +16,7 @@ use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::{Materials, Shaded, Sheets};
 use crate::surface::Surface;
 use crate::trace::{
-    List, MOST_PACKETS, PacketCount, Together, Tree,
+    Coherence, List, MOST_PACKETS, PacketCount, Tree,
     rays::{Hits, Rays},
 };
 use crate::traceable::Traceable;
@@ -33,10 +33,10 @@ pub(crate) enum Sees {
 /// A world, and what it is made of.
 pub(crate) struct World<'s> {
     pub materials: Materials<'s>,
-    form: Form<'s>,
+    aggregate: Aggregate<'s>,
 }
 
-enum Form<'s> {
+enum Aggregate<'s> {
     List(List<'s>, Sheets<'s>),
     Tree(Tree<'s>),
 }
@@ -46,16 +46,16 @@ impl<'s> World<'s> {
         let materials = Materials::new(traceable);
         let list = List::new(traceable).filter(|_| !materials.has_passed);
         let list = list.and_then(|list| Some((Sheets::new(traceable, &list)?, list)));
-        let form = match list {
-            Some((sheets, list)) => Form::List(list, sheets),
-            None => Form::Tree(Tree { scene: traceable }),
+        let aggregate = match list {
+            Some((sheets, list)) => Aggregate::List(list, sheets),
+            None => Aggregate::Tree(Tree { scene: traceable }),
         };
-        World { materials, form }
+        World { materials, aggregate }
     }
 
     /// Whether rays go down a tree.
-    pub fn asks_tree(&self) -> bool {
-        matches!(self.form, Form::Tree(_))
+    pub fn uses_bvh(&self) -> bool {
+        matches!(self.aggregate, Aggregate::Tree(_))
     }
 
     /// The nearest hits of the active rays of packets of camera rays.
@@ -72,14 +72,14 @@ impl<'s> World<'s> {
             let mut hits = ArrayVec::new();
             while hits.len() < rays.len() {
                 let from = hits.len();
-                if let Form::Tree(tree) = &self.form {
+                if let Aggregate::Tree(tree) = &self.aggregate {
                     let packets = tracer.packet_count.next(rays.len() - from);
                     if packets > 0 {
                         let all = from..from + packets;
                         let (rays, active) = (&rays[all.clone()], &active[all]);
-                        let together = tree.nearest_of(simd, rays, active, &mut hits);
-                        tracer.packet_count.learn(packets, together);
-                        if together != Together::No || packets > 1 {
+                        let coherence = tree.nearest_of(simd, rays, active, &mut hits);
+                        tracer.packet_count.learn(packets, coherence);
+                        if coherence != Coherence::Low || packets > 1 {
                             continue;
                         }
                     }
@@ -110,9 +110,9 @@ impl<'s> World<'s> {
     #[inline(never)]
     fn search<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
         vectorized!(simd, {
-            match &self.form {
-                Form::List(list, _) => list.nearest(simd, rays, active),
-                Form::Tree(tree) => tree.nearest(simd, rays, active),
+            match &self.aggregate {
+                Aggregate::List(list, _) => list.nearest(simd, rays, active),
+                Aggregate::Tree(tree) => tree.nearest(simd, rays, active),
             }
         })
     }
@@ -129,9 +129,9 @@ impl<'s> World<'s> {
         vectorized!(simd, {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
             tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
-            let met = match &self.form {
-                Form::List(list, _) => list.occluded(simd, rays, (active, is_shadow)),
-                Form::Tree(tree) => tree.occluded(simd, rays, (active, is_shadow)),
+            let met = match &self.aggregate {
+                Aggregate::List(list, _) => list.occluded(simd, rays, (active, is_shadow)),
+                Aggregate::Tree(tree) => tree.occluded(simd, rays, (active, is_shadow)),
             };
             tracer.profile(Profiler::end_rays);
             met
@@ -149,9 +149,9 @@ impl<'s> World<'s> {
     ) -> Shaded<S> {
         vectorized!(simd, {
             let is_hit = hits.is_hit() & active;
-            let (surfaces, primitives) = match &self.form {
-                Form::List(_, sheets) => sheets.at(simd, (rays, hits), is_hit),
-                Form::Tree(tree) => tree.at(simd, (rays, hits), is_hit),
+            let (surfaces, primitives) = match &self.aggregate {
+                Aggregate::List(_, sheets) => sheets.at(simd, (rays, hits), is_hit),
+                Aggregate::Tree(tree) => tree.at(simd, (rays, hits), is_hit),
             };
             let is_open = self.materials.lobes(simd, &primitives, is_hit, slots);
             Shaded { surfaces, frames: Frames::from_z(surfaces.ns.narrow()), is_open }
@@ -183,21 +183,21 @@ impl<'s> World<'s> {
 
     /// The number of an element of the world, as [`Hits::element`] has it; of no element one that is nowhere.
     pub fn number(&self, element: ElementId) -> f64 {
-        match &self.form {
-            Form::List(list, _) => list.number(element),
-            Form::Tree(tree) => tree.number(element),
+        match &self.aggregate {
+            Aggregate::List(list, _) => list.number(element),
+            Aggregate::Tree(tree) => tree.number(element),
         }
     }
 
     /// One of the rays with what it has hit.
     pub fn one<S: Simd>(&self, rays: &Rays<S>, hits: &Hits<S>, lane: usize) -> (Ray, Option<Hit>) {
         let is_hit = hits.element[lane] >= 0.0;
-        match &self.form {
-            Form::List(list, _) => {
+        match &self.aggregate {
+            Aggregate::List(list, _) => {
                 let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
                 (ray, is_hit.then(|| list.hit(hits, lane)))
             }
-            Form::Tree(tree) => (tree.ray(rays, lane), is_hit.then(|| tree.hit(hits, lane))),
+            Aggregate::Tree(tree) => (tree.ray(rays, lane), is_hit.then(|| tree.hit(hits, lane))),
         }
     }
 
@@ -219,7 +219,7 @@ impl<'s> World<'s> {
             let is_full = is_full.to_bitmask() >> lane & 1 == 1;
             let mut passed = 0;
             while let Some(hit) = found.filter(|hit| tracer.scene.is_passed(hit)) {
-                ray = tracer.surface(&ray, &hit).leave(ray.d);
+                ray = tracer.surface(&ray, &hit).spawn_ray(ray.d);
                 passed += 1;
                 // Nothing more is seen by then.
                 found = if passed > MAX_PASSED { None } else { tracer.nearest(&ray) };
@@ -232,13 +232,15 @@ impl<'s> World<'s> {
             }
             if passed > 0 {
                 all |= 1 << lane;
-                rays.o.put(lane, ray.o);
-                hits.put(lane, found.as_ref(), tracer.scene.labels);
+                rays.o.set_lane(lane, ray.o);
+                hits.set_lane(lane, found.as_ref(), tracer.scene.labels);
             }
         }
         if escaped != 0 {
             let light = tracer.lights.background(simd, rays.d);
-            set_lanes(bits(simd, escaped)).for_each(|lane| add(lane, light.lane(lane)));
+            for lane in set_lanes(bits(simd, escaped)) {
+                add(lane, light.lane(lane));
+            }
         }
         all
     }
@@ -250,10 +252,10 @@ pub(crate) const MAX_PASSED: u32 = 1000;
 /// Decides whether sampling goes on.
 pub(crate) trait Supervisor: Sync {
     /// False once sampling stops.
-    fn goes_on(&self) -> bool;
+    fn should_continue(&self) -> bool;
 }
 
-/// The calls of [`Tracer::goes_on`] between two questions: about a millisecond.
+/// The calls of [`Tracer::should_continue`] between two questions: about a millisecond.
 const STEPS: u32 = 1 << 10;
 
 /// Traces rays and counts them.
@@ -293,19 +295,19 @@ impl<'s> Tracer<'s> {
 
     /// False once sampling stops. Called for each packet of rays, because the rays of one sample may take minutes.
     #[inline(always)]
-    pub fn goes_on(&mut self) -> bool {
+    pub fn should_continue(&mut self) -> bool {
         self.steps += 1;
         if self.steps >= STEPS {
-            self.ask();
+            self.ask_supervisor();
         }
         !self.is_stopped
     }
 
     #[cold]
     #[inline(never)]
-    fn ask(&mut self) {
+    fn ask_supervisor(&mut self) {
         self.steps = 0;
-        self.is_stopped |= self.supervisor.is_some_and(|supervisor| !supervisor.goes_on());
+        self.is_stopped |= self.supervisor.is_some_and(|supervisor| !supervisor.should_continue());
     }
 
     /// Does something with the profiler, if there is one.

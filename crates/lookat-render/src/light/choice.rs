@@ -64,13 +64,13 @@ impl LightTable {
 
     /// True if lights are chosen at all under this strategy.
     pub fn is_choice(&self, choice: LightChoice) -> bool {
-        self.len() > 1 || self.asks_tree(choice)
+        self.len() > 1 || self.uses_bvh(choice)
     }
 
     /// Builds the tree, if `choice` asks one. Threads that render must find it there: one that waits for it may not take over the work of
     /// another one that does.
     pub fn prepare(&self, choice: LightChoice) {
-        if self.asks_tree(choice) {
+        if self.uses_bvh(choice) {
             self.leaves();
         }
     }
@@ -80,7 +80,7 @@ impl LightTable {
     }
 
     /// True if this strategy chooses lights by the tree.
-    fn asks_tree(&self, choice: LightChoice) -> bool {
+    fn uses_bvh(&self, choice: LightChoice) -> bool {
         self.needs_tree && self.rule(choice) == LightChoice::Spatial
     }
 
@@ -108,7 +108,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             let (rule, count) = (table.rule(choice), table.eligible_at(simd, at));
             let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
             let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
-            if table.asks_tree(choice) {
+            if table.uses_bvh(choice) {
                 let (leaves, beside) = (table.leaves(), table.beside.as_slice());
                 sampler.tree = Some(TreeSampler::new(simd, (leaves, beside), (table, count), at));
                 return sampler;
@@ -148,9 +148,10 @@ impl<'v, S: Simd> LightSampler<'v, S> {
         vectorized!(simd, {
             let (rule, count) = (LightChoice::Spatial, table.eligible_at(simd, at));
             let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
-            let tree = match table.chooses_triangles() {
-                true => Some(TreeSampler::new(simd, (table.triangles(), &[]), (table, count), at)),
-                false => None,
+            let tree = if table.chooses_triangles() {
+                Some(TreeSampler::new(simd, (table.triangles(), &[]), (table, count), at))
+            } else {
+                None
             };
             LightSampler { table, rule, count, estimates, total, tree }
         })

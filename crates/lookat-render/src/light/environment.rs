@@ -78,12 +78,12 @@ impl Environment {
             let in_lune = u.simd_lt(share);
             let rest = in_lune.select(u / share, (u - share) / (1.0 - share));
             let bright = self.sample_bright(simd, [rest, v]);
-            let wi = lunes.sample([rest, v]).or(in_lune, bright.wi);
+            let wi = lunes.sample([rest, v]).keep_where(in_lune, bright.wi);
             // Directions of the table keep what it says of them: rounding may take them across the border of a cell.
             let (mut radiance, mut own) = (bright.radiance, bright.pdf);
             if in_lune.any_true() {
                 let evaluated = self.evaluate(simd, None, wi);
-                radiance = evaluated.0.or_wide(in_lune, radiance);
+                radiance = evaluated.0.keep_where_wide(in_lune, radiance);
                 own = in_lune.select(evaluated.1, own);
             }
             let is_valid = in_lune | bright.pdf.simd_gt(0.0);

@@ -43,7 +43,7 @@ impl<S: Simd> Lunes<S> {
             return None;
         }
         // Any axis, as the lune is a hemisphere.
-        let axis = (across * (1.0 / sin)).or(is_wide, Frames::from_z(n).x);
+        let axis = (across * (1.0 / sin)).keep_where(is_wide, Frames::from_z(n).x);
         Some(Lunes { is_valid, n, ns, axis, angle: angle(sin, cos), is_double: is_two_sided })
     }
 

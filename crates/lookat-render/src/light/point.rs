@@ -42,7 +42,7 @@ pub(super) enum Spread {
 }
 
 /// A light as it is seen from points.
-pub(super) struct Seen<S: Simd> {
+pub(super) struct IncidentLight<S: Simd> {
     /// Where it shines to them.
     is_valid: mask64x8<S>,
     wi: Vec3x8<S>,
@@ -97,9 +97,10 @@ impl PointLight {
                 (ratio - 1.0).abs() < RIGID
                     && side.dot(axes.z_axis).abs() < RIGID * axes.z_axis.length_squared()
             });
-            match is_rigid {
-                true => Emitter::cone(self.position, strength(intensity), axis, least_cosine - RIGID),
-                false => point(intensity),
+            if is_rigid {
+                Emitter::cone(self.position, strength(intensity), axis, least_cosine - RIGID)
+            } else {
+                point(intensity)
             }
         };
         match &self.spread {
@@ -114,9 +115,9 @@ impl PointLight {
     }
 
     #[inline(always)]
-    fn seen<S: Simd>(&self, simd: S, p: Vec3x8<S>) -> Seen<S> {
+    fn incident<S: Simd>(&self, simd: S, p: Vec3x8<S>) -> IncidentLight<S> {
         let intensity = Colors::splat(simd, self.intensity);
-        Seen::new(
+        IncidentLight::new(
             Vec3x8::splat(simd, self.position) - p,
             #[inline(always)]
             |wi| intensity * self.factor(simd, -wi),
@@ -154,7 +155,7 @@ impl PointLight {
                     Some(map) => bilinear::<S, Vec3>(map, [(x + 1.0) * 0.5, (y + 1.0) * 0.5], is_lit),
                     None => white,
                 };
-                shown.or_wide(is_lit, Colors::splat(simd, Vec3::ZERO))
+                shown.keep_where_wide(is_lit, Colors::splat(simd, Vec3::ZERO))
             }
         }
     }
@@ -162,7 +163,7 @@ impl PointLight {
     /// About the irradiance at points, were nothing in the way.
     #[inline(always)]
     pub fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
-        let Seen { is_valid, wi, squared_distance, intensity } = self.seen(simd, at.surfaces.p);
+        let IncidentLight { is_valid, wi, squared_distance, intensity } = self.incident(simd, at.surfaces.p);
         let irradiance = (intensity.strength() / squared_distance).min(MOST);
         let none = 0.0.simd_into(simd);
         is_valid.select(irradiance * at.cosine(wi, none), none)
@@ -170,7 +171,9 @@ impl PointLight {
 
     #[inline(never)]
     pub fn sample<S: Simd>(&self, simd: S, at: &Receivers<S>) -> LightSample<S> {
-        vectorized!(simd, { self.seen(simd, at.surfaces.p).sample(Vec3x8::splat(simd, self.position), at) })
+        vectorized!(simd, {
+            self.incident(simd, at.surfaces.p).sample(Vec3x8::splat(simd, self.position), at)
+        })
     }
 
     /// As [`PointLight::sample`], of one light for each point, which all shine alike in all directions.
@@ -179,27 +182,27 @@ impl PointLight {
         vectorized!(simd, {
             let (mut position, mut intensity) = (at.surfaces.p, Colors::splat(simd, Vec3::ZERO));
             for (lane, light) in lights.iter().enumerate() {
-                position.put(lane, light.position);
-                intensity.put(lane, light.intensity);
+                position.set_lane(lane, light.position);
+                intensity.set_lane(lane, light.intensity);
             }
-            Seen::new(position - at.surfaces.p, |_| intensity).sample(position, at)
+            IncidentLight::new(position - at.surfaces.p, |_| intensity).sample(position, at)
         })
     }
 }
 
-impl<S: Simd> Seen<S> {
+impl<S: Simd> IncidentLight<S> {
     /// `intensity`: towards the points, from the directions that the light comes from.
     #[inline(always)]
     fn new(to_light: Vec3x8<S>, intensity: impl FnOnce(Vec3x8<S>) -> Colors<S>) -> Self {
         let squared_distance = to_light.length_squared();
         let (wi, is_apart) = to_light.try_normalize();
         let intensity = intensity(wi);
-        Seen { is_valid: is_apart & intensity.is_light(), wi, squared_distance, intensity }
+        IncidentLight { is_valid: is_apart & intensity.is_light(), wi, squared_distance, intensity }
     }
 
     #[inline(always)]
     fn sample(&self, position: Vec3x8<S>, at: &Receivers<S>) -> LightSample<S> {
-        let way = at.surfaces.towards(position);
+        let way = at.surfaces.spawn_ray_to(position);
         let shadow = Rays { target: POINT_LIGHT.simd_into(self.squared_distance.token()), ..way };
         let is_valid = self.is_valid & self.squared_distance.is_finite();
         LightSample::of_delta(is_valid, self.intensity.scaled(1.0 / self.squared_distance), shadow)

@@ -103,9 +103,9 @@ impl LightTree {
         while let Some(node) = next {
             self.opened.push(node as u32);
             self.cut.extend(self.children(node));
-            let error = |entry: &Entry| match entry.child & LEAF == 0 {
-                true => entry.emission.intensity * entry.emission.radius.powi(2),
-                false => -1.0,
+            let error = |entry: &Entry| {
+                let Emission { intensity, radius, .. } = &entry.emission;
+                if entry.child & LEAF == 0 { intensity * radius.powi(2) } else { -1.0 }
             };
             let fits = |entry: &Entry| {
                 entry.child & LEAF == 0

@@ -134,10 +134,9 @@ impl Policy for Adaptive {
             self.goals = allotted(variances, sources.width(), &self.counts, mean);
             if self.squares.iter().any(|weights| weights.len() > 1) {
                 // Where one source has no sample, no pixel around has an estimate.
-                self.goals
-                    .iter_mut()
-                    .zip(&self.counts)
-                    .for_each(|(goal, count)| *goal = (*goal).max(count + 1));
+                for (goal, count) in self.goals.iter_mut().zip(&self.counts) {
+                    *goal = (*goal).max(count + 1);
+                }
             }
         }
         true
@@ -167,11 +166,10 @@ impl Policy for Adaptive {
             let Tile { bounds, sums, pass, .. } = &mut *lock(tile);
             for ((place, sum), pass) in bounds.places().zip(sums).zip(pass) {
                 let pass = std::mem::take(pass);
-                *sum += match self.is_by_need {
-                    false => pass,
-                    true => {
-                        Sum::new(pass.weighted(film.scale()) * self.count_of(place, &counts), film.scale())
-                    }
+                *sum += if self.is_by_need {
+                    Sum::new(pass.weighted(film.scale()) * self.count_of(place, &counts), film.scale())
+                } else {
+                    pass
                 };
             }
         });
@@ -183,10 +181,9 @@ fn counts(film: &Film, sources: Area) -> Vec<u32> {
     let mut counts = vec![0; sources.size()];
     for tile in &film.tiles {
         let tile = lock(tile);
-        tile.sources
-            .places()
-            .zip(&tile.counts)
-            .for_each(|(place, count)| counts[sources.index(place)] = *count);
+        for (place, count) in tile.sources.places().zip(&tile.counts) {
+            counts[sources.index(place)] = *count;
+        }
     }
     counts
 }

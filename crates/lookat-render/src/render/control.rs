@@ -111,7 +111,7 @@ impl<'p> Control<'p> {
 }
 
 impl Supervisor for Control<'_> {
-    fn goes_on(&self) -> bool {
+    fn should_continue(&self) -> bool {
         self.advance(0);
         !self.is_stopped()
     }

@@ -97,7 +97,7 @@ impl Context<'_> {
         let mut ray = self.camera.ray(corner_of(place) + 0.5, DVec2::splat(0.5));
         let (mut found, mut passed) = (scene.nearest(&ray), 0);
         while let Some(hit) = found.filter(|hit| scene.is_passed(hit)) {
-            ray = Surface::new(scene, &ray, &hit).leave(ray.d);
+            ray = Surface::new(scene, &ray, &hit).spawn_ray(ray.d);
             passed += 1;
             found = if passed > MAX_PASSED { None } else { scene.nearest(&ray) };
         }

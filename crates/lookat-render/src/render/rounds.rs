@@ -60,7 +60,9 @@ pub(super) fn render<P: Policy>(context: &Context, policy: &mut P) -> Vec<P::Sta
                 context.sample_all(worker, &mut meter, &mut jobs);
                 // The meter may call back.
                 drop(meter);
-                worker.frame.iter().for_each(|frame| film.add(frame));
+                if let Some(frame) = &worker.frame {
+                    film.add(frame);
+                }
                 of_round.note(&jobs, &lock(tile), state);
                 let is_whole = jobs.iter().all(Job::is_whole);
                 whole_tiles.fetch_add(usize::from(is_whole), Ordering::Relaxed);

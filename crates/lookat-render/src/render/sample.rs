@@ -94,7 +94,7 @@ impl Job {
 pub(super) struct Samples {
     pub count: u32,
     /// Only of patterns that are watched.
-    pub seen: Seen,
+    pub sample_bounds: SampleBounds,
     /// Their sum, and the sum of their squared lengths; likewise.
     pub sum: DVec3,
     pub squares: f64,
@@ -106,22 +106,22 @@ pub(super) struct Samples {
 
 /// Bounds of samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct SampleBounds {
     pub least: Vec3,
     pub most: Vec3,
 }
 
-impl Default for Seen {
+impl Default for SampleBounds {
     fn default() -> Self {
-        Seen::NOTHING
+        SampleBounds::EMPTY
     }
 }
 
-impl Seen {
-    pub const NOTHING: Seen = Seen { least: Vec3::INFINITY, most: Vec3::NEG_INFINITY };
+impl SampleBounds {
+    pub const EMPTY: SampleBounds = SampleBounds { least: Vec3::INFINITY, most: Vec3::NEG_INFINITY };
 
-    pub fn union(self, other: Seen) -> Seen {
-        Seen { least: self.least.min(other.least), most: self.most.max(other.most) }
+    pub fn union(self, other: SampleBounds) -> SampleBounds {
+        SampleBounds { least: self.least.min(other.least), most: self.most.max(other.most) }
     }
 
     /// How far apart they are; 0 where there is nothing.
@@ -153,7 +153,8 @@ impl Context<'_> {
         if pattern.is_watched {
             samples.sum += sample;
             samples.squares += sample.length_squared();
-            samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
+            samples.sample_bounds =
+                samples.sample_bounds.union(SampleBounds { least: radiance, most: radiance });
         }
     }
 }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use lookat_scene::{Sampler, SamplerKind, View};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::sample::Seen;
+use super::sample::SampleBounds;
 use super::{DARK, adaptive, target};
 use crate::film::{FilmSums, Keeps, REPLICATES, pixel_bytes};
 use crate::number::luminance;
@@ -192,7 +192,7 @@ pub(super) struct Estimate {
     /// Samples in each replicate.
     pub count: u32,
     /// The bounds of the samples of the pixel and its neighbors.
-    pub around: Seen,
+    pub around: SampleBounds,
 }
 
 impl StopRule {
@@ -246,13 +246,13 @@ impl Brightness {
 mod tests {
     use super::*;
 
-    const STEP: Seen = Seen { least: Vec3::ZERO, most: Vec3::ONE };
+    const STEP: SampleBounds = SampleBounds { least: Vec3::ZERO, most: Vec3::ONE };
 
     fn rule() -> StopRule {
         StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 }).with_brightness(0.5)
     }
 
-    fn estimate(value: f64, error: f32, around: Seen) -> Estimate {
+    fn estimate(value: f64, error: f32, around: SampleBounds) -> Estimate {
         Estimate { value: DVec3::splat(value), standard_error: Vec3::splat(error), count: 64, around }
     }
 
@@ -260,14 +260,14 @@ mod tests {
     fn the_interval_matches_students_t() {
         // SciPy: t.ppf(0.975, 15).
         assert!((rule().quantile - 2.131449545559323).abs() < 1e-9);
-        let flat = Seen { least: Vec3::ONE, most: Vec3::ONE };
+        let flat = SampleBounds { least: Vec3::ONE, most: Vec3::ONE };
         let excess = rule().excess(&estimate(1.0, 0.02, flat));
         assert!((excess - 2.131449545559323 * 0.02 / 0.1).abs() < 1e-6, "{excess}");
     }
 
     #[test]
     fn each_channel_counts() {
-        let mut estimate = estimate(1.0, 0.0, Seen::NOTHING);
+        let mut estimate = estimate(1.0, 0.0, SampleBounds::EMPTY);
         assert!(rule().excess(&estimate) < 1.0);
         estimate.standard_error.z = 0.1;
         assert!(rule().excess(&estimate) > 1.0);
@@ -281,16 +281,19 @@ mod tests {
         let few = Estimate { count: 4, ..estimate(0.1, 0.0, STEP) };
         assert!(rule().excess(&few) > 1.0);
         assert!(rule().excess(&Estimate { count: 64, ..few }) < 1.0);
-        assert!(rule().excess(&Estimate { around: Seen { most: Vec3::splat(1e-3), ..STEP }, ..few }) < 1.0);
+        assert!(
+            rule().excess(&Estimate { around: SampleBounds { most: Vec3::splat(1e-3), ..STEP }, ..few })
+                < 1.0
+        );
     }
 
     #[test]
     fn dark_pixels_are_judged_by_the_picture() {
-        let by_picture = rule().excess(&estimate(0.0, 1e-3, Seen::NOTHING));
-        assert!((by_picture - rule().excess(&estimate(0.5 * DARK, 1e-3, Seen::NOTHING))).abs() < 1e-6);
-        assert!(by_picture > rule().excess(&estimate(DARK, 1e-3, Seen::NOTHING)));
+        let by_picture = rule().excess(&estimate(0.0, 1e-3, SampleBounds::EMPTY));
+        assert!((by_picture - rule().excess(&estimate(0.5 * DARK, 1e-3, SampleBounds::EMPTY))).abs() < 1e-6);
+        assert!(by_picture > rule().excess(&estimate(DARK, 1e-3, SampleBounds::EMPTY)));
         let black = StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 });
-        assert!(black.excess(&estimate(0.0, 0.0, Seen::NOTHING)) < 1.0);
+        assert!(black.excess(&estimate(0.0, 0.0, SampleBounds::EMPTY)) < 1.0);
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub(super) fn checkerboard<S: Simd, T: Values<S>>(
     let share = share_of_odd(at, &board.cells, active);
     let (is_even, is_odd) = (share.simd_eq(0.0), share.simd_eq(1.0));
     let (even, odd) = (at.value(even, active & !is_odd), at.value(odd, active & !is_even));
-    T::or(even, is_even, T::or(odd, is_odd, T::blend(even, odd, share)))
+    T::keep_where(even, is_even, T::keep_where(odd, is_odd, T::blend(even, odd, share)))
 }
 
 /// The share of cells whose numbers have an odd sum.

@@ -251,7 +251,7 @@ fn color<S: Simd>(place: f32x8<S>) -> Colors<S> {
     let mut points = [Colors::splat(simd, Vec3::ZERO); 4];
     for (i, point) in points.iter_mut().enumerate() {
         let [first, second] = [Colors::splat(simd, COLORS[i]), Colors::splat(simd, COLORS[i + 1])];
-        *point = first.or(is_first, second);
+        *point = first.keep_where(is_first, second);
     }
     for level in (1..4).rev() {
         for i in 0..level {

@@ -92,9 +92,10 @@ impl<'s> List<'s> {
             let own: f64x8<S> = (number as f64).simd_into(simd);
             let (met, t, sides) = element.meet(own, rays, &sheared, hits.t, active);
             let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
-            let nearer = match element.is_cut_out && nearer.any_true() {
-                true => element.meet_solid(self.scene, rays, nearer, false),
-                false => nearer,
+            let nearer = if element.is_cut_out && nearer.any_true() {
+                element.meet_solid(self.scene, rays, nearer, false)
+            } else {
+                nearer
             };
             hits.t = nearer.select(t, hits.t);
             hits.element = nearer.select(own, hits.element);

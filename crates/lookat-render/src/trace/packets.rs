@@ -4,7 +4,7 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
 use super::rays::{Hits, NONE, Rays, WORLD};
-use super::{Forms, Query, Tree, nothing};
+use super::{Query, TraversalRays, Tree, nothing};
 use crate::bvh::{Leaf, Slabs, WIDTH, not_less};
 use crate::number::{Vec3x8, bits, set_lanes, splat_f32, to_f32};
 use crate::ray::{ElementId, Hit, Ray};
@@ -25,12 +25,12 @@ const OTHER_TESTS: usize = 16;
 
 /// What became of packets that were to go together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Together {
+pub(crate) enum Coherence {
     /// They did, with few tests: more might.
-    Easily,
-    Yes,
+    High,
+    Enough,
     /// They run different ways, or meet too much.
-    No,
+    Low,
 }
 
 /// How many packets go together next: neighbors mostly fare alike.
@@ -59,18 +59,18 @@ impl PacketCount {
     }
 
     /// Learns what became of so many.
-    pub fn learn(&mut self, count: usize, together: Together) {
-        match together {
-            Together::No if count == 1 => {
+    pub fn learn(&mut self, count: usize, coherence: Coherence) {
+        match coherence {
+            Coherence::Low if count == 1 => {
                 self.packets = 1;
                 self.apart = LONGEST_APART.min(2 * self.apart + 1);
                 self.apart_left = self.apart;
             }
-            Together::No => self.packets = count / 2,
-            Together::Easily if count == self.packets => {
+            Coherence::Low => self.packets = count / 2,
+            Coherence::High if count == self.packets => {
                 (self.packets, self.apart) = (MOST_PACKETS.min(2 * count), 0);
             }
-            Together::Easily | Together::Yes => self.apart = 0,
+            Coherence::High | Coherence::Enough => self.apart = 0,
         }
     }
 }
@@ -84,22 +84,22 @@ impl Tree<'_> {
         rays: &[Rays<S>],
         active: &[mask64x8<S>],
         hits: &mut ArrayVec<Hits<S>, MOST_PACKETS>,
-    ) -> Together {
+    ) -> Coherence {
         let mut packets: ArrayVec<Packet<S>, MOST_PACKETS> = ArrayVec::new();
         let mut all: Option<Slabs<S>> = None;
         for (rays, active) in rays.iter().zip(active) {
             let rays = whole(simd, rays, *active);
-            let Some((packet, own)) = Packet::new(simd, &rays, *active) else { return Together::No };
+            let Some((packet, own)) = Packet::new(simd, &rays, *active) else { return Coherence::Low };
             all = match all {
                 Some(all) => all.union(own),
                 None => Some(own),
             };
             if all.is_none() {
-                return Together::No;
+                return Coherence::Low;
             }
             packets.push(packet);
         }
-        let Some(slabs) = all else { return Together::No };
+        let Some(slabs) = all else { return Coherence::Low };
         let slabs = slabs.of_all(simd);
         let error = packets.iter().fold(0.0, |error: f32, packet| error.max(packet.filter.error));
         let (world, most) = (&self.scene.world, MOST_TESTS * packets.len());
@@ -142,12 +142,12 @@ impl Tree<'_> {
             },
         );
         if tests > most {
-            return Together::No;
+            return Coherence::Low;
         }
         for packet in &packets {
             hits.push(packet.hits);
         }
-        if 4 * tests <= most { Together::Easily } else { Together::Yes }
+        if 4 * tests <= most { Coherence::High } else { Coherence::Enough }
     }
 }
 
@@ -169,7 +169,7 @@ fn whole<S: Simd>(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Rays<S> {
     }
     let first = active.to_bitmask().trailing_zeros() as usize % crate::number::LANES;
     let (o, d) = (rays.o.lane(first), rays.d.lane(first));
-    rays.or(active, Rays::new(Vec3x8::splat(simd, o), Vec3x8::splat(simd, d)))
+    rays.keep_where(active, Rays::new(Vec3x8::splat(simd, o), Vec3x8::splat(simd, d)))
 }
 
 /// Eight rays whose direction is longest along one axis, and their nearest hits so far.
@@ -188,7 +188,8 @@ impl<S: Simd> Packet<S> {
     /// of which `f32` says nothing.
     #[inline(always)]
     pub fn new(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Option<(Self, Slabs<S>)> {
-        let (sheared, forms) = (ShearedRays::new(rays.o, rays.d, active), Forms::new(simd, rays.o, rays.d));
+        let (sheared, forms) =
+            (ShearedRays::new(rays.o, rays.d, active), TraversalRays::new(simd, rays.o, rays.d));
         let filter = forms.all()?;
         if !forms.magnitude.simd_lt(f32::INFINITY).all_true() {
             return None;
@@ -267,7 +268,7 @@ impl<S: Simd> Packet<S> {
             let query = Query::new(&scene.world, &ray, ElementId::WORLD, false);
             if scene.meet_non_triangle::<S, false>(simd, query, other, &mut hit) {
                 let hits = &mut self.hits;
-                hits.put(lane, Some(&hit), scene.labels);
+                hits.set_lane(lane, Some(&hit), scene.labels);
                 let (own, emits) = (bits(simd, 1 << lane), scene.emits(&hit));
                 hits.emits = if emits { hits.emits | own } else { hits.emits & !own };
             }
@@ -332,7 +333,7 @@ mod tests {
     }
 
     /// What becomes of some rays, and how many of them meet something, each just what it meets alone.
-    fn trace<S: Simd>(simd: S, scene: &Traceable, rays: &[Ray]) -> (Together, usize) {
+    fn trace<S: Simd>(simd: S, scene: &Traceable, rays: &[Ray]) -> (Coherence, usize) {
         let (mut packets, mut active) = (Vec::new(), Vec::new());
         for rays in rays.chunks(LANES) {
             // What is not active is anything.
@@ -346,7 +347,7 @@ mod tests {
         let mut hits = ArrayVec::new();
         let tree = Tree { scene };
         let together = tree.nearest_of(simd, &packets, &active, &mut hits);
-        if together == Together::No {
+        if together == Coherence::Low {
             return (together, 0);
         }
         let mut met = 0;

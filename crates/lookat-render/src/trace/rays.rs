@@ -31,10 +31,10 @@ impl<S: Simd> Rays<S> {
 
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         Rays {
-            o: self.o.or(mask, others.o),
-            d: self.d.or(mask, others.d),
+            o: self.o.keep_where(mask, others.o),
+            d: self.d.keep_where(mask, others.d),
             t_max: mask.select(self.t_max, others.t_max),
             leaving: mask.select(self.leaving, others.leaving),
             leaving_instance: mask.select(self.leaving_instance, others.leaving_instance),

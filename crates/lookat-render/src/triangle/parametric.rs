@@ -41,7 +41,7 @@ pub(crate) struct ParametricTriangles {
 impl ParametricTriangles {
     /// Puts a point in its place: of a triangle of a mesh, where its corners weigh so much, with its shading normal.
     #[inline(never)]
-    pub fn put(
+    pub fn set_lane(
         &mut self,
         lane: usize,
         (mesh, index): (&Mesh, usize),
@@ -92,20 +92,20 @@ impl ParametricTriangles {
         let [s0, s1, s2] = Vec3x8::three(simd, &self.tangents);
         let (tangent, is_valid) = (s0 * weights[0] + s1 * weights[1] + s2 * weights[2]).try_normalize();
         // pbrt-v3 keeps the direction of dpdu only, at length one.
-        let along = tangent.or(is_valid & has_tangents, flat.dpdu.normalize_or(DVec3::X));
+        let along = tangent.keep_where(is_valid & has_tangents, flat.dpdu.normalize_or(DVec3::X));
         // pbrt-v3 knows the normal of the file here, before ReverseOrientation.
-        let own = (-ns).or(is_reversed, ns);
+        let own = (-ns).keep_where(is_reversed, ns);
         let (across, is_valid) = along.cross(own).try_normalize();
         let [x, y] = pbrt_frame(own);
-        let (dpdu, dpdv) = (across.cross(own).or(is_valid, x), across.or(is_valid, y));
+        let (dpdu, dpdv) = (across.cross(own).keep_where(is_valid, x), across.keep_where(is_valid, y));
         let zero = Vec3x8::splat(simd, DVec3::ZERO);
         let [dndu, dndv] = bending(uvs, Vec3x8::three(simd, &self.normals));
         let shading = Parametrics {
             uv: flat.uv,
-            dpdu: dpdu.or(is_smooth, flat.dpdu),
-            dpdv: (-dpdv).or(is_reversed, dpdv).or(is_smooth, flat.dpdv),
-            dndu: dndu.or(has_normals, zero),
-            dndv: dndv.or(has_normals, zero),
+            dpdu: dpdu.keep_where(is_smooth, flat.dpdu),
+            dpdv: (-dpdv).keep_where(is_reversed, dpdv).keep_where(is_smooth, flat.dpdv),
+            dndu: dndu.keep_where(has_normals, zero),
+            dndv: dndv.keep_where(has_normals, zero),
         };
         [flat, shading]
     }
@@ -131,7 +131,13 @@ fn flat<S: Simd>(
     let is_valid = is_valid & !is_zero(dpdu.cross(dpdv));
     let [x, y] = pbrt_frame((p2 - p0).cross(p1 - p0).normalize_or(DVec3::Z));
     let zero = Vec3x8::splat(b0.token(), DVec3::ZERO);
-    Parametrics { uv: [u, v], dpdu: dpdu.or(is_valid, x), dpdv: dpdv.or(is_valid, y), dndu: zero, dndv: zero }
+    Parametrics {
+        uv: [u, v],
+        dpdu: dpdu.keep_where(is_valid, x),
+        dpdv: dpdv.keep_where(is_valid, y),
+        dndu: zero,
+        dndv: zero,
+    }
 }
 
 /// How the normals of the file change over triangles.
@@ -141,7 +147,10 @@ fn bending<S: Simd>(uvs: [Vec2x8<S>; 3], [n0, n1, n2]: [Vec3x8<S>; 3]) -> [Vec3x
     let across = (n2 - n0).cross(n1 - n0);
     let zero = Vec3x8::splat(across.x.token(), DVec3::ZERO);
     let ([x, y], is_zero) = (pbrt_frame(across), is_zero(across));
-    [dndu.or(is_valid, zero.or(is_zero, x)), dndv.or(is_valid, zero.or(is_zero, y))]
+    [
+        dndu.keep_where(is_valid, zero.keep_where(is_zero, x)),
+        dndv.keep_where(is_valid, zero.keep_where(is_zero, y)),
+    ]
 }
 
 #[inline(always)]

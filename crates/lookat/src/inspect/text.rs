@@ -1,7 +1,7 @@
 //! The text output: one line per part of the scene.
 
 use lookat_image::byte_words;
-use lookat_render::{Choice, Draw, Elements, Surfaces};
+use lookat_render::{Choice, Elements, SampleDimensions, Surfaces};
 use lookat_scene::LightChoice;
 
 use super::{Inspected, filter_name, integrator_name, projection_name, view};
@@ -65,11 +65,11 @@ impl Inspected<'_> {
 
     fn dimensions(&self) -> String {
         let lens = if self.inspection.has_lens { ", lens 2" } else { "" };
-        let drawn = |draw: &Draw| match draw.surfaces.start {
-            0 => format!("{} {}", draw.of, thousands(draw.numbers.into())),
-            from => format!("{} {} from surface {} on", draw.of, draw.numbers, from + 1),
+        let drawn = |draw: &SampleDimensions| match draw.surfaces.start {
+            0 => format!("{} {}", draw.purpose, thousands(draw.count.into())),
+            from => format!("{} {} from surface {} on", draw.purpose, draw.count, from + 1),
         };
-        let draws = self.inspection.draws.iter().filter(|draw| !draw.surfaces.is_empty());
+        let draws = self.inspection.dimensions.iter().filter(|draw| !draw.surfaces.is_empty());
         let at_surface: Vec<String> = draws.map(drawn).collect();
         let at_surface = match at_surface[..] {
             [] => String::new(),
@@ -100,7 +100,7 @@ impl Inspected<'_> {
     }
 
     fn tree(&self) -> String {
-        if !self.inspection.asks_tree {
+        if !self.inspection.uses_bvh {
             return "no BVH: with so few shapes, testing each one directly is faster".into();
         }
         let tree = |of: &str, elements: &Elements| match elements.nodes {
@@ -137,7 +137,7 @@ impl Inspected<'_> {
 
     fn arithmetic(&self) -> String {
         let by = lookat_render::simd();
-        match self.inspection.asks_tree {
+        match self.inspection.uses_bvh {
             false => format!("f64, eight samples at a time, {by}"),
             true => {
                 format!("f32, eight boxes or triangles at a time; f64 decides; eight samples at a time, {by}")

@@ -11,12 +11,12 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
 use super::mesh::NEAR;
-use super::{Density, Found, SurfaceLight};
+use super::{Density, LightHits, SurfaceLight};
 use crate::curved::Curved;
 use crate::light::LightSample;
 use crate::light::Receivers;
 use crate::number::{Vec2x8, Vec3x8, vectorized};
-use crate::surface::{Point, Surfaces};
+use crate::surface::{ShapePoint, Surfaces};
 use crate::warp::square_to_disk;
 
 /// Whole disks as points see them.
@@ -56,7 +56,7 @@ impl<S: Simd> SphericalDisks<S> {
         // Any axes do for points above the middle.
         let (aside, squared) = (n.cross(to), to.length_squared());
         let is_aside = aside.length_squared().simd_gt(squared * 1e-26);
-        let y = aside.or(is_aside, n.cross(Vec3x8::splat(simd, x))).normalize();
+        let y = aside.keep_where(is_aside, n.cross(Vec3x8::splat(simd, x))).normalize();
         let x = y.cross(n);
         let across = is_aside.select(to.dot(x), 0.0.simd_into(simd));
         let radius: f64x8<S> = radius.simd_into(simd);
@@ -154,7 +154,7 @@ impl SurfaceLight {
             let p = Vec3x8::splat(simd, shape.center) + x_axis * x + y_axis * y;
             let emitting = if self.primitive.reverse_orientation { -n } else { n };
             let magnitude = shape.magnitude().simd_into(simd);
-            let on_light = Point { p, magnitude, n, ns: n, emitting };
+            let on_light = ShapePoint { p, magnitude, n, ns: n, emitting };
             let density = Density { area: self.area.simd_into(simd), solid_angle, is_by_angle };
             self.towards(at, &on_light, self.label.simd_into(simd), &density)
         })
@@ -167,7 +167,7 @@ impl SurfaceLight {
         simd: S,
         (shape, disk): (&Curved, ([DVec3; 3], f64)),
         at: &Surfaces<S>,
-        found: &Found<S>,
+        found: &LightHits<S>,
     ) -> Density<S> {
         vectorized!(simd, {
             let seen = SphericalDisks::new(simd, shape, disk, at);
@@ -222,7 +222,8 @@ mod tests {
         let magnitude = light.radius.simd_into(simd);
         let end = sample.shadow.at(sample.shadow.t_max + surfaces.rounding(magnitude));
         let d = sample.shadow.d;
-        let found = Found { is_valid: all, d, p: end, n, triangle: 0.0.simd_into(simd), by_triangle: false };
+        let found =
+            LightHits { is_valid: all, d, p: end, n, triangle: 0.0.simd_into(simd), by_triangle: false };
         let afterwards = table.surface_pdf(simd, 0, surfaces, &found)[0];
         Some(Drawn { d: d.lane(0), end: end.lane(0), pdf: sample.pdf[0], afterwards })
     }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::mesh::{NEAR, is_in_range};
 use crate::frame::flipped;
 use crate::number::{Vec2x8, Vec3x8};
-use crate::surface::{Point, Points, Surfaces};
+use crate::surface::{ShapePoint, ShapePoints, Surfaces};
 use crate::warp::{angle, at_turn};
 
 /// A rectangle of two triangles.
@@ -73,14 +73,14 @@ impl Rectangle {
 
     /// The points at shares of its sides, and the number of the triangle that each lies in.
     #[inline(always)]
-    pub fn points<S: Simd>(&self, simd: S, [s, t]: Vec2x8<S>) -> (Points<S>, f64x8<S>) {
+    pub fn points<S: Simd>(&self, simd: S, [s, t]: Vec2x8<S>) -> (ShapePoints<S>, f64x8<S>) {
         let ([x, y], [width, height]) = (self.axes, self.lengths);
         let (x, y) = (Vec3x8::splat(simd, x * width), Vec3x8::splat(simd, y * height));
         let p = Vec3x8::splat(simd, self.corner) + x * s + y * t;
         let n = Vec3x8::splat(simd, self.n);
         let is_second = (s + t).simd_gt(1.0);
         let index = is_second.select(1.0.simd_into(simd), 0.0.simd_into(simd));
-        (Point { p, magnitude: self.magnitude.simd_into(simd), n, ns: n, emitting: n }, index)
+        (ShapePoint { p, magnitude: self.magnitude.simd_into(simd), n, ns: n, emitting: n }, index)
     }
 
     /// As points see it.

@@ -132,7 +132,9 @@ fn partition(leaves: &mut [NumberedEmitter], is_first: impl Fn(&NumberedEmitter)
 
 fn cost(leaves: &[NumberedEmitter]) -> f64 {
     let mut sum = Bin::NONE;
-    leaves.iter().for_each(|leaf| sum.add(&Bin::new(&leaf.emitter)));
+    for leaf in leaves {
+        sum.add(&Bin::new(&leaf.emitter));
+    }
     sum.cost()
 }
 
@@ -229,10 +231,8 @@ impl Node {
             let shift = |leaf: &NumberedEmitter| leaf.emitter.shift_in(&narrowed);
             let is_everywhere = group.least_cosine <= EVERYWHERE + SLACK;
             let sin = ((1.0 - narrowed.least_cosine) * (1.0 + narrowed.least_cosine)).max(0.0).sqrt();
-            let shift = match is_everywhere || sin < 0.01 {
-                true => None,
-                false => Some(slice.iter().map(shift).fold(0.0, f64::max) / scale + error / sin),
-            };
+            let is_bounded = !is_everywhere && sin >= 0.01;
+            let shift = is_bounded.then(|| slice.iter().map(shift).fold(0.0, f64::max) / scale + error / sin);
             let least = shift.map_or(EVERYWHERE, |_| narrowed.least_cosine - SLACK);
             let axis = V3 { x: group.axis.x, y: group.axis.y, z: group.axis.z };
             let emission = Emission {
@@ -353,13 +353,12 @@ impl Emitter {
         let reach = |emitter: &Emitter| emitter.center.distance(center) + emitter.radius;
         let (mut base, mut along, mut moment) = (0.0, 0.0, DVec3::ZERO);
         for (emitter, share) in weighted() {
-            match emitter.is_two_sided {
-                true => base += share * (emitter.base + 0.5 * emitter.along),
-                false => {
-                    base += share * emitter.base;
-                    along += share * emitter.along;
-                    moment += emitter.axis * (share * emitter.along);
-                }
+            if emitter.is_two_sided {
+                base += share * (emitter.base + 0.5 * emitter.along);
+            } else {
+                base += share * emitter.base;
+                along += share * emitter.along;
+                moment += emitter.axis * (share * emitter.along);
             }
         }
         let length = moment.length();

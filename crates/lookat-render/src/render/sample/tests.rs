@@ -280,7 +280,7 @@ fn kind(text: &str) -> [bool; 2] {
     let scene = scene(text);
     let found = inspect(&Prepared::new(&scene), &scene.view);
     [
-        found.asks_tree,
+        found.uses_bvh,
         found.surfaces.is_some_and(|surfaces| surfaces.kinds.iter().any(|kind| *kind != "matte")),
     ]
 }
