@@ -17,13 +17,13 @@ use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64,
 use lobe::{Kind, Lobe, Lobes, PointLobe};
 pub(crate) use material::most_lobes;
 
-/// Which lobes are meant.
+/// Selects lobes by whether they are delta distributions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LobeFilter {
     All,
-    /// Those that scatter into all directions.
+    /// Lobes that scatter into all directions.
     NonDelta,
-    /// Those that scatter into single directions, which lights cannot be sampled for.
+    /// Delta lobes, which scatter into single directions. Light samples cannot reach these directions.
     Delta,
 }
 
@@ -37,16 +37,16 @@ impl LobeFilter {
     }
 }
 
-/// Where the light comes from that surfaces scatter into all directions.
+/// The directions from which non-delta lobes scatter light.
 #[derive(Clone, Copy)]
 pub(crate) struct Domain<S: Simd> {
     /// The geometric normals on the side of `wo`.
     pub n: Vec3x8<S>,
     /// The shading normals on the side of `wo`: the BSDF samples directions on the same side of them.
     pub ns: Vec3x8<S>,
-    /// Light comes through from behind, too.
+    /// The points where light also comes through from behind.
     pub is_two_sided: mask64x8<S>,
-    /// All directions count by their cosine: it is evenly diffuse.
+    /// The points whose only lobe is Lambertian: all directions count by their cosine.
     pub is_diffuse: mask64x8<S>,
 }
 
@@ -55,27 +55,28 @@ pub(crate) struct Domain<S: Simd> {
 pub(crate) struct Bsdf<'s, S: Simd> {
     /// The geometric normals on the side of `wo`: they decide which directions are on the same side.
     n: Vec3x8<S>,
-    /// The shading normals, and the frames around them.
+    /// The shading normals and frames.
     ns: Vec3x8<S>,
     frames: Frames<f32x8<S>>,
     wo: Vec3x8<S>,
-    /// `wo` in these frames.
+    /// `wo` in the shading frames.
     local_o: V3<f32x8<S>>,
     slots: &'s [Slot<S>],
 }
 
-/// Directions that light may come from.
+/// Sampled directions of incident light.
 pub(crate) struct BsdfSample<S: Simd> {
-    /// Where there is one.
+    /// The lanes with a valid sample.
     pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
-    /// Densities of `wi` by solid angle, more than 0. Of specular samples the probabilities of their directions.
+    /// The densities of `wi` by solid angle, more than 0. For delta samples: the probabilities of their directions.
     pub pdf: f64x8<S>,
-    /// By what radiance from `wi` is multiplied.
+    /// The factor for radiance from `wi`: the BSDF times the cosine over the density.
     pub weight: Colors<S>,
-    /// No other direction could have been sampled nearby.
+    /// The lanes with delta samples.
     pub is_delta: mask64x8<S>,
-    /// What refraction alone does to radiance, and the way out undoes: the ratio of the squared indices of refraction, or 1.
+    /// The factor by which refraction scales radiance: the ratio of the squared indices of refraction. 1 for reflection.
+    /// Leaving the medium undoes it.
     pub radiance_scale: f32x8<S>,
 }
 
@@ -98,13 +99,13 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         Bsdf { n, ns, frames, wo, local_o, slots: &slots.0 }
     }
 
-    /// Where there are lobes of a filter.
+    /// The points with lobes that pass the filter.
     #[inline(always)]
     pub fn has(&self, filter: LobeFilter) -> mask64x8<S> {
         self.of(|kind| filter.holds(kind))
     }
 
-    /// Where there are lobes of some kinds.
+    /// The points with lobes of some kinds.
     #[inline(always)]
     fn of(&self, holds: impl Fn(Kind) -> bool) -> mask64x8<S> {
         let mut all = mask32x8::splat(self.local_o.z.token(), false);
@@ -114,7 +115,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         widen(all)
     }
 
-    /// Where the light comes from, single directions aside.
+    /// The domain of incident light for non-delta lobes.
     #[inline(always)]
     pub fn domain(&self) -> Domain<S> {
         Domain {
@@ -125,16 +126,16 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         }
     }
 
-    /// The BSDF times the cosine between `wi` and the shading normal, and the density by solid angle with which [`Bsdf::sample`] gives
-    /// `wi`; single directions aside.
+    /// The BSDF times the cosine between `wi` and the shading normal, and the density by solid angle with which
+    /// [`Bsdf::sample`] gives `wi`. Delta lobes do not count.
     #[inline(always)]
     pub fn f_cos_pdf(&self, wi: Vec3x8<S>, filter: LobeFilter) -> (Colors<S>, f64x8<S>) {
         let (f_cos, pdf) = self.at(wi, self.frames.to_local(wi.narrow()), filter);
         (f_cos, to_f64(pdf))
     }
 
-    /// The same of a direction of the world and of the frames. The geometric normal tells the sides, so that bent normals let no light
-    /// through.
+    /// Evaluates the BSDF times cosine and the density, for a direction in the world that is `local_i` in the shading
+    /// frames. The geometric normal decides the side, so that bumps let no light through.
     #[inline(never)]
     fn at(&self, wi: Vec3x8<S>, local_i: V3<f32x8<S>>, filter: LobeFilter) -> (Colors<S>, f32x8<S>) {
         let simd = wi.x.token();
@@ -164,7 +165,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         })
     }
 
-    /// Directions of one of the lobes, the likelier the more it scatters.
+    /// Samples directions of one lobe, with a probability that grows with its albedo.
     #[inline(never)]
     pub fn sample(&self, [u, v]: [f64x8<S>; 2], filter: LobeFilter) -> BsdfSample<S> {
         let simd = u.token();
@@ -208,8 +209,8 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         })
     }
 
-    /// The single directions that [`Bsdf::sample`] chooses from at each point, in the order of the lobes, each with the probability of its
-    /// choice.
+    /// All delta samples that [`Bsdf::sample`] chooses from at each point, in the order of the lobes, with the probability
+    /// of each choice.
     #[inline(never)]
     pub fn delta_samples(&self) -> SmallVec<[DeltaSample<S>; 2]> {
         let simd = self.local_o.z.token();
@@ -240,7 +241,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         })
     }
 
-    /// Samples of directions of the frames.
+    /// Completes samples of directions in the shading frames.
     #[inline(always)]
     fn non_delta(&self, local: V3<f32x8<S>>, is_valid: mask32x8<S>, filter: LobeFilter) -> BsdfSample<S> {
         let simd = local.x.token();
@@ -258,7 +259,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
 }
 
 impl<S: Simd> BsdfSample<S> {
-    /// Puts single directions into the lanes `own`. `probability`: the probability of their lobes.
+    /// Replaces the samples in the lanes `own` by delta samples. `probability`: the probability of their lobes.
     #[inline(always)]
     fn set_delta(&mut self, own: mask64x8<S>, single: DeltaSample<S>, probability: f32x8<S>) {
         let pdf = single.probability * probability;
@@ -277,7 +278,7 @@ impl<S: Simd> BsdfSample<S> {
 /// distributions", Technometrics 37(2), 1995).
 const ALIKE: f32 = 0.25;
 
-/// Makes lobes the likelier, the more they scatter of what comes at an angle of cosine `cos_o`.
+/// Sets the probabilities of lobes by their albedo at an angle of cosine `cos_o`.
 #[inline(always)]
 fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
     if slots.len() < 2 {
@@ -300,7 +301,7 @@ fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
     }
 }
 
-/// The probability that a sample of all lobes is one of a filter.
+/// The probability that a sample of all lobes passes the filter.
 #[inline(always)]
 fn probability<S: Simd>(simd: S, slots: &[Slot<S>], filter: LobeFilter) -> f32x8<S> {
     if filter == LobeFilter::All {
@@ -317,17 +318,18 @@ fn of<S: Simd>(slots: &[Slot<S>], filter: LobeFilter) -> impl Iterator<Item = (u
     slots.iter().enumerate().filter(move |(_, slot)| filter.holds(slot.lobe.kind))
 }
 
-/// Lobes of a filter.
+/// A choice of one lobe at each point.
 struct LobeChoice<S: Simd> {
-    /// Their slots; -1 where there is none.
+    /// The index of the slot, or -1 without a lobe.
     pub slot: f32x8<S>,
-    /// The probability of each among the lobes of the filter.
+    /// The probability of the choice among the lobes that pass the filter.
     pub probability: f32x8<S>,
-    /// Numbers from 0 to 1 to go on with.
+    /// The rest of the random number, rescaled to 0..1.
     pub rest: f64x8<S>,
 }
 
-/// Chooses a lobe of a filter at each point: the first where the sum of probabilities exceeds `u` times the total, or the last.
+/// Chooses a lobe that passes the filter at each point: the first where the sum of probabilities exceeds `u` times the
+/// total, or the last.
 #[inline(always)]
 fn choose<S: Simd>(slots: &[Slot<S>], filter: LobeFilter, u: f64x8<S>) -> LobeChoice<S> {
     let simd = u.token();
@@ -348,17 +350,17 @@ fn choose<S: Simd>(slots: &[Slot<S>], filter: LobeFilter, u: f64x8<S>) -> LobeCh
     choice
 }
 
-/// A lobe.
+/// A lobe and the points that have it.
 #[derive(Clone, Copy)]
 struct Slot<S: Simd> {
     pub lobe: Lobes<S>,
-    /// Where it is.
+    /// The points that have the lobe.
     pub mask: mask32x8<S>,
-    /// The probability that a sample of all lobes is one of it.
+    /// The probability that a sample of all lobes is of this lobe.
     pub probability: f32x8<S>,
 }
 
-/// All lobes; the lobes of a point are in order. Few materials have more than six.
+/// The lobes of all points. The lobes of each point are in order. Few materials have more than six.
 pub(crate) struct Slots<S: Simd>(SmallVec<[Slot<S>; 6]>);
 
 /// The lobes of a material at a point.
@@ -366,7 +368,7 @@ pub(crate) struct Slots<S: Simd>(SmallVec<[Slot<S>; 6]>);
 pub(crate) struct PointLobes(SmallVec<[PointLobe; 8]>);
 
 impl<S: Simd> Slots<S> {
-    /// Of points without any.
+    /// An empty list of lobes.
     #[inline(always)]
     pub fn new() -> Self {
         Slots(SmallVec::new())

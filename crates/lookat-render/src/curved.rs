@@ -27,7 +27,7 @@ pub(crate) struct Curved {
     pub center: DVec3,
     /// Takes offsets from the center to its own space.
     pub own_from_world: DMat3,
-    /// And back.
+    /// The transformation from its own space to the world.
     pub world_from_own: DMat3,
     /// The largest distance from the axis, and half the height; in its own space.
     radius: f64,
@@ -39,10 +39,10 @@ pub(crate) struct Curved {
 /// The largest squared distance, relative to the squared radius, at which a hit may be the origin of its ray.
 pub(crate) const AT_ORIGIN: f64 = f64::EPSILON;
 
-/// What rounding may take from a coordinate, over half of itself.
+/// A bound of the rounding error of a coordinate, relative to half of its size.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// The form, in its own space.
+/// The shape in its own space.
 #[derive(Debug, Clone, Copy)]
 enum UnitShape {
     Sphere(Sphere),
@@ -96,7 +96,7 @@ impl Curved {
         }
     }
 
-    /// Its radius, if it is a whole sphere, and one in the world.
+    /// The radius if this is a whole sphere in the world.
     pub fn whole_sphere(&self) -> Option<f64> {
         self.as_sphere().filter(|sphere| sphere.is_whole())?.world_radius
     }
@@ -131,7 +131,7 @@ impl Curved {
         if starts_here { intersect(true) } else { Some(t) }
     }
 
-    /// Whether a shadow ray to a point light, which meets the shape, does so nowhere but at the light.
+    /// True if a shadow ray to a point light, which meets the shape, does so nowhere but at the light.
     pub fn is_met_at_end(&self, ray: &Ray, leaving: bool) -> bool {
         let end = ray.end();
         self.holds(end, (end - ray.o).abs())
@@ -141,7 +141,7 @@ impl Curved {
             })
     }
 
-    /// Whether a point lies on the uncut form, if each coordinate is moved by so little of itself as rounding may take.
+    /// True if a point lies on the uncut shape within the rounding errors of its coordinates.
     /// `spread`: what the point was computed from, along each axis.
     #[cold]
     fn holds(&self, p: DVec3, spread: DVec3) -> bool {
@@ -153,7 +153,7 @@ impl Curved {
         self.form.value(own).abs() <= ROUNDING * self.form.gradient(own).abs().dot(size)
     }
 
-    /// Whether the end of the ray, a point of the shape, lies behind another part of it. `leaving`: the ray leaves the shape.
+    /// True if the end of the ray, a point of the shape, lies behind another part of it. `leaving`: the ray leaves the shape.
     pub fn hides_end_of(&self, ray: &Ray, leaving: bool) -> bool {
         let (o, d) = self.own_ray(ray);
         let middle = match &self.form {
@@ -196,7 +196,7 @@ impl Curved {
         }
     }
 
-    /// How the surface goes on about the point of it nearest to `p`.
+    /// The parametric derivatives at the point of the surface nearest to `p`.
     pub fn parametric(&self, p: DVec3) -> Parametric {
         let own = self.own_point(p);
         let local = match &self.form {

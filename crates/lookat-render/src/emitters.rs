@@ -1,4 +1,4 @@
-//! Where a ray may find what glows.
+//! Bounds of the emitters that rays may find.
 
 use fearless_simd::{Simd, mask64x8, prelude::*};
 
@@ -15,7 +15,7 @@ pub(crate) struct Emitters(Vec<Bounds>);
 const MOST: usize = 8;
 
 impl Emitters {
-    /// Those of so many shapes.
+    /// The emitters of a scene. Above [`MOST`] shapes, one box bounds them all.
     pub fn new(bounds: Vec<Bounds>) -> Self {
         if bounds.len() <= MOST {
             return Emitters(bounds);
@@ -23,12 +23,12 @@ impl Emitters {
         Emitters(vec![bounds.into_iter().fold(Bounds::EMPTY, Bounds::union)])
     }
 
-    /// Whether there is none.
+    /// True if the scene has no emitters.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Which rays may meet one of them; others certainly do not.
+    /// The rays that may hit an emitter. Other rays certainly do not.
     #[inline(always)]
     pub fn may_be_hit<S: Simd>(&self, simd: S, rays: &Rays<S>) -> mask64x8<S> {
         let mut may_be = bits(simd, 0);

@@ -19,7 +19,7 @@ pub(crate) struct Frames<T> {
 }
 
 impl<T: Number> Frames<T> {
-    /// Those with `z`, of length one, as their z axes (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+    /// Frames with the z axes `z`, of length one (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
     #[inline(always)]
     pub fn from_z(z: V3<T>) -> Self {
         let one = T::of(z.z.token(), 1.0);
@@ -59,7 +59,7 @@ impl<S: Simd> Frames<f64x8<S>> {
 }
 
 impl<S: Simd> Frames<f32x8<S>> {
-    /// These where `mask` says so, and the others elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
     pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         let mask = narrow(mask);
@@ -102,7 +102,7 @@ impl Bounds {
         Bounds::new(min - error, max + error)
     }
 
-    /// Whether it holds nothing.
+    /// True if the box is empty.
     pub fn is_empty(&self) -> bool {
         self.min.x > self.max.x
     }

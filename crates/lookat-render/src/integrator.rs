@@ -27,7 +27,7 @@ pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
 use world::{Sees, World};
 
-/// What takes the samples of a scene.
+/// The integrator of a scene.
 pub(crate) enum SceneIntegrator<'s> {
     Path(path::Paths<'s>),
     Direct(direct::Direct<'s>),
@@ -51,7 +51,7 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
-    /// The world, and what it is made of.
+    /// The world that the integrator traces rays in.
     pub fn world(&self) -> &World<'s> {
         match self {
             SceneIntegrator::Path(path) => &path.world,
@@ -60,8 +60,8 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
-    /// Adds what camera rays see to the radiance in the batch, surface by surface.
-    /// Light is missing once the tracer [is stopped](Tracer::is_stopped).
+    /// Adds the radiance along camera rays to the batch, surface by surface. The radiance is incomplete once the tracer [is
+    /// stopped](Tracer::is_stopped).
     #[inline(always)]
     pub fn li<S: Simd>(
         &self,

@@ -54,13 +54,13 @@ impl Probe {
         self.prepared.traceable.nearest(ray)
     }
 
-    /// The same without trees: by testing every element in turn. `lookat stability` holds trees against it, to the bit, in V1 to V3.
-    /// Only the renderer can give it, because elements are rounded relative to [`Probe::origin`].
+    /// The nearest hit without trees, by testing every element in turn. `lookat stability` compares trees with it, to the
+    /// bit, in V1 to V3. Only the renderer can compute it, because elements are rounded relative to [`Probe::origin`].
     pub fn nearest_by_all(&self, ray: &Ray) -> Option<Hit> {
         self.prepared.traceable.nearest_by_all(ray)
     }
 
-    /// Whether anything is in the way of a ray that ends at its `t_max`.
+    /// True if anything is in the way of a ray that ends at its `t_max`.
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.prepared.traceable.occluded(ray)
     }

@@ -23,7 +23,7 @@ use crate::trace::{
 use crate::traceable::Traceable;
 use crate::triangle::parametric::ParametricTriangles;
 
-/// A ray, and what it has hit.
+/// A ray and its hit.
 pub(crate) type RayHit = (Ray, Hit);
 
 /// The texture coordinates of a surface, where a ray has found it.
@@ -39,7 +39,7 @@ pub(crate) fn uv(scene: &Traceable, surface: &Surface, found: RayHit) -> DVec2 {
     })
 }
 
-/// Where on surfaces of a material its textures are looked up, and the shading frames there.
+/// The points where the textures of a material are evaluated, and the shading frames there.
 #[inline(always)]
 fn points<S: Simd>(
     (scene, material): (&Traceable, &Material),
@@ -59,7 +59,7 @@ fn points<S: Simd>(
     (at, Frames::from_zx(ns, dpdu))
 }
 
-/// How much the points of surfaces and their coordinates change from camera rays to their neighbors (PBR 10.1.1).
+/// The change of surface points and texture coordinates from camera rays to their neighbors (PBR 10.1.1).
 #[inline(never)]
 fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Views) -> Footprint<S> {
     let (simd, Surfaces { p, n, .. }) = (surfaces.magnitude.token(), *surfaces);
@@ -88,14 +88,14 @@ fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Vie
     })
 }
 
-/// Whether normals are nearest to x, and else whether to y.
+/// Masks of the normals that are nearest to the x axis, and of those nearest to y if not to x.
 #[inline(always)]
 fn sides<S: Simd>(n: Vec3x8<S>) -> [mask64x8<S>; 2] {
     let (x, y, z) = (n.x.abs(), n.y.abs(), n.z.abs());
     [x.simd_gt(y) & x.simd_gt(z), y.simd_gt(z)]
 }
 
-/// Two of three coordinates, those along the axes that surfaces face least.
+/// Two of the three coordinates: those along the axes that the surfaces face least.
 #[inline(always)]
 fn pick<S: Simd>(v: Vec3x8<S>, [is_x, is_y]: [mask64x8<S>; 2]) -> Vec2x8<S> {
     [is_x.select(v.y, v.x), (is_x | is_y).select(v.z, v.y)]
@@ -153,7 +153,7 @@ struct Coordinates<S: Simd> {
 }
 
 impl<S: Simd> Coordinates<S> {
-    /// Of surfaces that are active, where rays have found them.
+    /// The coordinates of the active surfaces. `found`: the rays and hits.
     #[inline(never)]
     pub fn new(
         scene: &Traceable,
@@ -185,7 +185,7 @@ impl<S: Simd> Coordinates<S> {
         })
     }
 
-    /// What is no triangle of the world, one by one.
+    /// Computes the coordinates of a single non-triangle or a triangle of an instance.
     #[inline(never)]
     fn place(&mut self, scene: &Traceable, surfaces: &Surfaces<S>, (lane, (ray, hit)): (usize, &RayHit)) {
         let instance = scene.instance(hit.element.instance);
@@ -218,7 +218,7 @@ impl<S: Simd> Coordinates<S> {
 pub(crate) struct Shaded<S: Simd> {
     pub surfaces: Surfaces<S>,
     pub frames: Frames<f32x8<S>>,
-    /// Those whose materials have textures: their lobes have to be asked for.
+    /// The surfaces whose materials have textures. [`Shaded::paint`] computes their lobes.
     pub is_open: mask64x8<S>,
 }
 
@@ -255,11 +255,11 @@ pub(crate) struct Materials<'s> {
     /// All, in the order of the first primitives that have them.
     pub all: Vec<&'s Material>,
     pub has_textures: bool,
-    /// Whether any surface has none, so that rays pass it.
+    /// True if any surface has no material, so that rays pass it.
     pub has_passed: bool,
-    /// Whether shading normals may differ from geometric ones.
+    /// True if shading normals may differ from geometric ones.
     pub has_normals: bool,
-    /// Their lobes where these are everywhere alike; `None` of those with textures.
+    /// The lobes of materials without textures. `None` for materials with textures.
     lobes: Vec<Option<PointLobes>>,
     /// The material of each primitive.
     of_primitive: Vec<u32>,
@@ -330,7 +330,7 @@ impl<'s> Sheets<'s> {
         elements.collect::<Option<Vec<_>>>().map(Sheets)
     }
 
-    /// Where rays have hit something, and the primitives there; one of them has.
+    /// The surfaces at the hits, and their primitives. At least one ray has a hit.
     #[inline(always)]
     pub fn at<S: Simd>(
         &self,
@@ -348,7 +348,8 @@ impl<'s> Sheets<'s> {
         (surfaces, primitives)
     }
 
-    /// The same of the element that the first of the rest has hit. Takes all that have hit it from the rest, and notes its primitive.
+    /// The surfaces of the element that the first remaining ray has hit. Removes all rays with this element from `rest`, and
+    /// records its primitive.
     #[inline(always)]
     fn next<S: Simd>(
         &self,
@@ -370,7 +371,7 @@ impl<'s> Sheets<'s> {
 }
 
 impl Tree<'_> {
-    /// Where rays have hit something, and the primitives there; one of them has.
+    /// The surfaces at the hits, and their primitives. At least one ray has a hit.
     #[inline(always)]
     pub fn at<S: Simd>(
         &self,
@@ -416,7 +417,7 @@ impl Tree<'_> {
         (surfaces, primitives)
     }
 
-    /// Those that are no triangles.
+    /// Adds the hits of non-triangles.
     #[inline(never)]
     fn put_others<S: Simd>(
         &self,

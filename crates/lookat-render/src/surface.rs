@@ -30,9 +30,10 @@ pub(crate) struct Surface<'s> {
     pub ns: DVec3,
     /// The side that emits light.
     pub emitting: DVec3,
-    /// What was hit.
+    /// The element that was hit.
     pub element: ElementId,
-    /// As in [`Hit::place`]; [`Hit::NO_PLACE`] of points that are sampled on lights, which no ray leaves.
+    /// The index of the triangle in its group: see [`Hit::place`]. [`Hit::NO_PLACE`] for points sampled on lights, which no
+    /// ray leaves.
     pub place: u32,
     /// The shape with its material.
     pub primitive: &'s Primitive,
@@ -83,7 +84,7 @@ impl<'s> Surface<'s> {
         }
     }
 
-    /// The same with its normal on the side that a ray in direction `d` comes from.
+    /// The surface with its normal turned to the side that a ray in direction `d` comes from.
     pub fn facing(self, d: DVec3) -> Self {
         Surface { n: flipped(self.n, self.n.dot(d) > 0.0), ..self }
     }
@@ -113,7 +114,7 @@ fn direction_across(e1: DVec3, e2: DVec3) -> DVec3 {
 /// 2^-40.
 const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// Points of surfaces, relative to the origin; as [`Surface`].
+/// Eight points of surfaces, relative to the origin. The fields are those of [`Surface`].
 #[derive(Clone, Copy)]
 pub(crate) struct Surfaces<S: Simd> {
     pub p: Vec3x8<S>,
@@ -122,12 +123,12 @@ pub(crate) struct Surfaces<S: Simd> {
     pub magnitude: f64x8<S>,
     /// The numbers of the elements in their groups.
     pub element: f64x8<S>,
-    /// Their instances.
+    /// The instances of the elements.
     pub instance: f64x8<S>,
 }
 
 impl<S: Simd> Surfaces<S> {
-    /// These where `mask` says so, and the others elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
     pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         Surfaces {
@@ -141,7 +142,7 @@ impl<S: Simd> Surfaces<S> {
         }
     }
 
-    /// As [`Surface::spawn_ray`].
+    /// Rays that leave the surfaces in directions `d`: see [`Surface::spawn_ray`].
     #[inline(always)]
     pub fn spawn_ray(&self, d: Vec3x8<S>) -> Rays<S> {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
@@ -172,7 +173,7 @@ impl<S: Simd> Surfaces<S> {
         self.magnitude.max(magnitude) * 4.0 * OFFSET
     }
 
-    /// Takes some from the space of their objects to the world.
+    /// Transforms the points in `placed` from the space of their objects to the world.
     #[inline(never)]
     pub fn place_in_world(&mut self, scene: &Traceable, placed: mask64x8<S>) {
         for lane in set_lanes(placed) {
@@ -184,7 +185,7 @@ impl<S: Simd> Surfaces<S> {
         }
     }
 
-    /// Puts another surface in the place of one.
+    /// Replaces the surface in one lane.
     pub fn set_lane(&mut self, lane: usize, surface: &Surface) {
         self.p.set_lane(lane, surface.p);
         self.n.set_lane(lane, surface.n);
@@ -193,7 +194,7 @@ impl<S: Simd> Surfaces<S> {
     }
 }
 
-/// What points of an element of a list have in common.
+/// The data that all points of an element of a [`List`](crate::trace::List) share.
 pub(crate) struct Sheet<'s> {
     shape: SheetShape<'s>,
     magnitude: f64,
@@ -207,7 +208,7 @@ enum SheetShape<'s> {
 }
 
 impl<'s> Sheet<'s> {
-    /// `None` of those that have shading normals.
+    /// `None` for meshes with shading normals.
     pub fn new(level: Level, element: &Element<'s>, primitive: &Primitive) -> Option<Self> {
         match (element.shape, &primitive.shape) {
             (ListedShape::Triangle(BoxedTriangle { triangle, .. }), Shape::TriangleMesh(mesh)) => {
@@ -227,7 +228,7 @@ impl<'s> Sheet<'s> {
         }
     }
 
-    /// Where the rays meet it.
+    /// The points where the rays hit the element.
     #[inline(always)]
     pub fn points<S: Simd>(&self, simd: S, rays: &Rays<S>, hits: &Hits<S>) -> Surfaces<S> {
         let (p, n) = match &self.shape {
@@ -252,7 +253,7 @@ impl<'s> Sheet<'s> {
 pub(crate) struct Triangles {
     corners: [[[f64; LANES]; 3]; 3],
     normals: [[[f64; LANES]; 3]; 3],
-    /// Which of them have normals.
+    /// Bits of the triangles whose meshes have normals.
     has_normals: u64,
     /// Where the winding order gives the normals, the lanes that turn them.
     is_n: u64,
@@ -262,7 +263,7 @@ pub(crate) struct Triangles {
     is_smooth: u64,
 }
 
-/// A point of a shape, or points; as in [`Surface`].
+/// One point of a shape or eight. The fields are those of [`Surface`].
 #[derive(Clone, Copy)]
 pub(crate) struct ShapePoint<V = DVec3, N = f64> {
     pub p: V,
@@ -292,7 +293,7 @@ pub(crate) fn on_triangle(
 }
 
 impl Triangles {
-    /// Puts a triangle of a primitive, a mesh, in its place.
+    /// Sets the triangle in one lane.
     #[inline(always)]
     pub fn set_lane(
         &mut self,
@@ -323,7 +324,7 @@ impl Triangles {
         Vec3x8::three(simd, &self.corners)
     }
 
-    /// Those that the corners weigh so much at; of the triangles that are there.
+    /// The points with these weights of the corners. `there`: the lanes with a triangle.
     #[inline(always)]
     pub fn points<S: Simd>(
         &self,
@@ -352,7 +353,7 @@ impl Triangles {
     }
 }
 
-/// As [`direction_across`].
+/// Does what [`direction_across`] does, in eight lanes.
 #[inline(always)]
 fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S> {
     let product = e1.cross(e2);
@@ -365,7 +366,7 @@ fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S
     direction
 }
 
-/// Whether there is something at a point of an element of the primitive, and no hole.
+/// True if an element of the primitive has no hole at a point.
 #[inline]
 pub(crate) fn is_solid(
     level: Level,
@@ -416,11 +417,11 @@ pub(crate) struct Parametric<P = DVec2, V = DVec3> {
     pub dndv: V,
 }
 
-/// The same side by side.
+/// Parametric derivatives of eight points.
 pub(crate) type Parametrics<S> = Parametric<Vec2x8<S>, Vec3x8<S>>;
 
 impl<S: Simd> Parametrics<S> {
-    /// That of a lane.
+    /// The value in one lane.
     pub fn lane(&self, lane: usize) -> Parametric {
         Parametric {
             uv: DVec2::new(self.uv[0][lane], self.uv[1][lane]),
@@ -431,7 +432,7 @@ impl<S: Simd> Parametrics<S> {
         }
     }
 
-    /// Puts another one in a lane.
+    /// Replaces the value in one lane.
     pub fn set_lane(&mut self, lane: usize, other: &Parametric) {
         [self.uv[0][lane], self.uv[1][lane]] = other.uv.into();
         self.dpdu.set_lane(lane, other.dpdu);
@@ -441,7 +442,7 @@ impl<S: Simd> Parametrics<S> {
     }
 }
 
-/// The same in the space of a form f(p) = 0, with derivatives of f.
+/// A parametric point in the space of an implicit surface f(p) = 0, with derivatives of f.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local {
     pub uv: DVec2,

@@ -24,7 +24,7 @@ const R2: DVec2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_3);
 /// The most surfaces without a material that a probe ray passes.
 const MOST_PASSED: usize = 100;
 
-/// What a view shows. Positions are in world space, depths are z in camera space.
+/// Facts about a view. Positions are in world space, depths are z in camera space.
 #[derive(Debug, Clone)]
 pub struct ViewFacts {
     /// The eye: the middle of the lens of a perspective camera, the middle of the window of an orthographic one.
@@ -215,13 +215,13 @@ pub struct ShapeFacts {
     pub span: Option<Span>,
     /// Two opposite corners of its box.
     pub bounds: [DVec3; 2],
-    /// Whether it emits light.
+    /// True if the shape emits light.
     pub is_emitter: bool,
-    /// Whether no light passes its surface.
+    /// True if no light passes its surface.
     pub is_opaque: bool,
     /// The share of the picture that shows it.
     pub share: f64,
-    /// Whether light that it emits is seen. It is not where only the back of a light is in view.
+    /// True if light that it emits is seen. It is not where only the back of a light is in view.
     pub glows: bool,
     /// The least, the median and the largest depth of what is seen of it.
     pub depths: Option<[f64; 3]>,
@@ -240,7 +240,7 @@ pub struct Flat {
     pub n: DVec3,
 }
 
-/// What tells shapes apart: instances as a whole, other shapes by their primitives.
+/// The key that identifies a shape: an instance as a whole, or the primitive of another shape.
 fn key(element: ElementId) -> (u32, u32) {
     (element.instance, if element.instance == ElementId::WORLD { element.primitive } else { 0 })
 }
@@ -288,7 +288,7 @@ impl ShapeFacts {
         (self.bounds[1] - self.bounds[0]).max_element()
     }
 
-    /// Whether its box is next to flat.
+    /// True if the box of the shape is nearly flat.
     pub fn is_thin(&self) -> bool {
         (self.bounds[1] - self.bounds[0]).min_element() < 0.01 * self.size()
     }
@@ -309,7 +309,7 @@ impl ShapeFacts {
     }
 }
 
-/// Whether no light passes a surface of this material.
+/// True if no light passes a surface of this material.
 fn is_opaque(material: &MaterialKind) -> bool {
     match material {
         MaterialKind::Matte(_)

@@ -10,7 +10,7 @@ use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upwa
 use crate::number::{Colors, V3, Vec3x8, narrow, splat_f32, to_f32, to_f64, widen};
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
-/// What scatters.
+/// The kind of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// PBR 8.3.
@@ -35,13 +35,13 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// Whether it has only single directions.
+    /// True for delta lobes.
     #[inline]
     pub fn is_delta(self) -> bool {
         matches!(self, Kind::Mirror(_) | Kind::Refraction | Kind::Glass)
     }
 
-    /// Whether it scatters to the other side, into all directions; rough glass does so to both.
+    /// True for non-delta lobes that scatter to the other side. Rough glass scatters to both sides.
     #[inline]
     pub fn transmits(self) -> bool {
         matches!(self, Kind::LambertTransmission | Kind::RoughGlass)
@@ -52,10 +52,10 @@ impl Kind {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lobe<C, N> {
     pub kind: Kind,
-    /// By what all it scatters is multiplied, at least 0: mostly a reflectance or a transmittance.
+    /// The factor of the lobe, at least 0: mostly a reflectance or a transmittance.
     pub color: C,
-    /// Of conductors the index of refraction and the absorption coefficient; of substrates the colors of the base and of the coat; of
-    /// glass what it reflects and what it transmits.
+    /// For conductors: index of refraction and absorption coefficient. For substrates: the colors of the base and of the
+    /// coat. For glass: reflectance and transmittance.
     pub colors: [C; 2],
     /// The widths of the distribution of microfacets; of rough matte surfaces the terms A and B of Oren and Nayar's model.
     pub roughness: [N; 2],
@@ -63,15 +63,15 @@ pub(super) struct Lobe<C, N> {
     pub eta: N,
 }
 
-/// That of a point.
+/// The lobe of one point.
 pub(super) type PointLobe = Lobe<Vec3, f32>;
-/// Those of points side by side.
+/// The lobes of eight points.
 pub(super) type Lobes<S> = Lobe<Colors<S>, f32x8<S>>;
 
 type Directions<S> = V3<f32x8<S>>;
 
 impl<S: Simd> Lobes<S> {
-    /// Those that need no more than a color.
+    /// Lobes whose only parameter is a color.
     #[inline(always)]
     pub fn new(kind: Kind, color: Colors<S>) -> Self {
         let simd = color.x.token();
@@ -79,7 +79,7 @@ impl<S: Simd> Lobes<S> {
         Lobe { kind, color, colors: [black; 2], roughness: [one; 2], eta: one }
     }
 
-    /// That of the first point.
+    /// The lobe of the first point.
     pub fn first(&self) -> PointLobe {
         Lobe {
             kind: self.kind,
@@ -90,7 +90,7 @@ impl<S: Simd> Lobes<S> {
         }
     }
 
-    /// The same one everywhere.
+    /// The same lobe in all lanes.
     #[inline(always)]
     pub fn splat(simd: S, lobe: &PointLobe) -> Self {
         Lobe {
@@ -105,7 +105,7 @@ impl<S: Simd> Lobes<S> {
         }
     }
 
-    /// These where `mask` says so, and others of the same kind elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`, which has the same kind.
     #[inline(always)]
     pub fn keep_where(self, mask: mask32x8<S>, others: Self) -> Self {
         let ([a, b], [x, y]) = (self.colors, self.roughness);
@@ -122,7 +122,7 @@ impl<S: Simd> Lobes<S> {
         TrowbridgeReitz { alpha: self.roughness }
     }
 
-    /// What is reflected of light at an angle of cosine `cos`.
+    /// The reflectance at an angle of cosine `cos`.
     #[inline(always)]
     pub fn fresnel(&self, fresnel: Fresnel, cos: f32x8<S>) -> Colors<S> {
         match fresnel {
@@ -243,7 +243,8 @@ impl<S: Simd> Lobes<S> {
         share.is_finite().select(share, splat_f32(fresnel.token(), 0.5))
     }
 
-    /// What refraction alone does to radiance from `wi` on the way to `wo`; of glass that is not rough, if it refracts.
+    /// The factor by which refraction scales radiance from `wi` to `wo` (Mitsuba's eta scale). For smooth glass: the factor
+    /// if it refracts.
     #[inline(always)]
     pub fn radiance_scale(&self, cos_o: f32x8<S>, cos_i: f32x8<S>) -> f32x8<S> {
         let one = splat_f32(cos_o.token(), 1.0);
@@ -282,14 +283,14 @@ fn oren_nayar<S: Simd>(wo: Directions<S>, wi: Directions<S>) -> f32x8<S> {
     cos_phi * sin_alpha * tan_beta
 }
 
-/// How much of the base of a substrate is seen at an angle.
+/// The share of the base of a substrate that is visible at an angle.
 #[inline(always)]
 fn flat<S: Simd>(cos: f32x8<S>) -> f32x8<S> {
     let x = 1.0 - 0.5 * cos.abs();
     1.0 - x * x * x * x * x
 }
 
-/// What reflects.
+/// The Fresnel term of a specular or glossy lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fresnel {
     /// Everything is reflected.
@@ -356,7 +357,7 @@ pub(crate) struct DeltaSample<S: Simd> {
     pub factor: Colors<S>,
     /// The probability of this direction among the directions of the lobe.
     pub probability: f32x8<S>,
-    /// What refraction alone does to radiance: the ratio of the squared indices, or 1.
+    /// The factor by which refraction scales radiance: the ratio of the squared indices of refraction. 1 for reflection.
     pub radiance_scale: f32x8<S>,
 }
 
@@ -413,7 +414,7 @@ fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> DeltaSam
 }
 
 impl<S: Simd> DeltaSample<S> {
-    /// These where `mask` says so, and the others elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
     pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         let own = narrow(mask);

@@ -60,7 +60,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
         (cos_i * of_o + cos_o * (of_i - cos_i), of_o)
     }
 
-    /// What facets reflect if each reflects all, and the density of [`TrowbridgeReitz::reflected`].
+    /// The reflection of facets with a Fresnel term of 1, and the density of [`TrowbridgeReitz::reflected`].
     #[inline(always)]
     pub fn reflection(
         &self,
@@ -73,9 +73,9 @@ impl<S: Simd> TrowbridgeReitz<S> {
         (density / both, density / of_o)
     }
 
-    /// What facets let through between media of relative index `eta`, the density of directions that facets refract which `wo` sees, the
-    /// cosine between `wo` and the facet, and where any facet does. pbrt-v3 also counts facets that one direction sees from behind, but
-    /// never samples them.
+    /// Transmission by facets between media of relative index `eta`. Returns the transmitted radiance, the density of
+    /// directions that visible facets refract, the cosine between `wo` and the facet, and a mask of the lanes with such a
+    /// facet. pbrt-v3 also counts facets that one direction sees from behind, but never samples them.
     #[inline(always)]
     pub fn transmission(
         &self,

@@ -26,7 +26,7 @@ impl Reference {
         Reference { min: bounds.min.into(), max: bounds.max.into(), number, is_triangle: true }
     }
 
-    /// Of what is no triangle.
+    /// A reference to a non-triangle.
     pub fn non_triangle(bounds: Bounds, number: u32) -> Self {
         Reference { is_triangle: false, ..Reference::triangle(bounds, number) }
     }
@@ -42,10 +42,10 @@ pub(crate) fn around(references: &[Reference]) -> Bounds {
     references.iter().fold(Bounds::EMPTY, |all, reference| all.union(reference.bounds()))
 }
 
-/// What [`build`] gives.
+/// The result of [`build`].
 pub(crate) struct Tree {
     pub bvh: Bvh,
-    /// How many triangles each block has: of the triangles among the references, which are sorted, the next ones.
+    /// The number of triangles of each block. Blocks take triangles in the order of the sorted references.
     pub blocks: Vec<u8>,
 }
 
@@ -81,7 +81,7 @@ pub(crate) fn build(references: &mut [Reference]) -> Tree {
 /// The elements of a part while it is built. Until all blocks are known, the number of a block is that of its first triangle.
 struct Elements<'e> {
     references: &'e mut [Reference],
-    /// How many triangles the block has that starts at an element. 0 at other elements.
+    /// The number of triangles of the block that starts at each element. 0 at other elements.
     lengths: &'e mut [u8],
     /// The number of the first element among all.
     first: usize,
@@ -210,7 +210,7 @@ fn moved(child: Child, base: usize) -> Child {
 
 const BINS: usize = 16;
 
-/// Which bins the middles of elements fall into.
+/// The mapping from the middles of elements to bins.
 #[derive(Debug, Clone, Copy)]
 struct Binning {
     /// Half of the least middle: differences of halves are finite.
@@ -243,7 +243,7 @@ impl Binning {
     }
 }
 
-/// What lies in the bins along each axis.
+/// The bins along each axis.
 #[derive(Debug, Clone, Copy)]
 struct Bins([[Bin; BINS]; 3]);
 
@@ -359,7 +359,7 @@ fn add_center(all: &mut Bounds, reference: &Reference) {
     *all = all.union(Bounds { min: center, max: center });
 }
 
-/// Whether these are triangles, and few enough for one block.
+/// True if these are triangles, and few enough for one block.
 fn fits_block(references: &[Reference]) -> bool {
     references.len() <= WIDTH && references.iter().all(|reference| reference.is_triangle)
 }

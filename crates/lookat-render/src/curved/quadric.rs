@@ -30,7 +30,7 @@ pub(super) struct Crossings {
     near: DVec3,
     /// From there to both places, in order. Infinite where there is only one.
     offsets: [f64; 2],
-    /// And to the middle between them.
+    /// The offset to the middle between both points.
     middle: f64,
 }
 
@@ -43,8 +43,8 @@ struct Equation {
     margin: f64,
 }
 
-/// What may be left of the terms of the discriminant where digits are lost. With less it is computed in double-double
-/// numbers, and so are the other terms.
+/// The least discriminant relative to its terms. Below it too many digits are lost, and all terms are computed in
+/// double-double arithmetic.
 const DOUBT: f64 = 1e-4;
 
 impl Profile {
@@ -102,7 +102,7 @@ impl Profile {
         (margin.abs() > DOUBT * size).then_some(equation)
     }
 
-    /// The same in double-double numbers.
+    /// The equation in double-double arithmetic.
     #[cold]
     fn wide(&self, n: [TwoFloat; 3], d: DVec3) -> Equation {
         let Profile { w, a, b, c, e, .. } = *self;
@@ -187,7 +187,7 @@ impl Disk {
         (has && self.sweep.has(p, DVec2::X)).then_some(t)
     }
 
-    /// Whether a line that meets the plane at a distance `r` from the axis, about, goes through the hole.
+    /// True if a line that meets the plane at a distance of about `r` from the axis goes through the hole.
     fn is_in_hole(&self, r: f64, o: DVec3, d: DVec3) -> bool {
         if (r - self.inner_radius).abs() > 1e-14 * self.inner_radius {
             r < self.inner_radius
@@ -278,7 +278,7 @@ impl Paraboloid {
         bowl
     }
 
-    /// Whether what is left of the surface holds a point of it.
+    /// True if what is left of the surface holds a point of it.
     pub fn has(&self, p: DVec3) -> bool {
         self.z_min <= p.z && p.z <= self.z_max && self.sweep.has(p.truncate(), DVec2::X)
     }
@@ -375,7 +375,7 @@ impl TurnedSegment {
         self.middle + self.slope * z
     }
 
-    /// Whether what is left of the surface holds a point of it.
+    /// True if what is left of the surface holds a point of it.
     pub fn has(&self, p: DVec3) -> bool {
         self.z_min <= p.z && p.z <= self.z_max && self.sweep.has(p.truncate(), self.start(p.z))
     }
@@ -465,7 +465,7 @@ impl Sweep {
         if angle < 0.0 { angle + TAU } else { angle }
     }
 
-    /// Whether it reaches `p`, of any distance from the axis.
+    /// True if it reaches `p`, of any distance from the axis.
     pub fn has(self, p: DVec2, start: DVec2) -> bool {
         self.is_whole() || Sweep::angle(p, start) <= self.max
     }

@@ -1,4 +1,4 @@
-//! Ambient occlusion, as pbrt-v3's AOIntegrator.
+//! Ambient occlusion, like pbrt-v3's AOIntegrator.
 
 use std::f32::consts::PI;
 
@@ -23,7 +23,7 @@ pub(crate) struct Ambient<'s> {
 }
 
 impl Ambient<'_> {
-    /// Adds pi times the share of the sky that surfaces see, weighed by the cosine.
+    /// Adds pi times the cosine-weighted share of the sky that the surfaces see.
     #[inline(never)]
     pub(super) fn surface<S: Simd>(
         &self,

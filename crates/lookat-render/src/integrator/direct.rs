@@ -21,7 +21,7 @@ use crate::number::{first_lanes, narrow, splat_f32, widen};
 use crate::sampler::Streams;
 use crate::shading::Shaded;
 
-/// How one light is chosen; in pbrt-v3 with equal probabilities.
+/// The light sampler for one light per surface. pbrt-v3 uses equal probabilities.
 pub(crate) const CHOICE: LightChoice = LightChoice::Spatial;
 
 /// A path is followed into all single directions if the share of each in its sample is more than this. A sample has shares of 1 in all,
@@ -31,7 +31,7 @@ const LEAST_SHARE: f32 = 1.0 / 1024.0;
 /// The surfaces at which paths may branch: each needs memory for its branches.
 const MOST_BRANCHED: u32 = 32;
 
-/// What is drawn at each of `depth` surfaces among these lights; `is_specular` where some material has single directions.
+/// The sample dimensions at each of `depth` surfaces with these lights. `is_specular`: some material has delta lobes.
 pub(crate) fn dimensions(
     table: &LightTable,
     strategy: DirectStrategy,
@@ -68,9 +68,9 @@ pub(crate) fn dimensions(
 pub(crate) struct Direct<'s> {
     pub(in crate::integrator) world: World<'s>,
     lighting: Lighting<'s>,
-    /// How many numbers the light at a surface takes.
+    /// The number of sample dimensions for the light at a surface.
     numbers: u32,
-    /// Whether there is one more direction than samples of a light.
+    /// True if one BSDF direction is sampled beside the light.
     has_direction: bool,
     max_depth: u32,
 }
@@ -84,17 +84,17 @@ impl<'s> Direct<'s> {
         Direct { world, lighting, numbers, has_direction, max_depth }
     }
 
-    /// At how many surfaces in a row there is direct light.
+    /// The most surfaces of a path with direct light.
     pub fn surfaces(&self) -> u32 {
         self.max_depth.max(1)
     }
 
-    /// How many numbers a surface takes: for its light, and for the direction to go on.
+    /// The number of sample dimensions at a surface, for its light and for the delta direction that continues the path.
     pub fn numbers(&self) -> u32 {
         self.numbers + 2
     }
 
-    /// What becomes of paths at a surface.
+    /// Adds direct light to a packet of paths at a surface, and continues the paths along delta directions.
     #[inline(never)]
     pub(super) fn surface<S: Simd>(
         &self,
@@ -178,7 +178,7 @@ impl<'s> Direct<'s> {
     }
 }
 
-/// How many numbers the light at a surface takes.
+/// The number of sample dimensions for the light at a surface.
 fn numbers(table: &LightTable, strategy: DirectStrategy) -> u32 {
     if strategy == DirectStrategy::One {
         return 3 + if table.has_extended() { 2 } else { 0 };

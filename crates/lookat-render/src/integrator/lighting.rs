@@ -19,17 +19,17 @@ pub(in crate::integrator) struct Lighting<'s> {
     table: &'s LightTable,
     /// The number in the world of the element that each light is, see [`World::number`].
     numbers: Vec<f64>,
-    /// How often lights are sampled.
+    /// The lights that are sampled at each surface.
     samples: LightSamples,
-    /// How many directions there are at a surface without a lune, and with one.
+    /// The number of BSDF directions at a surface without a lune, and with one.
     directions: [f64; 2],
-    /// What of the BSDFs directions are sampled from.
-    part: LobeFilter,
-    /// Whether skies are sampled in another way where normals differ.
+    /// The lobes that BSDF directions are sampled from.
+    filter: LobeFilter,
+    /// True if surfaces with a lune sample skies differently: some shading normals differ from the geometric ones.
     has_lunes: bool,
 }
 
-/// Surfaces that rays have hit, and how they look for light.
+/// Eight path vertices, with the state for direct lighting.
 #[derive(Clone, Copy)]
 pub(in crate::integrator) struct Vertices<'v, S: Simd> {
     pub simd: S,
@@ -37,23 +37,23 @@ pub(in crate::integrator) struct Vertices<'v, S: Simd> {
     pub world: &'v World<'v>,
     pub bsdf: &'v Bsdf<'v, S>,
     pub receivers: &'v Receivers<'v, S>,
-    /// By which lights are chosen, if one is at each surface.
+    /// The light sampler.
     pub sampler: &'v LightSampler<'v, S>,
 }
 
-/// Directions from there.
+/// BSDF directions from path vertices.
 #[derive(Clone, Copy)]
 pub(in crate::integrator) struct Directions<S: Simd> {
     pub rays: Rays<S>,
     /// Densities by solid angle.
     pub pdf: f64x8<S>,
-    /// Those that no other could have been sampled near to.
+    /// The delta samples.
     pub is_delta: mask64x8<S>,
 }
 
 impl<'s> Lighting<'s> {
-    /// `part`: what of the BSDFs directions are sampled from.
-    pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, part: LobeFilter) -> Self {
+    /// `filter`: the lobes that BSDF directions are sampled from.
+    pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, filter: LobeFilter) -> Self {
         match lights {
             LightSamples::One(choice) => table.prepare(choice),
             LightSamples::Each(_) => table.prepare_triangles(),
@@ -63,12 +63,12 @@ impl<'s> Lighting<'s> {
             numbers: (0..table.len()).map(|light| world.number(table.curved_element(light))).collect(),
             samples: lights,
             directions: [false, true].map(|has_lune| f64::from(directions(table, lights, has_lune))),
-            part,
+            filter,
             has_lunes: world.materials.has_normals && table.has_skies(),
         }
     }
 
-    /// Where surfaces look for light.
+    /// The receivers of light at the surfaces.
     #[inline(always)]
     pub fn receivers<'v, S: Simd>(
         &self,
@@ -82,7 +82,7 @@ impl<'s> Lighting<'s> {
         Receivers { surfaces, domain, lunes }
     }
 
-    /// Chooses lights for surfaces.
+    /// A light sampler for the surfaces.
     #[inline(always)]
     pub fn sampler<'v, S: Simd>(&'v self, simd: S, at: &'v Receivers<'v, S>) -> LightSampler<'v, S> {
         match self.samples {
@@ -93,7 +93,7 @@ impl<'s> Lighting<'s> {
 }
 
 impl<S: Simd> Vertices<'_, S> {
-    /// Light that comes straight to surfaces by way of samples of lights. Ends the stage of lights.
+    /// Direct light from light samples. Ends the profiler stage of lights.
     #[inline(never)]
     pub fn direct(&self, tracer: &mut Tracer, streams: &mut Streams, active: mask64x8<S>) -> Colors<S> {
         vectorized!(self.simd, {
@@ -106,8 +106,7 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// What one light, chosen at random, brings straight to a surface; where none is to be sampled, what one more direction
-    /// finds.
+    /// Direct light from one light, chosen at random. Surfaces without a light to sample use one more BSDF direction.
     #[inline(always)]
     fn one_light(&self, tracer: &mut Tracer, streams: &mut Streams, active: mask64x8<S>) -> Colors<S> {
         let Vertices { simd, lighting: Lighting { table, .. }, receivers, sampler, .. } = *self;
@@ -132,7 +131,8 @@ impl<S: Simd> Vertices<'_, S> {
         found
     }
 
-    /// Light from all lights, as often as the strategy says; where a light is not sampled, directions take its place.
+    /// Direct light from all lights, with as many samples as the strategy says. BSDF directions replace lights that are not
+    /// sampled.
     #[inline(never)]
     fn each_light(
         &self,
@@ -189,7 +189,7 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// Light from so many triangles, chosen among all lights that have too many to sample each.
+    /// Direct light from `count` triangles, chosen among the lights with too many triangles to sample each.
     #[inline(never)]
     fn chosen_triangles(
         &self,
@@ -217,12 +217,12 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// Light that one direction from each BSDF finds.
+    /// The light found by one direction sampled from each BSDF.
     #[inline(never)]
     pub fn by_direction(&self, tracer: &mut Tracer, u: Vec2x8<S>, active: mask64x8<S>) -> Colors<S> {
         let Vertices { simd, lighting, bsdf, receivers, .. } = *self;
         vectorized!(simd, {
-            let sample = bsdf.sample(u, lighting.part);
+            let sample = bsdf.sample(u, lighting.filter);
             // What lies in single directions counts in full where the path goes on there.
             let asked = active & sample.is_valid & !sample.is_delta;
             let (rays, is_delta) = (receivers.surfaces.spawn_ray(sample.wi), sample.is_delta);
@@ -232,14 +232,14 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// The share of one sample of each chosen light in what it brings straight to a surface. The probabilities say how many samples of the
-    /// lights there are, in the mean.
+    /// The MIS-weighted light of one sample of each chosen light. The probabilities are the mean numbers of samples of the
+    /// lights.
     #[inline(never)]
     fn sampled_light(&self, tracer: &mut Tracer, u: Vec2x8<S>, chosen: &Chosen<S>) -> Colors<S> {
         let Vertices { simd, lighting, world, bsdf, .. } = *self;
         vectorized!(simd, {
             let sample = self.sample(u, chosen);
-            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, lighting.part);
+            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, lighting.filter);
             let reflected = f_cos * sample.li;
             let mut active = chosen.is_valid & sample.is_valid & reflected.is_light();
             active &= !world.occluded(simd, tracer, &sample.shadow, (active, true));
@@ -253,13 +253,13 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// How many directions there are at each surface.
+    /// The number of BSDF directions at each surface.
     #[inline(always)]
     fn directions(&self) -> f64x8<S> {
         self.receivers.by_lune(self.simd, self.lighting.directions)
     }
 
-    /// Samples of lights that are chosen.
+    /// Samples the chosen lights.
     #[inline(always)]
     fn sample(&self, u: Vec2x8<S>, chosen: &Chosen<S>) -> LightSample<S> {
         let Vertices { simd, lighting, receivers: at, .. } = *self;
@@ -298,7 +298,7 @@ impl<S: Simd> Vertices<'_, S> {
         }
     }
 
-    /// Light that rays find. Most rays cannot find any, and need not be traced.
+    /// The MIS-weighted light that rays find. Rays that cannot find an emitter are only tested for occlusion of the sky.
     #[inline(never)]
     pub fn found_light(
         &self,
@@ -325,7 +325,7 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// Light of what rays have found, weighed against samples of lights.
+    /// The MIS-weighted light of the hits of rays.
     #[inline(never)]
     pub fn light_of(
         &self,
@@ -398,7 +398,7 @@ impl<S: Simd> Vertices<'_, S> {
         matches!(self.lighting.samples, LightSamples::Each(_)) || self.sampler.by_triangle()
     }
 
-    /// How many samples there are of lights or their triangles, in the mean.
+    /// The mean number of samples of lights or their triangles.
     #[inline(always)]
     fn samples_of(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
         let Lighting { table, samples, .. } = self.lighting;
@@ -422,12 +422,12 @@ impl<S: Simd> Vertices<'_, S> {
     }
 }
 
-/// Which lights are sampled.
+/// The lights that are sampled at each surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum LightSamples {
-    /// One, chosen at random.
+    /// One light, chosen at random.
     One(LightChoice),
-    /// All of them, as often as the strategy says.
+    /// All lights, with as many samples as the strategy says.
     Each(DirectStrategy),
 }
 

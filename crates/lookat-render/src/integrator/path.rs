@@ -1,4 +1,4 @@
-//! Path tracing (PBR 14.5). Paths that go on are brought together at each surface.
+//! Path tracing (PBR 14.5). The paths that continue are compacted at each surface.
 //!
 //! pbrt-v3 dimensions two directions from the BSDF at each surface, one for direct light and one to go on; here one serves both, at the same
 //! mean.
@@ -31,13 +31,13 @@ fn roulette(max_depth: u32) -> Range<u32> {
     FIRST_ROULETTE..max_depth.saturating_sub(1)
 }
 
-/// How many numbers a surface takes: for the choice of a light, the light, the direction, and roulette. All take as many, so that the
-/// dimensions of a surface do not depend on those before.
+/// The number of sample dimensions at a surface: light choice, light, direction and roulette. It is the same at all
+/// surfaces, so that the dimensions of a surface do not depend on the surfaces before.
 pub(super) fn numbers(max_depth: u32) -> u32 {
     5 + u32::from(!roulette(max_depth).is_empty())
 }
 
-/// What is drawn at each surface with a material, among these lights.
+/// The sample dimensions at each surface with a material, with these lights.
 pub(crate) fn dimensions(max_depth: u32, lights: &LightTable, choice: LightChoice) -> Vec<SampleDimensions> {
     let add = |purpose, count, surfaces, needed: bool| {
         needed.then_some(SampleDimensions { purpose, count, surfaces })
@@ -75,7 +75,7 @@ impl<'s> Paths<'s> {
         Paths { world, lighting, max_depth, roulette_threshold }
     }
 
-    /// What becomes of paths at a surface.
+    /// Adds direct light to a packet of paths at a surface, and continues the paths.
     #[inline(never)]
     pub(super) fn surface<S: Simd>(
         &self,
@@ -149,7 +149,7 @@ impl<'s> Paths<'s> {
         )
     }
 
-    /// Those that go on.
+    /// Plays Russian roulette, and returns the paths that continue.
     #[inline(always)]
     fn roulette<S: Simd>(
         &self,

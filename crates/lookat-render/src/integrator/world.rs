@@ -1,4 +1,4 @@
-//! Traces the rays of eight samples, counts them, and stops when the time is over.
+//! Traces packets of rays, counts them, and stops when the time is over.
 
 use std::{array, slice};
 
@@ -21,16 +21,16 @@ use crate::trace::{
 };
 use crate::traceable::Traceable;
 
-/// What light rays see straight ahead.
+/// The emitters whose light rays see directly.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sees {
     Nothing,
-    /// But not of surfaces without a material.
+    /// Emitters except surfaces without a material.
     Materials,
     All,
 }
 
-/// A world, and what it is made of.
+/// A world in which packets of rays are traced and shaded.
 pub(crate) struct World<'s> {
     pub materials: Materials<'s>,
     aggregate: Aggregate<'s>,
@@ -53,7 +53,7 @@ impl<'s> World<'s> {
         World { materials, aggregate }
     }
 
-    /// Whether rays go down a tree.
+    /// True if rays traverse the BVH.
     pub fn uses_bvh(&self) -> bool {
         matches!(self.aggregate, Aggregate::Tree(_))
     }
@@ -106,7 +106,7 @@ impl<'s> World<'s> {
         hits
     }
 
-    /// The same, uncounted.
+    /// The nearest hits, without counting rays.
     #[inline(never)]
     fn search<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
         vectorized!(simd, {
@@ -117,7 +117,7 @@ impl<'s> World<'s> {
         })
     }
 
-    /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
+    /// The active rays that hit anything but their targets. `is_shadow`: these are shadow rays, which may pass other holes.
     #[inline(never)]
     pub fn occluded<S: Simd>(
         &self,
@@ -138,7 +138,7 @@ impl<'s> World<'s> {
         })
     }
 
-    /// Where the rays have hit something, and the lobes there that do not have to be asked for; one of them has.
+    /// The surfaces at the hits, with the lobes of materials without textures. At least one ray has a hit.
     #[inline(never)]
     pub fn plain<S: Simd>(
         &self,
@@ -158,8 +158,8 @@ impl<'s> World<'s> {
         })
     }
 
-    /// Where the rays have hit something, and the lobes there; one of them has. `views`: what has found it, if these are camera
-    /// rays.
+    /// The surfaces at the hits, with all lobes. At least one ray has a hit. `views`: the camera samples, if these are
+    /// camera rays.
     #[inline(always)]
     pub fn shaded<S: Simd>(
         &self,
@@ -181,7 +181,7 @@ impl<'s> World<'s> {
         shaded
     }
 
-    /// The number of an element of the world, as [`Hits::element`] has it; of no element one that is nowhere.
+    /// The number of an element of the world in [`Hits::element`]. For [`ElementId::NONE`]: a number that no hit has.
     pub fn number(&self, element: ElementId) -> f64 {
         match &self.aggregate {
             Aggregate::List(list, _) => list.number(element),
@@ -189,7 +189,7 @@ impl<'s> World<'s> {
         }
     }
 
-    /// One of the rays with what it has hit.
+    /// One of the rays and its hit.
     pub fn one<S: Simd>(&self, rays: &Rays<S>, hits: &Hits<S>, lane: usize) -> (Ray, Option<Hit>) {
         let is_hit = hits.element[lane] >= 0.0;
         match &self.aggregate {
@@ -201,8 +201,8 @@ impl<'s> World<'s> {
         }
     }
 
-    /// Goes on straight through what has no material. Where rays see what emits on their way, `is_full`, `add` takes its light.
-    /// Returns the rays that have passed anything, as bits.
+    /// Continues rays straight through surfaces without a material. Where `is_full`, `add` receives the emission that rays
+    /// see on their way. Returns the rays that have passed anything, as bits.
     #[inline(always)]
     pub fn pass<S: Simd>(
         &self,
@@ -255,7 +255,7 @@ pub(crate) trait Supervisor: Sync {
     fn should_continue(&self) -> bool;
 }
 
-/// The calls of [`Tracer::should_continue`] between two questions: about a millisecond.
+/// The calls of [`Tracer::should_continue`] for each call of the supervisor: about a millisecond.
 const STEPS: u32 = 1 << 10;
 
 /// Traces rays and counts them.
@@ -263,9 +263,9 @@ pub(crate) struct Tracer<'s> {
     pub(super) scene: &'s Traceable,
     pub(super) lights: &'s LightTable,
     pub rays: u64,
-    /// How many packets of camera rays go together.
+    /// The number of packets of camera rays that go together.
     pub packet_count: PacketCount,
-    /// Asked every [`STEPS`] steps.
+    /// Called every [`STEPS`] steps.
     supervisor: Option<&'s dyn Supervisor>,
     steps: u32,
     /// True once sampling has been stopped: the samples of the current batch are not complete.
@@ -288,7 +288,7 @@ impl<'s> Tracer<'s> {
         }
     }
 
-    /// The same, but asks whether to go on.
+    /// Lets a supervisor decide when sampling stops.
     pub fn supervised(self, supervisor: &'s dyn Supervisor) -> Self {
         Tracer { supervisor: Some(supervisor), ..self }
     }
@@ -310,7 +310,7 @@ impl<'s> Tracer<'s> {
         self.is_stopped |= self.supervisor.is_some_and(|supervisor| !supervisor.should_continue());
     }
 
-    /// Does something with the profiler, if there is one.
+    /// Calls a function with the profiler, if there is one.
     #[inline(always)]
     pub fn profile(&mut self, does: impl FnOnce(&mut Profiler)) {
         if let Some(profiler) = &mut self.profiler {
@@ -339,13 +339,13 @@ impl<'s> Tracer<'s> {
         Surface::new(self.scene, ray, hit)
     }
 
-    /// What a surface that a ray has hit emits towards it. `glows`: also what has no material.
+    /// The radiance that a hit surface emits towards the ray. `glows`: surfaces without a material count too.
     pub fn emitted(&self, ray: &Ray, hit: &Hit, glows: bool) -> Vec3 {
         let is_lit = self.scene.emits(hit) && (glows || !self.scene.is_passed(hit));
         if is_lit { self.surface(ray, hit).le(-ray.d) } else { Vec3::ZERO }
     }
 
-    /// Whether rays can find light: a sky, or a shape that emits.
+    /// True if rays can find light: the scene has a sky, or a shape that emits.
     pub fn may_find_light(&self) -> bool {
         self.lights.has_skies() || !self.scene.emitters.is_empty()
     }

@@ -23,11 +23,11 @@ const MANY: usize = 32;
 /// Lights that are chosen, and their probabilities.
 #[derive(Clone, Copy)]
 pub(crate) struct Chosen<S: Simd> {
-    /// Where one is to be sampled.
+    /// The lanes with a light to sample.
     pub is_valid: mask64x8<S>,
-    /// Their numbers.
+    /// The indices of the lights.
     pub light: f64x8<S>,
-    /// Their triangles, where these are chosen one by one.
+    /// The triangles of the lights, if triangles are chosen one by one.
     pub triangle: Option<f64x8<S>>,
     pub probability: f64x8<S>,
 }
@@ -36,7 +36,7 @@ pub(crate) struct Chosen<S: Simd> {
 pub(crate) struct LightSampler<'v, S: Simd> {
     table: &'v LightTable,
     rule: LightChoice,
-    /// How many lights there are to sample: the first ones.
+    /// The number of lights to sample. They come first.
     count: f64x8<S>,
     /// With "spatial" the estimates of all lights, with "power" only of skies. Most scenes have few.
     estimates: SmallVec<[f64x8<S>; 4]>,
@@ -45,18 +45,18 @@ pub(crate) struct LightSampler<'v, S: Simd> {
 }
 
 impl LightTable {
-    /// How many lights there are to sample from a surface with a lune or without: the first ones.
+    /// The number of lights that a surface samples, with a lune or without. They come first.
     pub fn eligible(&self, has_lune: bool) -> usize {
         if has_lune { self.lights.len() } else { self.uneven }
     }
 
-    /// Where there is a lune, or where there is none, the number of lights to sample.
+    /// The number of lights that each surface samples, depending on whether it has a lune.
     #[inline(always)]
     pub fn eligible_at<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         at.by_lune(simd, [false, true].map(|has_lune| self.eligible(has_lune) as f64))
     }
 
-    /// How lights are chosen where `choice` is asked for.
+    /// The strategy that is used if `choice` is requested.
     pub fn rule(&self, choice: LightChoice) -> LightChoice {
         let has_many = self.lights.len() > MANY && self.beside.len() > MANY;
         if choice == LightChoice::Spatial && has_many { LightChoice::Power } else { choice }
@@ -84,7 +84,7 @@ impl LightTable {
         self.needs_tree && self.rule(choice) == LightChoice::Spatial
     }
 
-    /// Of all that are no skies.
+    /// The total power share of all lights but skies.
     fn power_of_others(&self) -> f64 {
         self.power_cdf.last().copied().unwrap_or(0.0)
     }

@@ -24,7 +24,7 @@ pub(super) struct PointLight {
     pub spread: Spread,
 }
 
-/// How its light spreads over directions of light space.
+/// The distribution of light over directions of light space.
 pub(super) enum Spread {
     Even,
     /// A spot: the cosines of its angles.
@@ -32,25 +32,26 @@ pub(super) enum Spread {
         total_width: f64,
         falloff_start: f64,
     },
-    /// As a picture has it. In pbrt-v3 such pictures have y as their axis.
+    /// The intensity from a picture over all directions, with y as its axis as in pbrt-v3.
     Goniometric(Arc<MipMap<Vec3>>),
-    /// As a projector of slides: half of the picture at z = 1 in light space.
+    /// A slide projector. `half_size`: half of the picture at z = 1 in light space.
     Projection {
         map: Option<Arc<MipMap<Vec3>>>,
         half_size: DVec2,
     },
 }
 
-/// A light as it is seen from points.
+/// The light that arrives from a point light at eight points.
 pub(super) struct IncidentLight<S: Simd> {
-    /// Where it shines to them.
+    /// The points that the light reaches.
     is_valid: mask64x8<S>,
     wi: Vec3x8<S>,
     squared_distance: f64x8<S>,
     intensity: Colors<S>,
 }
 
-/// What a projector lights has at least this z in light space, for directions of length one in the world, as in pbrt-v3.
+/// The least z in light space of directions that a projector lights, for directions of length one in the world, as in
+/// pbrt-v3.
 const NEAR: f64 = 1e-3;
 
 /// A cone is one where transformations change angles by less than this.
@@ -85,7 +86,7 @@ impl PointLight {
         }
     }
 
-    /// Its emission, for the tree of lights.
+    /// The emission of the light, for the light tree.
     pub fn emitter(&self) -> Emitter {
         let point = |intensity: Vec3| Emitter::point(self.position, strength(intensity));
         let cone = |intensity: Vec3, least_cosine: f64| {
@@ -129,7 +130,7 @@ impl PointLight {
         matches!(self.spread, Spread::Even)
     }
 
-    /// By what the intensity is multiplied in directions of length one from the light.
+    /// The factor of the intensity in directions of length one from the light.
     #[inline(always)]
     fn factor<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Colors<S> {
         let (d, white) = (d.by(&self.light_from_world), Colors::splat(simd, Vec3::ONE));
@@ -176,7 +177,7 @@ impl PointLight {
         })
     }
 
-    /// As [`PointLight::sample`], of one light for each point, which all shine alike in all directions.
+    /// Samples a different light for each point. All these lights shine evenly in all directions.
     #[inline(never)]
     pub fn sample_even<S: Simd>(simd: S, lights: [&PointLight; LANES], at: &Receivers<S>) -> LightSample<S> {
         vectorized!(simd, {

@@ -53,7 +53,7 @@ pub(super) enum SurfaceForm {
     Mesh(Box<MeshLight>),
 }
 
-/// What rays have found of a light.
+/// Points of a light that rays have hit.
 pub(crate) struct LightHits<S: Simd> {
     pub is_valid: mask64x8<S>,
     /// The directions of the rays.
@@ -66,7 +66,7 @@ pub(crate) struct LightHits<S: Simd> {
     pub by_triangle: bool,
 }
 
-/// How densely points of a light are sampled.
+/// The density of sampled points of a light.
 struct Density<S: Simd> {
     /// All alike on this area, or in this solid angle.
     area: f64x8<S>,
@@ -192,7 +192,7 @@ impl SurfaceLight {
         })
     }
 
-    /// As [`SurfaceLight::sample`], of one light for each point. All are whole spheres. Only the points in `asked` count.
+    /// Samples a different light for each point. All these lights are whole spheres. Only the points in `asked` count.
     #[inline(never)]
     pub fn sample_spheres<S: Simd>(
         simd: S,
@@ -322,7 +322,7 @@ impl SurfaceLight {
         pdf.is_finite().select(pdf, 0.0.simd_into(simd))
     }
 
-    /// How many leaves it has in the tree of lights.
+    /// The number of leaves of the light in the light tree.
     pub fn leaves(&self) -> usize {
         match &self.form {
             SurfaceForm::Mesh(light) if light.is_split() => light.mesh.triangles(),
@@ -381,21 +381,21 @@ pub(super) struct Patch {
 /// The direction in which most of a shape emits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facing {
-    /// Of length one where all normals are the same, 0 where they go everywhere alike.
+    /// The mean of the normals: of length one if all are the same, 0 if they point evenly in all directions.
     mean_normal: DVec3,
-    /// Whether all lies in one plane.
+    /// True if the shape lies in one plane.
     is_flat: bool,
-    /// How many sides emit.
+    /// The number of emitting sides.
     pub sides: f64,
 }
 
-/// What may be off by rounding, relative to the size of a shape.
+/// The most rounding error, relative to the size of a shape.
 const ROUNDING: f64 = 1e-6;
 /// A cosine that rounding may make of 0. Light at less is left to samples of the BSDF.
 const GRAZING: f64 = 1e-6;
 
 impl Facing {
-    /// That of a shape with these patches around a center.
+    /// The facing of a shape with these patches around a center.
     pub fn new(patches: impl Iterator<Item = Patch> + Clone, center: DVec3, two_sided: bool) -> Self {
         let patches = patches.filter(|patch| patch.area > 0.0);
         let (area, moment) = patches.clone().fold((0.0, DVec3::ZERO), |(area, moment), patch| {
@@ -409,7 +409,7 @@ impl Facing {
         Facing { mean_normal, is_flat: same.all(|is_same| is_same), sides: if two_sided { 2.0 } else { 1.0 } }
     }
 
-    /// That of a triangle, from its normal on the side that emits; 0 where that is not the same all over it.
+    /// The facing of a triangle from its normal on the emitting side. The normal is 0 if it varies over the triangle.
     pub fn of_flat(emitting: DVec3, two_sided: bool) -> Self {
         let sides = if two_sided { 2.0 } else { 1.0 };
         Facing { mean_normal: emitting, is_flat: emitting != DVec3::ZERO, sides }

@@ -32,7 +32,7 @@ pub(super) struct LightTree {
     /// Nodes and leaves that hold all leaves: the children of the nodes in `opened`, without the nodes that are opened themselves.
     cut: Vec<Entry>,
     opened: Vec<u32>,
-    /// The same numbers as in the root.
+    /// The inverse scale and the strength of the root.
     inverse_scale: f64,
     strength: f64,
 }
@@ -41,7 +41,7 @@ pub(super) struct LightTree {
 struct Entry {
     center: DVec3,
     emission: Emission<f32>,
-    /// Its place, and what is there.
+    /// The index of the entry, and the child there.
     place: u32,
     child: u32,
 }
@@ -169,7 +169,7 @@ impl LightTree {
         }
     }
 
-    /// How many entries the cut has.
+    /// The number of entries of the cut.
     pub fn entries(&self) -> usize {
         self.cut.len()
     }
@@ -188,7 +188,7 @@ impl LightTree {
         Step { child, u, probability }
     }
 
-    /// Goes on to a child; nowhere from leaves.
+    /// Descends to a child. Does nothing at leaves.
     #[inline(always)]
     pub fn go_on<S: Simd>(&self, simd: S, at: &Place, step: &mut Step) {
         if step.child & LEAF == 0 {
@@ -254,7 +254,7 @@ pub(super) struct Leaf {
 }
 
 impl Leaves {
-    /// Those of the lights that `is_held` says.
+    /// The leaves of the lights for which `is_held` is true.
     pub fn new(lights: &[SceneLight], is_held: impl Fn(usize) -> bool) -> Self {
         let mut first = vec![0];
         let mut count = 0;
@@ -266,7 +266,7 @@ impl Leaves {
         Leaves { tree: LightTree::new(count as usize, held.flat_map(|(_, light)| light.emitters())), first }
     }
 
-    /// What a leaf is.
+    /// The light and triangle of a leaf.
     pub fn of(&self, leaf: usize) -> Leaf {
         let light = self.first.partition_point(|first| *first as usize <= leaf) - 1;
         Leaf { light, triangle: leaf - self.first[light] as usize }
@@ -280,7 +280,7 @@ impl Leaves {
 }
 
 impl SceneLight {
-    /// How many leaves it has in the tree of lights. None if it has no place.
+    /// The number of leaves of the light in the light tree. 0 for lights without a position.
     pub(super) fn leaves(&self) -> usize {
         match self {
             SceneLight::Point(_) => 1,

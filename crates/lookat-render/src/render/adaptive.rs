@@ -22,12 +22,12 @@ const FIRST: u32 = 16;
 
 /// The scene's samples per pixel, or the most where there is a time, as their mean.
 pub(super) struct Adaptive {
-    /// Where samples are taken.
+    /// The pixels in which samples are taken.
     sources: Area,
     pattern: Pattern,
     samples_per_pixel: u32,
     passes: std::vec::IntoIter<Pass>,
-    /// Whether samples of this pass are shared out by need.
+    /// True if samples of this pass are shared out by need.
     is_by_need: bool,
     /// The variance of the samples of each source, row by row. `None` before the first pass that needs it.
     variances: Option<Vec<f64>>,
@@ -38,7 +38,7 @@ pub(super) struct Adaptive {
     squares: [Vec<f64>; 2],
 }
 
-/// What the samples of a source have shown.
+/// The moments of the samples of a source.
 #[derive(Default, Clone, Copy)]
 pub(super) struct Moments {
     sum: DVec3,
@@ -224,12 +224,12 @@ fn passes(samples: u32, is_open: bool) -> impl Iterator<Item = Pass> {
 const LEAST: u32 = 2;
 /// A pixel gets at most the mean times this, so that the noise around one bright sample does not take all.
 const MOST: u32 = 64;
-/// And at most the mean of as many pixels as the picture has over this: no few pixels take all.
+/// The most that one pixel takes is the mean of the pixels of the picture over this number, so that no few pixels take all.
 const SHARE: usize = 256;
-/// How far away a neighbor may be, in pixels across and down. Fewer neighbors know less: the counts that follow scatter, and
-/// the errors become larger.
+/// The largest distance of a neighbor, in pixels across and down. With fewer neighbors, counts are noisier and errors are
+/// larger.
 const REACH: usize = 2;
-/// What pixels need whose neighbors have shown no noise, relative to the largest need.
+/// The need of pixels whose neighbors show no noise, relative to the largest need.
 const QUIET: f64 = 1e-6;
 /// The errors of Sobol's samples, squared, fall about with the square of their number: then the sum over pixels of
 /// `variance / count^2` is least where the counts are as the cubic roots of the variances.
@@ -298,7 +298,7 @@ fn reach(place: usize, end: usize) -> std::ops::RangeInclusive<usize> {
     place.saturating_sub(REACH)..=(place + REACH).min(end - 1)
 }
 
-/// What classes are shared out by.
+/// The data for sharing samples out by classes.
 struct Shares<'a> {
     around: Vec<Around>,
     variances: &'a [f64],
@@ -376,7 +376,7 @@ fn most_times(pixels: usize) -> u32 {
     MOST.min((pixels / SHARE) as u32).max(1)
 }
 
-/// Its multiples are spread evenly, whatever the width of a picture.
+/// The golden ratio minus 1. Its multiples spread evenly for any width of a picture.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
 #[cfg(test)]
@@ -456,7 +456,7 @@ mod tests {
         assert!(mean.abs() < 4.0 * (variance / PICTURES as f64).sqrt(), "{mean} {variance}");
     }
 
-    /// As many of all pixels so far.
+    /// Allots samples if all pixels have `so_far` samples.
     fn shared(variances: &[f64], width: usize, so_far: u32, mean: u32) -> Vec<u32> {
         allotted(variances, width, &vec![so_far; variances.len()], mean)
     }

@@ -11,7 +11,7 @@ use crate::integrator::path_batch::PATHS;
 use crate::integrator::{Profiler, Stage, Supervisor, Tracer};
 use crate::number::LANES;
 
-/// What all threads of a rendering share.
+/// The state that all threads of a rendering share.
 pub(super) struct Control<'p> {
     pub progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
     pub film: &'p Film<'p>,
@@ -25,7 +25,7 @@ pub(super) struct Control<'p> {
     pub state: Mutex<State>,
 }
 
-/// How far a rendering is.
+/// The state of a rendering.
 #[derive(Default)]
 pub(super) struct State {
     /// True if the progress callback interrupted the rendering.
@@ -42,7 +42,7 @@ pub(super) struct State {
 }
 
 impl<'p> Control<'p> {
-    /// Of a rendering that has not begun, without a deadline.
+    /// The state of a rendering that has not started, without a deadline.
     pub fn new(
         progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
         film: &'p Film<'p>,

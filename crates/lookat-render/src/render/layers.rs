@@ -114,8 +114,8 @@ impl Context<'_> {
     }
 }
 
-/// What a picture has of each pixel beside its color, of the first surface with a material. All but the depth are 0 where there is
-/// none.
+/// A layer of the picture beside its color. It describes the first surface with a material in each pixel. All layers but the
+/// depth are 0 without such a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layer {
     /// z in camera space; 1e10 where there is no surface, as in Blender's files. Depth, position, texture coordinates, shape and
@@ -131,8 +131,8 @@ pub enum Layer {
     ShadingNormal,
     /// Texture coordinates, from 0 to 1 on most shapes.
     Uv,
-    /// What the material reflects and lets through of light that comes along the normal, at most 1: a color that does not depend on
-    /// light and view.
+    /// The reflectance and transmittance for light along the normal, at most 1. This color does not depend on light and
+    /// view.
     Albedo,
     /// The number of the shape in [`Prepared::shapes`](crate::Prepared::shapes), counted from 1. An instance gives a shape of its object.
     Shape,

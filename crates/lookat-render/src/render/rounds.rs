@@ -14,12 +14,12 @@ use super::sample::{Context, Job, Pattern, Worker};
 use crate::film::{Film, REPLICATES, Tile, lock};
 use crate::sampler::replicate_seed;
 
-/// Where the next samples go, and when there are enough of them.
+/// Decides where the next samples go, and when there are enough.
 pub(super) trait Policy: Sync {
-    /// What it keeps of a tile beside the film.
+    /// The state of a tile that is kept beside the film.
     type State: Send;
 
-    /// That of a tile without samples.
+    /// The state of a tile without samples.
     fn begin(&self, tile: &Tile) -> Self::State;
 
     /// Decides about the next round, by the film so far. False if there is none.

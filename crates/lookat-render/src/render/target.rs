@@ -31,7 +31,7 @@ pub(super) const PIXEL_BYTES: usize = 340;
 /// the error.
 const POWERS: [f64; 2] = [0.75, 0.45];
 
-/// What is known of a tile.
+/// The state of the pixels of a tile.
 pub(super) struct TileState {
     /// The bounds of the samples of each source.
     sample_bounds: Vec<SampleBounds>,
@@ -54,7 +54,7 @@ struct Active {
 /// Samples until pixels reach the target error, or a limit of samples.
 pub(super) struct Target {
     seed: u64,
-    /// That of each replicate.
+    /// The sampler of each replicate.
     sampler: Sampler,
     /// The most samples of a replicate.
     most: u32,

@@ -98,7 +98,7 @@ pub(super) fn dots<S: Simd, T: Values<S>>(
     at.either(in_dot, [&dots.dots, &dots.around], active)
 }
 
-/// Whether there is a dot in the cell of `st`, and `st` is in it. The places for noise are those of pbrt-v3.
+/// True if there is a dot in the cell of `st`, and `st` is in it. The places for noise are those of pbrt-v3.
 #[inline(never)]
 fn in_dot<S: Simd>([s, t]: Vec2x8<S>, active: mask64x8<S>) -> mask64x8<S> {
     let simd = active.token();

@@ -46,7 +46,7 @@ fn one<T: Value>(image: &ImageMap<T>, st: DVec2, [dst0, dst1]: [DVec2; 2]) -> T:
     }
 }
 
-/// As [`MipMap::bilinear`].
+/// Bilinear lookups in eight lanes, like [`MipMap::bilinear`].
 #[inline(always)]
 pub(crate) fn bilinear<S: Simd, T: Values<S>>(
     map: &MipMap<T::Texel>,

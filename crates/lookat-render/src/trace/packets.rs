@@ -14,42 +14,43 @@ use crate::triangle::{
     sheared::{BoxedTriangle, ShearedRays},
 };
 
-/// At most so many packets go together.
+/// The most packets that traverse the BVH together.
 pub(crate) const MOST_PACKETS: usize = 8;
 
-/// If more triangles than that are tested for each packet, packets are faster apart.
+/// Above this number of triangle tests per packet, separate packets are faster.
 const MOST_TESTS: usize = 24;
 
-/// An element that is no triangle takes as long as so many.
+/// The cost of a test of a non-triangle, in triangle tests.
 const OTHER_TESTS: usize = 16;
 
-/// What became of packets that were to go together.
+/// How well packets stayed together on their way through the BVH.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Coherence {
-    /// They did, with few tests: more might.
+    /// The packets stayed together and needed few tests. More packets may go together next time.
     High,
     Enough,
-    /// They run different ways, or meet too much.
+    /// The rays run in different directions, or need too many tests together.
     Low,
 }
 
-/// How many packets go together next: neighbors mostly fare alike.
+/// Decides how many packets go together next, by how coherent the packets before were.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PacketCount {
     packets: usize,
-    /// For how many packets rays went one by one, after a packet that did not stay together.
+    /// The number of packets whose rays were traced one by one after the last incoherent packet.
     apart: u32,
-    /// How many of them are left.
+    /// The number of these packets that are left.
     apart_left: u32,
 }
 
-/// Rays go one by one for no more packets than that in a row.
+/// The most packets in a row whose rays are traced one by one.
 const LONGEST_APART: u32 = 63;
 
 impl PacketCount {
     pub const LARGEST: PacketCount = PacketCount { packets: MOST_PACKETS, apart: 0, apart_left: 0 };
 
-    /// So many of those that are left; 0 where the rays of one packet go one by one.
+    /// The number of packets that go together next, out of those left. 0 if the rays of the next packet are traced one by
+    /// one.
     pub fn next(&mut self, left: usize) -> usize {
         if self.apart_left > 0 {
             self.apart_left -= 1;
@@ -58,7 +59,7 @@ impl PacketCount {
         self.packets.min(left)
     }
 
-    /// Learns what became of so many.
+    /// Records how coherent a group of `count` packets was.
     pub fn learn(&mut self, count: usize, coherence: Coherence) {
         match coherence {
             Coherence::Low if count == 1 => {
@@ -177,30 +178,30 @@ pub(super) struct Packet<S: Simd> {
     rays: ShearedRays<S>,
     /// Leaves out triangles that are not met; `f64` decides about the others.
     pub filter: Filter<S>,
-    /// How far along the longest axis the nearest hits are.
+    /// The depth of the nearest hits along the longest axis.
     depth: f32x8<S>,
     active: mask64x8<S>,
     pub hits: Hits<S>,
 }
 
 impl<S: Simd> Packet<S> {
-    /// And how the rays are tested against boxes. `None` of rays that are longest along different axes, that run different ways, or
-    /// of which `f32` says nothing.
+    /// Prepares rays for tests against triangles and boxes. `None` if the directions differ in sign or in their longest
+    /// axis, or are out of the range of `f32`.
     #[inline(always)]
     pub fn new(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Option<(Self, Slabs<S>)> {
-        let (sheared, forms) =
+        let (sheared, traversal) =
             (ShearedRays::new(rays.o, rays.d, active), TraversalRays::new(simd, rays.o, rays.d));
-        let filter = forms.all()?;
-        if !forms.magnitude.simd_lt(f32::INFINITY).all_true() {
+        let filter = traversal.all()?;
+        if !traversal.magnitude.simd_lt(f32::INFINITY).all_true() {
             return None;
         }
         // Those that are not active are at their end.
         let t = active.select(rays.t_max, NONE.simd_into(simd));
         let (depth, hits) = (to_f32(t) * filter.length(), Hits { t, ..Hits::none(simd) });
-        Some((Packet { rays: sheared, filter, depth, active, hits }, forms.slabs.all()?))
+        Some((Packet { rays: sheared, filter, depth, active, hits }, traversal.slabs.all()?))
     }
 
-    /// Which rays may meet a triangle of a block nearer than what they have met, as bits.
+    /// Bits of the rays that may hit a triangle of a block before their nearest hits.
     #[inline(always)]
     pub fn may_meet(&self, simd: S, block: &Block, lane: usize, tolerance: &Tolerance) -> u64 {
         let corner = |at: usize, axis: Axis| splat_f32(simd, block.corners[at][axis as usize][lane % WIDTH]);
@@ -212,7 +213,7 @@ impl<S: Simd> Packet<S> {
         !is_out.to_bitmask() & ((1 << WIDTH) - 1)
     }
 
-    /// Puts the triangle at a place where it is the nearest that the rays of some bits meet. Whether any does.
+    /// Records the triangle as the hit of the given rays for which it is the nearest. True if there is such a ray.
     #[inline(always)]
     pub fn meet(&mut self, simd: S, scene: &Traceable, place: u32, may: u64) -> bool {
         let triangle = scene.world.triangle(place);
@@ -241,7 +242,7 @@ impl<S: Simd> Packet<S> {
         true
     }
 
-    /// Those of the rays that have met what is named later than a triangle, or nothing.
+    /// The rays whose hit so far has a later name than the triangle, or that have no hit.
     #[cold]
     #[inline(never)]
     fn named_earlier(
@@ -276,7 +277,7 @@ impl<S: Simd> Packet<S> {
         self.depth = to_f32(self.hits.t) * self.filter.length();
     }
 
-    /// What a ray has met so far.
+    /// The nearest hit of a ray so far.
     fn hit(&self, scene: &Traceable, lane: usize) -> Hit {
         if self.hits.element[lane] < 0.0 {
             return Hit {

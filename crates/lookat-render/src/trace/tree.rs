@@ -15,7 +15,7 @@ pub(crate) struct Tree<'s> {
     pub scene: &'s Traceable,
 }
 
-/// That of what is hit.
+/// The label of the element that was hit.
 #[inline(always)]
 fn number(hit: &Hit, labels: Labels) -> f64 {
     match hit.place {
@@ -46,7 +46,7 @@ impl<'s> Tree<'s> {
         Hits { emits: bits(simd, emits), ..hits }
     }
 
-    /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
+    /// The active rays that hit anything but their targets. `is_shadow`: these are shadow rays, which may pass other holes.
     #[inline(always)]
     pub fn occluded<S: Simd>(
         &self,
@@ -109,7 +109,7 @@ impl<'s> Tree<'s> {
 }
 
 impl<S: Simd> Hits<S> {
-    /// Puts what one ray has hit in a world with a tree in its place.
+    /// Sets the hit of one ray in a world with a BVH.
     pub fn set_lane(&mut self, lane: usize, hit: Option<&Hit>, labels: Labels) {
         let Some(hit) = hit else {
             self.element[lane] = NONE;

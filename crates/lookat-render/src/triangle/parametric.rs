@@ -14,7 +14,7 @@ const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 /// A triangle with less area in texture space has no directions of its own, as in pbrt-v3.
 const LEAST_AREA: f64 = 1e-8;
 
-/// Those of the corners of a triangle.
+/// The texture coordinates of the corners of a triangle.
 pub(crate) fn coordinates(mesh: &Mesh, index: usize) -> [DVec2; 3] {
     if mesh.uvs().is_empty() {
         return DEFAULT;
@@ -32,14 +32,16 @@ pub(crate) struct ParametricTriangles {
     weights: [[f64; LANES]; 3],
     /// The shading normals of the points.
     ns: [[f64; LANES]; 3],
-    /// Which of them are reversed by ReverseOrientation; which have normals and tangents.
+    /// Bits of the points that ReverseOrientation reverses.
     is_reversed: u64,
+    /// Bits of the points whose meshes have normals.
     has_normals: u64,
+    /// Bits of the points whose meshes have tangents.
     has_tangents: u64,
 }
 
 impl ParametricTriangles {
-    /// Puts a point in its place: of a triangle of a mesh, where its corners weigh so much, with its shading normal.
+    /// Sets the point in one lane: a triangle of a mesh, barycentric coordinates and the shading normal.
     #[inline(never)]
     pub fn set_lane(
         &mut self,
@@ -73,7 +75,7 @@ impl ParametricTriangles {
         self.is_reversed |= u64::from(is_reversed) << lane;
     }
 
-    /// The triangles as they are, flat; and as their shading normals have them.
+    /// The derivatives of the flat triangles, and those by their shading normals.
     #[inline(always)]
     pub fn parametrics<S: Simd>(&self, simd: S) -> [Parametrics<S>; 2] {
         let uvs: [Vec2x8<S>; 3] =
@@ -116,7 +118,7 @@ fn pair<S: Simd>(simd: S, [u, v]: &[[f64; LANES]; 2]) -> Vec2x8<S> {
     [(*u).simd_into(simd), (*v).simd_into(simd)]
 }
 
-/// Flat triangles at points where their corners weigh so much.
+/// The derivatives of flat triangles at barycentric coordinates.
 #[inline(always)]
 fn flat<S: Simd>(
     uvs: [Vec2x8<S>; 3],
@@ -140,7 +142,7 @@ fn flat<S: Simd>(
     }
 }
 
-/// How the normals of the file change over triangles.
+/// The derivatives of the normals in the file.
 #[inline(always)]
 fn bending<S: Simd>(uvs: [Vec2x8<S>; 3], [n0, n1, n2]: [Vec3x8<S>; 3]) -> [Vec3x8<S>; 2] {
     let ([dndu, dndv], is_valid) = by_coordinates(uvs, [n0 - n2, n1 - n2]);

@@ -33,21 +33,21 @@ const GRAZING: f64 = 1e-4;
 /// A light, and what it gives to the surfaces in view.
 #[derive(Debug, Clone)]
 pub struct LightFacts {
-    /// Which light it is.
+    /// The light.
     pub place: LightPlace,
-    /// Where it is, if it is somewhere: its position, or the middle of its box.
+    /// The position of the light, or the middle of its box. `None` for lights without a position.
     pub position: Option<DVec3>,
     /// The mean irradiance, as luminance, that comes straight from the light to the surfaces in view.
     pub irradiance: f64,
-    /// Whether the light reaches a surface in view, or a surface that one of these sees.
+    /// True if the light reaches a surface in view, or a surface that one of these sees.
     pub reaches: bool,
-    /// Whether it would, if nothing blocked it.
+    /// True if the light would reach one of these surfaces if nothing blocked it.
     pub faces: bool,
     /// Where `reaches` is false, the number in [`ViewFacts::shapes`](super::ViewFacts::shapes) of the opaque shape around the light.
     pub inside: Option<usize>,
 }
 
-/// Where a light is in a world.
+/// The location of a light in a world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LightPlace {
     /// The number in `World::lights`.
@@ -121,7 +121,7 @@ fn places(prepared: &Prepared) -> Vec<LightPlace> {
     of_rank(0).chain(of_shapes).chain(of_rank(1)).chain(of_rank(2)).collect()
 }
 
-/// Where a light is, if it is somewhere.
+/// The position of a light, if it has one.
 fn position(prepared: &Prepared, place: LightPlace) -> Option<DVec3> {
     let source = &prepared.traceable.source;
     match place {
@@ -139,7 +139,7 @@ fn position(prepared: &Prepared, place: LightPlace) -> Option<DVec3> {
     }
 }
 
-/// What surfaces receive from a light.
+/// The light that surfaces receive from a light source.
 #[derive(Default)]
 struct Received {
     /// The sum of the irradiance.

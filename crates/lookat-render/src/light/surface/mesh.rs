@@ -153,7 +153,7 @@ impl MeshLight {
         Density { area, solid_angle: seen.solid_angle, is_by_angle: seen.is_in_range }
     }
 
-    /// Those of a primitive, the mesh.
+    /// The triangles with these indices of a primitive that is a mesh.
     #[inline(always)]
     fn triangles(&self, primitive: &Primitive, indices: [usize; LANES]) -> Triangles {
         let mut triangles = Triangles::default();
@@ -256,7 +256,7 @@ pub(crate) struct Spheres<S: Simd> {
     pub magnitude: f64x8<S>,
     pub label: f64x8<S>,
     pub radiance: Colors<S>,
-    /// Those that emit outwards.
+    /// The points that emit outwards.
     pub shines: mask64x8<S>,
 }
 

@@ -33,7 +33,7 @@ struct SphericalDisks<S: Simd> {
     half: [f64x8<S>; 2],
     /// The factor of the tangents of angles in the ellipse, which makes their density that of the solid angle along both of its axes.
     stretch: f64x8<S>,
-    /// Where it is to be sampled by solid angle; nowhere in its plane, where no light is sampled.
+    /// The points that sample the disk by solid angle. Points in its plane sample no light.
     is_in_range: mask64x8<S>,
 }
 
@@ -97,7 +97,7 @@ impl<S: Simd> SphericalDisks<S> {
         part * TAU * (self.stretch * squared_cos + squared_sin / self.stretch)
     }
 
-    /// That in given directions to the disk.
+    /// The inverse of the density in given directions to the disk.
     #[inline(always)]
     fn solid_angle_towards(&self, d: Vec3x8<S>) -> f64x8<S> {
         let ([x, y, n], [mx, mz], [a, b]) = (self.axes, self.middle, self.half);
@@ -122,7 +122,7 @@ impl<S: Simd> SphericalDisks<S> {
     }
 }
 
-/// Of length one; along the first axis at the origin.
+/// The vectors scaled to length one; the first axis for the zero vector.
 #[inline(always)]
 fn unit<S: Simd>([x, y]: Vec2x8<S>) -> Vec2x8<S> {
     let squared = x * x + y * y;

@@ -37,7 +37,7 @@ pub(super) struct SphericalRectangles<S: Simd> {
     /// The cosines of the difference and of the sum of the latitudes of the shorter sides.
     latitudes: [f64x8<S>; 2],
     pub solid_angle: f64x8<S>,
-    /// Where it is to be sampled by solid angle; nowhere in its plane, where no light is sampled.
+    /// The points that sample the rectangle by solid angle. Points in its plane sample no light.
     pub is_in_range: mask64x8<S>,
 }
 
@@ -83,7 +83,7 @@ impl Rectangle {
         (ShapePoint { p, magnitude: self.magnitude.simd_into(simd), n, ns: n, emitting: n }, index)
     }
 
-    /// As points see it.
+    /// The rectangle as seen from points.
     #[inline(always)]
     pub fn seen_from<S: Simd>(&self, simd: S, at: &Surfaces<S>) -> SphericalRectangles<S> {
         let to = Vec3x8::splat(simd, self.corner) - at.p;

@@ -118,7 +118,7 @@ fn split(leaves: &mut [NumberedEmitter]) -> usize {
     partition(leaves, |leaf| bin(leaf) < at)
 }
 
-/// As [`Iterator::partition_in_place`].
+/// Moves the leaves that satisfy `is_first` to the front and returns their number, like [`Iterator::partition_in_place`].
 fn partition(leaves: &mut [NumberedEmitter], is_first: impl Fn(&NumberedEmitter) -> bool) -> usize {
     let mut first = 0;
     for at in 0..leaves.len() {
@@ -255,7 +255,8 @@ impl Node {
         Node { center: whole.center, inverse_scale: 1.0 / scale, strength, parent: NONE, children }
     }
 
-    /// The same in a longer list, where its part begins at `first`; the root of the part is the child `slot` of the root.
+    /// Shifts the indices of the node for a longer list, in which its subtree starts at `first`. The root of the subtree is
+    /// the child `slot` of the root.
     fn moved(mut self, first: u32, slot: u32) -> Self {
         self.parent = if self.parent == NONE { slot } else { self.parent + first * WIDTH as u32 };
         for child in self.children.child.iter_mut().filter(|child| **child & LEAF == 0) {
@@ -271,7 +272,7 @@ pub(in crate::light) struct Emitter {
     pub center: DVec3,
     /// All of it is at most this far from `center`.
     pub radius: f64,
-    /// What is added to the square of the distance in estimates of the irradiance. It keeps these finite nearby.
+    /// A term added to the squared distance in estimates of irradiance. It keeps them finite nearby.
     pub spread: f64,
     /// The irradiance at distance 1, at right angles.
     pub intensity: f64,

@@ -20,7 +20,7 @@ use crate::trace::MOST_PACKETS;
 /// The layers, and the least that their values can be.
 const LAYERS: [(Layer, f64); 3] = [(Layer::Normal, -1.0), (Layer::ShadingNormal, -1.0), (Layer::Albedo, 0.0)];
 
-/// What a sample sees of each layer.
+/// The value of each layer for a sample.
 type LayerValues = [DVec3; LAYERS.len()];
 
 /// Weighted samples of a pixel, and their weights.
@@ -89,7 +89,7 @@ impl Context<'_> {
         true
     }
 
-    /// What camera samples see first that has a material.
+    /// Sets the layer values of camera samples, from the first surface with a material.
     #[inline(always)]
     fn layer_values<S: Simd>(
         &self,

@@ -275,7 +275,7 @@ fn shapes(case: usize, mut text: String) -> String {
     text + "WorldEnd"
 }
 
-/// Whether a scene has a tree, and whether any material is more than matte.
+/// True if a scene has a tree, and whether any material is more than matte.
 fn kind(text: &str) -> [bool; 2] {
     let scene = scene(text);
     let found = inspect(&Prepared::new(&scene), &scene.view);
