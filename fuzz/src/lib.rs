@@ -5,7 +5,7 @@ use std::path::Path;
 
 use lookat_scene::LoadOptions;
 
-#[path = "../../tests/promises.rs"]
+#[path = "../../tests/properties/promises.rs"]
 pub mod promises;
 
 /// Checks the promises for a scene whose files come from `read`. The scene is `scene.pbrt`.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use lookat_render::glam::DVec3;
-use lookat_render::scene::{Mesh, MeshFault, Shape, Transform, load_str};
+use lookat_render::scene::{Mesh, MeshError, Shape, Transform, load_str};
 use lookat_render::{Prepared, Settings};
 
 /// The size of the grid that becomes the mesh: two triangles in each of its cells.
@@ -20,7 +20,7 @@ const ROWS: usize = 708;
 const VIEWS: usize = 360;
 
 /// A ball with bumps.
-fn ball() -> Result<Mesh, MeshFault> {
+fn ball() -> Result<Mesh, MeshError> {
     let vertex = |i: usize| {
         let (row, column) = (i / (ROWS + 1), i % (ROWS + 1));
         let (theta, phi) = (PI * row as f64 / ROWS as f64, TAU * column as f64 / ROWS as f64);

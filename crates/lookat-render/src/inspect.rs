@@ -2,6 +2,7 @@
 
 use fearless_simd::Level;
 use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, View};
+use serde::Serialize;
 
 use crate::bsdf::most_lobes;
 use crate::bvh::Node;
@@ -46,7 +47,7 @@ pub struct Inspection {
 }
 
 /// The elements of one BVH.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Elements {
     /// Triangles with an area.
     pub triangles: usize,
@@ -65,7 +66,7 @@ pub struct Elements {
 }
 
 /// The materials in use, and the number of materials with each feature.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Surfaces {
     /// The type of each material, in the order of the first shapes that use them.
     pub kinds: Vec<&'static str>,

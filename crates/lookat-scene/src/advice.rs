@@ -1,40 +1,27 @@
-//! Advice: each pass turns facts about a scene into messages.
+//! Advice: each pass turns facts about a scene into messages. Here: the facts, and passes about blocks, options and names.
 
-mod blocks;
-mod camera;
-mod caustics;
-mod curves;
-mod darkness;
-mod emptiness;
-mod hidden_lights;
-mod idle_lights;
-mod indices;
-mod mesh_lights;
-mod names;
-mod options;
-mod quadric_lights;
-mod rotations;
-mod shadow_alpha;
-mod transformations;
-mod unused_objects;
-mod world_block;
+mod lights;
+mod placement;
+mod shapes;
 
-use lookat_syntax::{Diagnostic, Span};
+use std::collections::BTreeMap;
+
+use lookat_syntax::{Diagnostic, EntityKind, Severity, Span, shown};
 
 use crate::draft::Built;
-use crate::facts::Facts;
-use crate::options::Settled;
+use crate::facts::{Block, BlockStart, Facts, OverlappingEnd};
+use crate::options::ResolvedOptions;
 use crate::report::Report;
 use crate::sources::Sources;
-use crate::symbols::Symbols;
+use crate::symbols::{SymbolKind, Symbols};
 use crate::{Emission, Integrator, Primitive};
 
-/// What is known about a scene after reading.
-pub(crate) struct Evidence<'e> {
+/// A scene after reading: what advice is based on.
+pub(crate) struct Summary<'e> {
     pub facts: &'e Facts,
     pub symbols: &'e Symbols,
     /// The options. `None` without `WorldBegin`.
-    pub settled: Option<&'e Settled>,
+    pub resolved: Option<&'e ResolvedOptions>,
     pub built: &'e Built,
     /// The shapes that a picture can show: no shapes of unused objects, and no meshes without area. Shapes of an object count once,
     /// however many instances it has.
@@ -46,46 +33,50 @@ pub(crate) struct Evidence<'e> {
     pub accept_part: bool,
 }
 
-type Pass = fn(&Evidence, &mut Report);
+type Pass = fn(&Summary, &mut Report);
 
 /// The passes for any scene.
 const ALWAYS: &[Pass] = &[
-    world_block::advise,
-    blocks::advise,
-    options::advise,
-    transformations::advise,
-    rotations::advise,
-    names::advise,
-    camera::advise_large_world,
-    caustics::advise,
-    hidden_lights::advise,
-    indices::advise,
-    curves::advise,
-    mesh_lights::advise,
-    quadric_lights::advise,
+    world_block,
+    blocks,
+    options,
+    placement::transformations,
+    placement::rotations,
+    names,
+    placement::advise_large_world,
+    lights::caustics,
+    lights::hidden_lights,
+    shapes::indices,
+    shapes::curves,
+    lights::mesh_lights,
+    lights::quadric_lights,
 ];
 
 /// The passes for a scene without errors, because a shape or light with an error still counts as present.
 const WITHOUT_ERRORS: &[Pass] = &[
-    idle_lights::advise,
-    unused_objects::advise,
-    darkness::advise,
-    emptiness::advise,
-    camera::advise_scale,
-    shadow_alpha::advise,
+    lights::idle_lights,
+    unused_objects,
+    lights::darkness,
+    shapes::emptiness,
+    placement::advise_scale,
+    lights::shadow_alpha,
 ];
 
 /// Runs all passes.
-pub(crate) fn advise(evidence: &Evidence, report: &mut Report) {
-    ALWAYS.iter().for_each(|pass| pass(evidence, report));
+pub(crate) fn advise(summary: &Summary, report: &mut Report) {
+    for pass in ALWAYS {
+        pass(summary, report);
+    }
     if !report.has_errors() {
-        WITHOUT_ERRORS.iter().for_each(|pass| pass(evidence, report));
+        for pass in WITHOUT_ERRORS {
+            pass(summary, report);
+        }
     }
 }
 
-impl Evidence<'_> {
+impl Summary<'_> {
     fn integrator(&self) -> Option<&Integrator> {
-        self.settled.map(|settled| &settled.view.integrator)
+        self.resolved.map(|resolved| &resolved.view.integrator)
     }
 
     /// The shapes of the world that are lights, with the places of their types.
@@ -103,4 +94,135 @@ impl Evidence<'_> {
 
 fn warn(report: &mut Report, at: Span, message: impl Into<String>, help: impl Into<String>) {
     report.push(Diagnostic::warning(at, message).help(help));
+}
+
+pub(super) fn blocks(summary: &Summary, report: &mut Report) {
+    // Unread text may contain the missing ends.
+    let unclosed = if report.incomplete_end { &[] } else { &summary.facts.unclosed[..] };
+    for BlockStart { kind, at } in unclosed {
+        let (begin, end) = kind.keywords();
+        let help = format!("add {end} before the end of the world block");
+        warn(report, *at, format!("this {begin} is not closed"), help);
+    }
+    for OverlappingEnd { keyword, at, inner } in &summary.facts.overlapping_ends {
+        let (begin, end) = inner.kind.keywords();
+        let warning = Diagnostic::warning(*at, format!("{keyword} inside the block of {begin}"))
+            .related(inner.at, "the block opens here")
+            .help(format!("as in pbrt-v3, this closes the outer block and leaves the inner block open: write {end} before this directive"));
+        report.push(warning);
+    }
+}
+
+fn world_block(summary: &Summary, report: &mut Report) {
+    for at in &summary.facts.after_end {
+        let message = "lookat ignores directives after WorldEnd: it renders one picture per file";
+        report.unsupported(*at, message.into());
+    }
+    match (summary.facts.part, summary.facts.world_begin) {
+        (Some((block, first)), None) => part(summary, block, first, report),
+        (None, None) => no_world(summary, report),
+        (_, Some(_)) => {}
+    }
+    // pbrt-v4 has no WorldEnd.
+    let is_excused = report.is_v4(summary.sources) || report.incomplete || report.incomplete_end;
+    if let Some(end) = summary.facts.missing_end.filter(|_| !is_excused) {
+        let help = "add WorldEnd: without it, pbrt-v3 renders nothing";
+        warn(report, end, "the file ends without WorldEnd", help);
+    }
+}
+
+fn part(summary: &Summary, block: Block, first: Span, report: &mut Report) {
+    let without = match block {
+        Block::Options => "WorldBegin",
+        _ => "Camera, Film or WorldBegin",
+    };
+    let message = format!("this file is a part of a scene: it has no {without}");
+    report.push(if summary.accept_part {
+        Diagnostic::note_at(first, message).help("the scene that includes it may define the missing names")
+    } else {
+        Diagnostic::error(first, message).help("check or render the scene that includes it")
+    });
+}
+
+fn no_world(summary: &Summary, report: &mut Report) {
+    if report.incomplete {
+        return;
+    }
+    report.push(match summary.facts.early.first() {
+        None => Diagnostic::error(summary.end, "the file has no WorldBegin: there is nothing to render")
+            .help("put the lights and shapes between WorldBegin and WorldEnd; if another scene includes this file, check that scene"),
+        Some((keyword, at)) => {
+            let before = Span { end: at.start, ..*at };
+            Diagnostic::error(*at, format!("{keyword} without WorldBegin"))
+                .help("put the lights and shapes between WorldBegin and WorldEnd")
+                .fix(before, "WorldBegin\n")
+        }
+    });
+}
+
+pub(super) fn options(summary: &Summary, report: &mut Report) {
+    for (kind, at, before) in &summary.facts.replaced_options {
+        let warning = Diagnostic::warning(*at, format!("a second {}: the last one is used", kind.keyword()));
+        report.push(warning.related(*before, "this one is ignored"));
+    }
+    missing(summary, report);
+}
+
+fn missing(summary: &Summary, report: &mut Report) {
+    let Facts { missing_options, idle_transform, .. } = summary.facts;
+    // A transformation that waits for a Camera has its own warning.
+    let is_told = |kind: &&EntityKind| **kind == EntityKind::Camera && idle_transform.is_some();
+    let missing: Vec<&EntityKind> = missing_options.iter().filter(|kind| !is_told(kind)).collect();
+    let Some(world_begin) = summary.facts.world_begin.filter(|_| !missing.is_empty()) else { return };
+    let names: Vec<_> = missing.iter().map(|kind| kind.keyword()).collect();
+    let defaults: Vec<_> = missing.iter().map(|kind| default(**kind)).collect();
+    // A scene needs its own view and size. It can use the default sampler and integrator of pbrt-v3.
+    let severity = if missing.iter().any(|kind| matches!(kind, EntityKind::Camera | EntityKind::Film)) {
+        Severity::Warning
+    } else {
+        Severity::Note
+    };
+    let remark = Diagnostic::warning(world_begin, format!("no {} before WorldBegin", names.join(", no ")))
+        .help(format!("the default applies: {}", defaults.join("; ")));
+    report.push(Diagnostic { severity, ..remark });
+}
+
+fn default(kind: EntityKind) -> &'static str {
+    match kind {
+        EntityKind::Camera => "a perspective camera at the origin that looks along +z, fov 90",
+        EntityKind::Film => "1280 x 720 pixels, written to pbrt.exr",
+        EntityKind::Sampler => "halton with 16 samples",
+        _ => "path with maxdepth 5",
+    }
+}
+
+pub(super) fn names(summary: &Summary, report: &mut Report) {
+    for (kind, name, at) in &summary.facts.redefined {
+        let (what, name) = (short(*kind), shown(name.as_bytes()));
+        let message = format!("{what} \"{name}\" is defined again: the new definition applies from here on");
+        report.push(Diagnostic::note_at(*at, message));
+    }
+    let media = summary.symbols.all().iter().filter(|symbol| symbol.kind == SymbolKind::Medium);
+    for place in media.filter(|medium| medium.definition.is_some()).flat_map(|medium| &medium.uses) {
+        let message = "lookat does not render participating media: it renders empty space instead";
+        report.unsupported(*place, message.into());
+    }
+}
+
+fn short(kind: SymbolKind) -> &'static str {
+    match kind {
+        SymbolKind::Material => "material",
+        SymbolKind::FloatTexture | SymbolKind::SpectrumTexture => "texture",
+        kind => kind.name(),
+    }
+}
+
+fn unused_objects(summary: &Summary, report: &mut Report) {
+    let symbols = summary.facts.objects.iter().map(|(at, symbol)| (*at, summary.symbols.get(*symbol)));
+    // A note says where a name is defined again.
+    let last: BTreeMap<&str, _> = symbols.map(|(at, symbol)| (&symbol.name[..], (at, symbol))).collect();
+    for (name, (at, _)) in last.into_iter().filter(|(_, (_, symbol))| symbol.uses.is_empty()) {
+        let message = format!("object \"{}\" is defined and never used", shown(name.as_bytes()));
+        warn(report, at, message, "place it with ObjectInstance");
+    }
 }

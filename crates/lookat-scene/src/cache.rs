@@ -1,7 +1,5 @@
 //! What a load keeps for the next load of a scene: texts with their long lists, meshes and pictures.
 
-mod known_lists;
-
 use std::any::{Any, TypeId};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -10,15 +8,14 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use bytes::Bytes;
+use lookat_image::Wrap;
 use lookat_syntax::{LongList, ParamType};
+use rayon::prelude::*;
 
-use crate::picture::key::Key;
-use crate::ply::Oddities;
+use crate::mesh::Oddities;
 use crate::{Mesh, Transform};
 
-pub(crate) use known_lists::KnownLists;
-
-/// What tells one version of a file from another.
+/// Tells one version of a file from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Stamp {
     /// The time of the last change, if the system tells it.
@@ -33,7 +30,7 @@ pub struct Stamp {
 /// is read again.
 pub type Stamped<'a> = dyn Fn(&Path) -> Option<Stamp> + 'a;
 
-/// What the last load without errors used. It shares its texts, meshes and pictures with the scene.
+/// The texts, meshes and pictures of the last load without errors. The scene shares them.
 #[derive(Default)]
 pub struct LoadCache {
     pub(crate) kept: Kept,
@@ -44,13 +41,13 @@ pub struct LoadCache {
 pub(crate) struct Kept {
     texts: HashMap<PathBuf, Arc<KeptText>>,
     meshes: HashMap<MeshKey, KeptMesh>,
-    pictures: HashMap<PictureKey, Arc<dyn Any + Send + Sync>>,
+    pictures: HashMap<KeptPictureKey, Arc<dyn Any + Send + Sync>>,
     /// The number of the next list that is new.
     next_list: u64,
 }
 
 /// The text of a file.
-struct KeptText {
+pub(crate) struct KeptText {
     text: Bytes,
     stamp: Option<Stamp>,
     /// Its long lists, each with a number: lists of equal numbers have equal bytes and types.
@@ -91,12 +88,44 @@ pub(crate) struct KeptMesh {
     pub mesh: Arc<Mesh>,
     /// Triangles without area.
     pub flat: usize,
-    /// Of its file.
+    /// What is odd about its file.
     pub oddities: Oddities,
 }
 
-/// The file, its settings, and the type of the texels.
-type PictureKey = (Key, Stamp, TypeId);
+/// The file and its settings, its version, and the type of the texels.
+type KeptPictureKey = (PictureKey, Stamp, TypeId);
+
+/// The settings for decoding a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PictureSettings {
+    pub wrap: Wrap,
+    /// True to convert from sRGB to linear.
+    pub gamma: bool,
+    /// The factor on the linear values.
+    pub scale: f32,
+    /// True if the first row is the bottom row, as in texture coordinates.
+    pub bottom_up: bool,
+    /// True to clamp negative values to 0, for pictures of light.
+    pub not_negative: bool,
+}
+
+/// The file and its settings. Floats are stored as bits, for comparison.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) struct PictureKey {
+    pub path: PathBuf,
+    wrap: Wrap,
+    gamma: bool,
+    bottom_up: bool,
+    not_negative: bool,
+    scale: u32,
+}
+
+impl PictureKey {
+    pub fn new(path: PathBuf, settings: &PictureSettings) -> Self {
+        let PictureSettings { wrap, gamma, scale, bottom_up, not_negative } = *settings;
+        PictureKey { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() }
+    }
+}
 
 /// The access of a load to what the one before has kept.
 #[derive(Clone, Copy)]
@@ -174,19 +203,76 @@ impl Reuse<'_> {
     }
 
     /// The picture for a key.
-    pub fn picture<T: Any + Send + Sync>(&self, key: &Key) -> Option<Arc<T>> {
+    pub fn picture<T: Any + Send + Sync>(&self, key: &PictureKey) -> Option<Arc<T>> {
         let key = (key.clone(), (self.stamp)(&key.path)?, TypeId::of::<T>());
         let kept = self.old.pictures.get(&key)?.clone();
         self.new.borrow_mut().pictures.insert(key, kept.clone());
         kept.downcast().ok()
     }
 
-    pub fn keep_picture<T: Any + Send + Sync>(&self, key: &Key, picture: &Arc<T>) {
+    pub fn keep_picture<T: Any + Send + Sync>(&self, key: &PictureKey, picture: &Arc<T>) {
         if let Some(stamp) = (self.stamp)(&key.path) {
             let key = (key.clone(), stamp, TypeId::of::<T>());
             self.new.borrow_mut().pictures.insert(key, picture.clone());
         }
     }
+}
+
+/// Finds lists of a text that the file had before, too.
+pub(crate) struct KnownLists {
+    before: Option<Arc<KeptText>>,
+    pub(super) text: Bytes,
+    /// The list after the last one that was found.
+    next: usize,
+    /// The numbers of the lists that were found, by their places.
+    pub(super) found: HashMap<u32, u64>,
+}
+
+/// The most lists to compare: usually the next one matches, unless lists are gone or in another order.
+const MOST_COMPARED: usize = 64;
+
+impl KnownLists {
+    pub(super) fn new(before: Option<Arc<KeptText>>, text: Bytes) -> KnownLists {
+        KnownLists { before, text, next: 0, found: HashMap::new() }
+    }
+
+    /// The length of the list at a place, if it was there before.
+    pub fn find(&mut self, ty: ParamType, at: usize) -> Option<usize> {
+        let before = self.before.as_ref()?;
+        let here = &self.text[at..];
+        // Most lists are short.
+        if here.len() < LongList::BYTES || here[..LongList::BYTES - 1].contains(&b']') {
+            return None;
+        }
+        let is_same_text = std::ptr::eq(&*before.text, &*self.text);
+        let is_here = |index: &usize| {
+            let (list, _) = &before.lists[*index];
+            list.ty == ty
+                && if is_same_text {
+                    list.span.start as usize == at
+                } else {
+                    starts_with(here, &before.text[range(list)])
+                }
+        };
+        let from_next = (self.next..before.lists.len()).chain(0..self.next);
+        let found = from_next.take(MOST_COMPARED).find(is_here)?;
+        let (list, number) = before.lists[found];
+        self.next = found + 1;
+        self.found.insert(at as u32, number);
+        Some(range(&list).len())
+    }
+}
+
+/// True if a text starts with another. Threads share the work.
+fn starts_with(text: &[u8], start: &[u8]) -> bool {
+    const GRAIN: usize = 1 << 20;
+    let same = |(a, b): (&[u8], &[u8])| a == b;
+    text.len() >= start.len() && text[..start.len()].par_chunks(GRAIN).zip(start.par_chunks(GRAIN)).all(same)
+}
+
+/// The place of a list in its text.
+pub(super) fn range(list: &LongList) -> std::ops::Range<usize> {
+    list.span.start as usize..list.span.end as usize
 }
 
 #[cfg(test)]

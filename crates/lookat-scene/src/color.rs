@@ -1,9 +1,10 @@
 //! Converts all colors to linear RGB, as in pbrt-v3's default build.
 
+use std::sync::LazyLock;
+
 use glam::{DMat3, DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Param, ParamType, Span, Text, Values};
 
-use crate::cie;
 use crate::files::Files;
 use crate::report::Report;
 
@@ -15,6 +16,20 @@ pub(crate) const LARGEST: f64 = 1e18;
 pub(crate) fn is_in_range(color: Vec3) -> bool {
     color.to_array().iter().all(|x| f64::from(x.abs()) <= LARGEST)
 }
+
+/// The CIE 1931 color matching functions x, y and z of the 2 degree observer, for each nanometer from 360 to 830, as tabulated by CVRL
+/// and used by pbrt-v3 (spectrum.cpp).
+static COLOR_MATCHING: LazyLock<Vec<Vec3>> = LazyLock::new(|| {
+    let table = include_str!("cie_1931.txt").split_ascii_whitespace();
+    let numbers: Vec<f32> = table.filter_map(|number| number.parse().ok()).collect();
+    numbers.chunks_exact(3).map(Vec3::from_slice).collect()
+});
+/// The first wavelength of the table, in nanometers.
+const FIRST: f64 = 360.0;
+/// The integral of y over wavelength, in nanometers.
+const Y_INTEGRAL: f64 = 106.856_895;
+
+pub use lookat_image::LUMINANCE;
 
 /// The color of a parameter. If it has several colors, the first one counts.
 pub(crate) fn from_param(param: &Param, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {
@@ -43,12 +58,12 @@ fn from_xyz(xyz: DVec3) -> Vec3 {
 /// RGBSpectrum::FromSampled). A constant 1 has a luminance of 1.
 fn from_spectrum(radiance: impl Fn(f64) -> f64) -> Vec3 {
     let mut xyz = DVec3::ZERO;
-    for (index, response) in cie::XYZ.iter().enumerate() {
-        xyz += Vec3::from(*response).as_dvec3() * radiance(cie::FIRST + index as f64);
+    for (index, response) in COLOR_MATCHING.iter().enumerate() {
+        xyz += response.as_dvec3() * radiance(FIRST + index as f64);
     }
     // pbrt-v3 divides by the number of samples, not by the number of steps between them.
-    let samples = cie::XYZ.len() as f64;
-    from_xyz(xyz * (samples - 1.0) / (cie::Y_INTEGRAL * samples))
+    let samples = COLOR_MATCHING.len() as f64;
+    from_xyz(xyz * (samples - 1.0) / (Y_INTEGRAL * samples))
 }
 
 /// A black body of the given temperature in kelvin, scaled so that its peak over wavelength is `scale`.

@@ -1,10 +1,7 @@
-//! What happened while a scene was interpreted. The passes of `advice` turn these facts into messages.
-
-use std::collections::HashMap;
+//! Facts about a scene, collected while it is interpreted. The passes of `advice` turn them into messages.
 
 use lookat_syntax::{EntityKind, Span};
 
-use crate::draft::Slot;
 use crate::symbols::{SymbolId, SymbolKind};
 use crate::{CameraPlacement, Transform};
 
@@ -22,9 +19,9 @@ pub(crate) struct Facts {
     /// Directives after `WorldEnd`.
     pub after_end: Vec<Span>,
     /// Blocks without an end.
-    pub unclosed: Vec<Opened>,
+    pub unclosed: Vec<BlockStart>,
     /// Ends of an outer block.
-    pub crossed: Vec<Crossed>,
+    pub overlapping_ends: Vec<OverlappingEnd>,
     /// Options that a later one replaces: kind, place of the later one, place of the first.
     pub replaced_options: Vec<(EntityKind, Span, Span)>,
     /// Options that are left to their defaults.
@@ -35,7 +32,7 @@ pub(crate) struct Facts {
     pub camera: Option<(Span, Transform)>,
     /// The last `LookAt` that is part of the current transformation.
     pub placed: Option<CameraPlacement>,
-    /// That of the camera.
+    /// The `LookAt` that places the camera.
     pub placement: Option<CameraPlacement>,
     /// True if the world uses the coordinate system of the camera.
     pub uses_camera_space: bool,
@@ -53,8 +50,8 @@ pub(crate) struct Facts {
     pub objects: Vec<(Span, SymbolId)>,
     /// LightSources inside objects.
     pub lights_in_objects: Vec<Span>,
-    /// AreaLightSources that are not black, each with the shapes that emit its light.
-    pub emissions: HashMap<Span, Vec<Slot>>,
+    /// AreaLightSources that are not black.
+    pub emissions: Vec<Span>,
     /// The first shape without a material, which rays pass through.
     pub passed: Option<Span>,
     /// The first shape with `shadowalpha`.
@@ -70,19 +67,38 @@ pub(crate) enum Block {
     Ended,
 }
 
-/// The start of a block: the keywords of its start and end, and its place.
+/// The kinds of blocks that directives open and close.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum BlockKind {
+    Attribute,
+    Transform,
+    Object,
+}
+
+impl BlockKind {
+    /// The directives that open and close a block.
+    pub fn keywords(self) -> (&'static str, &'static str) {
+        match self {
+            BlockKind::Attribute => ("AttributeBegin", "AttributeEnd"),
+            BlockKind::Transform => ("TransformBegin", "TransformEnd"),
+            BlockKind::Object => ("ObjectBegin", "ObjectEnd"),
+        }
+    }
+}
+
+/// The start of a block.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Opened {
-    pub keywords: (&'static str, &'static str),
+pub(crate) struct BlockStart {
+    pub kind: BlockKind,
     pub at: Span,
 }
 
 /// An end that closes a block although `inner` is still open inside the block.
 #[derive(Debug)]
-pub(crate) struct Crossed {
+pub(crate) struct OverlappingEnd {
     pub keyword: &'static str,
     pub at: Span,
-    pub inner: Opened,
+    pub inner: BlockStart,
 }
 
 /// The numbers of a `Rotate`: the angle in degrees and the axis.

@@ -1,7 +1,6 @@
 //! Reads files through the caller's function.
 
-mod content;
-mod large_pages;
+pub(crate) mod content;
 mod nearby;
 
 use std::cell::RefCell;
@@ -15,7 +14,7 @@ use lookat_syntax::{Diagnostic, Entity, FileId, LongList, Param, ParamType, Span
 
 use crate::Transform;
 use crate::cache::{KeptMesh, List, MeshKey, Reuse};
-use crate::other_format::{LFS_POINTER, LFS_REASON};
+use crate::files::content::{LFS_POINTER, LFS_REASON};
 use crate::sources::{Source, Sources};
 use nearby::Folders;
 
@@ -27,7 +26,7 @@ pub use content::{Open, Read};
 pub(crate) struct Files<'a> {
     pub sources: Sources,
     access: Access<'a>,
-    /// What all that is read is charged against.
+    /// The memory budget of everything that is read.
     pub memory: MemoryBudget,
     /// What an earlier load has kept.
     pub reuse: Option<Reuse<'a>>,
@@ -96,9 +95,10 @@ impl<'a> Files<'a> {
                 continue;
             }
             let Span { file, start, .. } = values.span;
-            let list = match is_long(values.span) {
-                true => List::Long(reuse.list_number(&self.sources.file(file).path, start)?),
-                false => List::Short(self.sources.text(values.span).to_owned()),
+            let list = if is_long(values.span) {
+                List::Long(reuse.list_number(&self.sources.file(file).path, start)?)
+            } else {
+                List::Short(self.sources.text(values.span).to_owned())
             };
             lists.push((name.value.clone(), *ty, list));
         }
@@ -118,12 +118,6 @@ impl<'a> Files<'a> {
         Some(MeshKey::File(path.to_owned(), stamp, world_from_object.into()))
     }
 
-    /// Drops the texts, so that binary contents are never shown.
-    pub fn without_texts(mut self) -> Self {
-        self.sources.files.iter_mut().for_each(|source| source.text = Bytes::new());
-        self
-    }
-
     /// The files of the scene's text, all that were read, and what memory is left.
     pub fn into_parts(self) -> (Sources, BTreeSet<PathBuf>, MemoryBudget) {
         (self.sources, self.inputs.into_inner(), self.memory)
@@ -141,25 +135,24 @@ impl<'a> Files<'a> {
         self.named(name, span, |_, content| no_pointer(content.bytes(&self.memory)?))
     }
 
-    /// The same for a text, which is not read if it is known.
+    /// The text named at `span`. A text that an earlier load has kept is not read again. Returns paths as [`Files::read_named`] does.
     pub fn text_named(&self, name: &str, span: Span) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
         self.named(name, span, |path, content| no_pointer(self.text(path, content)?))
     }
 
-    /// The same, unless the contents are known. Opens the file in any case.
+    /// Opens the file named at `span`, and reads it unless its contents are known. Returns paths as [`Files::read_named`] does.
     pub fn read_unless(
         &self,
         name: &str,
         span: Span,
         is_known: impl Fn(&Path) -> bool,
     ) -> Result<(PathBuf, Option<Charged>), (PathBuf, io::Error)> {
-        self.named(name, span, |path, content| match is_known(path) {
-            true => Ok(None),
-            false => no_pointer(content.bytes(&self.memory)?).map(Some),
+        self.named(name, span, |path, content| {
+            if is_known(path) { Ok(None) } else { no_pointer(content.bytes(&self.memory)?).map(Some) }
         })
     }
 
-    /// Like `read_named`, but opens the file.
+    /// Opens the file named at `span` for streaming. Returns paths as [`Files::read_named`] does.
     pub fn open_named(
         &self,
         name: &str,
@@ -284,11 +277,10 @@ impl<'a> Files<'a> {
                     }
                     _ => "file names are relative to the file that contains them, or else to the scene file",
                 };
-                diagnostic.help(match also == *path {
-                    true => rule.to_owned(),
-                    false => {
-                        format!("{rule}: {} does not exist either", shown_path(&also))
-                    }
+                diagnostic.help(if also == *path {
+                    rule.to_owned()
+                } else {
+                    format!("{rule}: {} does not exist either", shown_path(&also))
                 })
             }
         }

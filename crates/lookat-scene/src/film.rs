@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::color;
 use crate::params::Params;
-use crate::schema::{Edges, Effect, Key, Kind, Name, Range, Unit, names};
+use crate::params::value::{Edges, Name};
+use crate::schema::{Effect, Key, Kind, Range, Unit};
 
 /// The film.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -125,7 +126,6 @@ const FILE_NAME: Key<Name> =
 pub(crate) const DEFAULT_OUTPUT: &str = "pbrt.exr";
 
 pub(crate) const KINDS: &[Kind] = &[Kind::new(
-    "Film",
     "image",
     "a picture file",
     &[&[&X_RESOLUTION, &Y_RESOLUTION, &CROP_WINDOW, &SCALE, &MAX_SAMPLE_LUMINANCE, &FILE_NAME, &DIAGONAL]],
@@ -134,10 +134,9 @@ pub(crate) const KINDS: &[Kind] = &[Kind::new(
 /// pbrt-v3's CreateFilm: the film, and the file of the picture. Reports invalid values and uses their defaults, so that
 /// the camera gets the intended film.
 pub(crate) fn film(params: &mut Params, film_override: &FilmOverride) -> (Film, PathBuf) {
-    let names = names(KINDS);
-    let known = names.contains(&params.kind());
+    let known = params.is_known_kind(KINDS);
     if !known {
-        params.unknown_kind::<()>(&names);
+        params.unknown_kind::<()>(KINDS);
     }
     let own = [&X_RESOLUTION, &Y_RESOLUTION].map(|side| params.take(side) as u32);
     let resolution = match film_override.resolution {
@@ -220,11 +219,13 @@ fn crop(
     let bounds = PixelBounds::of_fractions(edges, resolution);
     let [width, height] = resolution;
     if width.max(height) > MAX_SIDE {
-        params.misfit(format!("{width} x {height} is too large; the limit is {MAX_SIDE} pixels on a side"));
+        params.report.override_error =
+            Some(format!("{width} x {height} is too large; the limit is {MAX_SIDE} pixels on a side"));
         return ONE;
     }
     if bounds.area() == 0 {
-        params.misfit(format!("the crop window contains no pixel of {width} x {height}"));
+        params.report.override_error =
+            Some(format!("the crop window contains no pixel of {width} x {height}"));
         return ONE;
     }
     if bounds.area() > MAX_PIXELS {
@@ -233,7 +234,7 @@ fn crop(
         if film_override.crop.is_none() && resolution == own {
             params.reject("xresolution", message, Some("render parts with cropwindow"));
         } else {
-            params.misfit(message);
+            params.report.override_error = Some(message);
         }
         return ONE;
     }
@@ -249,7 +250,7 @@ mod tests {
 
     #[test]
     fn sides_have_a_limit_that_a_crop_window_does_not_lift() {
-        let misfit = |width| {
+        let override_error = |width| {
             let film = FilmOverride {
                 resolution: Some([width, 1]),
                 crop: Some([0.0, 0.001, 0.0, 1.0]),
@@ -257,10 +258,10 @@ mod tests {
             };
             let options = LoadOptions { film, ..LoadOptions::default() };
             let read = |_: &Path| Ok(b"WorldBegin Shape \"sphere\" WorldEnd".to_vec());
-            load(Path::new("a.pbrt"), &read, &options).misfit
+            load(Path::new("a.pbrt"), &read, &options).override_error
         };
-        assert_eq!(misfit(MAX_SIDE), None);
+        assert_eq!(override_error(MAX_SIDE), None);
         let message = "1000001 x 1 is too large; the limit is 1000000 pixels on a side";
-        assert_eq!(misfit(MAX_SIDE + 1).as_deref(), Some(message));
+        assert_eq!(override_error(MAX_SIDE + 1).as_deref(), Some(message));
     }
 }

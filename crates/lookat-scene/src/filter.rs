@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::params::Params;
-use crate::schema::{Key, Kind, Range, Unit, names};
+use crate::schema::{Key, Kind, Range, Unit};
 
 /// A separable reconstruction filter. It is zero beyond its radius (`xwidth`, `ywidth`, in pixels, from 0.001 to
 /// 100).
@@ -45,12 +45,12 @@ impl Filter {
     /// The default of pbrt-v3.
     pub const BOX: Filter = Filter { radius: DVec2::splat(0.5), kind: FilterKind::Box };
 
-    /// How many pixels away, across and down, a sample in a pixel still counts.
+    /// The number of pixels, across and down, by which a sample reaches beyond its own pixel.
     pub fn reach(&self) -> [u32; 2] {
         self.radius.to_array().map(|radius| (radius - 0.5).ceil().max(0.0) as u32)
     }
 
-    /// Whether a sample may count for several pixels.
+    /// True if a sample may count for several pixels.
     pub fn shares_samples(&self) -> bool {
         self.reach() != [0, 0]
     }
@@ -87,21 +87,11 @@ const TWO: Sides = sides(2.0);
 const FOUR: Sides = sides(4.0);
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("PixelFilter", "box", "equal weights", &[&[&HALF.0, &HALF.1]]).by_default(),
-    Kind::new("PixelFilter", "triangle", "weights that fall to 0 at the edge", &[&[&TWO.0, &TWO.1]]),
-    Kind::new(
-        "PixelFilter",
-        "gaussian",
-        "a Gaussian that falls to 0 at the edge",
-        &[&[&TWO.0, &TWO.1, &ALPHA]],
-    ),
-    Kind::new(
-        "PixelFilter",
-        "mitchell",
-        "the cubic filter of Mitchell and Netravali",
-        &[&[&TWO.0, &TWO.1, &B, &C]],
-    ),
-    Kind::new("PixelFilter", "sinc", "a sinc with a Lanczos window", &[&[&FOUR.0, &FOUR.1, &TAU]]),
+    Kind::new("box", "equal weights", &[&[&HALF.0, &HALF.1]]).by_default(),
+    Kind::new("triangle", "weights that fall to 0 at the edge", &[&[&TWO.0, &TWO.1]]),
+    Kind::new("gaussian", "a Gaussian that falls to 0 at the edge", &[&[&TWO.0, &TWO.1, &ALPHA]]),
+    Kind::new("mitchell", "the cubic filter of Mitchell and Netravali", &[&[&TWO.0, &TWO.1, &B, &C]]),
+    Kind::new("sinc", "a sinc with a Lanczos window", &[&[&FOUR.0, &FOUR.1, &TAU]]),
 ];
 
 pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
@@ -111,7 +101,7 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
         "gaussian" => (TWO, FilterKind::Gaussian { alpha: params.take(&ALPHA) }),
         "mitchell" => (TWO, FilterKind::Mitchell { b: params.take(&B), c: params.take(&C) }),
         "sinc" => (FOUR, FilterKind::Sinc { tau: params.take(&TAU) }),
-        _ => return params.unknown_kind(&names(KINDS)),
+        _ => return params.unknown_kind(KINDS),
     };
     let radius = DVec2::new(params.take(&sides.0), params.take(&sides.1));
     for (name, radius) in [("xwidth", radius.x), ("ywidth", radius.y)] {

@@ -1,11 +1,10 @@
 //! `Integrator`: the light transport algorithm.
 
-mod stand_in;
-
 use lookat_syntax::ParamType;
 
 use crate::params::Params;
-use crate::schema::{Effect, Integers, Key, Keys, Kind, Range, names};
+use crate::params::value::Integers;
+use crate::schema::{Effect, Key, Keys, Kind, Range};
 
 /// The light transport algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,34 +91,31 @@ const NESTED: Key<i32> =
 const PIXEL_BOUNDS: Key<Integers> =
     Key::new("pixelbounds", ParamType::Integer, Integers, "the pixels to render: xmin xmax ymin ymax")
         .default_words("all pixels")
-        .effect(Effect::NotRendered);
+        .not_rendered();
 
 const PATH: Keys = &[&MAX_DEPTH, &ROULETTE, &LIGHT_STRATEGY, &PIXEL_BOUNDS];
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("Integrator", "path", "path tracing", &[PATH]).by_default(),
-    Kind::new("Integrator", "volpath", "path tracing; rays pass surfaces without a material", &[PATH]),
+    Kind::new("path", "path tracing", &[PATH]).by_default(),
+    Kind::new("volpath", "path tracing; rays pass surfaces without a material", &[PATH]),
     Kind::new(
-        "Integrator",
         "directlighting",
         "direct light, mirrors and glass",
         &[&[&MIRROR_DEPTH, &DIRECT_STRATEGY, &PIXEL_BOUNDS]],
     ),
     Kind::new(
-        "Integrator",
         "whitted",
         "direct light with one sample of each light, mirrors and glass",
         &[&[&MIRROR_DEPTH, &PIXEL_BOUNDS]],
     ),
     Kind::new(
-        "Integrator",
         "ambientocclusion",
         "the fraction of the sky that is visible",
         &[&[&COSINE, &NESTED, &PIXEL_BOUNDS]],
     ),
-    stand_in::BDPT,
-    stand_in::MLT,
-    stand_in::SPPM,
+    BDPT,
+    MLT,
+    SPPM,
 ];
 
 /// True if all rays of this integrator, including shadow rays, ignore surfaces without a material. Such surfaces are
@@ -129,7 +125,7 @@ pub(crate) fn passes_boundaries(kind: &str) -> bool {
 }
 
 /// True if `path` replaces this integrator.
-pub(crate) fn is_substituted(kind: &str) -> bool {
+pub(crate) fn is_replaced(kind: &str) -> bool {
     KINDS.iter().any(|it| it.name == kind && !it.instead.is_empty())
 }
 
@@ -153,13 +149,13 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             let samples = params.nested_samples(&NESTED) as u32;
             Integrator::AmbientOcclusion { cosine, samples }
         }
-        kind if is_substituted(kind) => {
+        kind if is_replaced(kind) => {
             let integrator = Integrator::path(depth(params));
             pixel_bounds(params);
             params.ignore_rest();
             integrator
         }
-        _ => return params.unknown_kind(&names(KINDS)),
+        _ => return params.unknown_kind(KINDS),
     };
     pixel_bounds(params);
     params.finish();
@@ -200,6 +196,54 @@ fn depth(params: &mut Params) -> u32 {
     depth.min(LARGEST_DEPTH) as u32
 }
 
+// `bdpt`, `mlt` and `sppm`: `path` stands in for them. The picture is the same, except for caustics of lights that no ray can
+// hit.
+
+const LIGHT_PATH: Key<&[&str]> = Key {
+    default: &["power", "spatial", "uniform"],
+    meaning: "how a path chooses its light",
+    effect: Effect::NotRendered,
+    ..LIGHT_STRATEGY
+};
+const STRATEGIES: Key<bool> =
+    Key::bool("visualizestrategies", false, "true also writes a picture of each strategy").not_rendered();
+const WEIGHTS: Key<bool> =
+    Key::bool("visualizeweights", false, "true also writes a picture of the weights of each strategy")
+        .not_rendered();
+const BDPT_KEYS: Keys = &[&MAX_DEPTH, &LIGHT_PATH, &STRATEGIES, &WEIGHTS, &PIXEL_BOUNDS];
+
+const BOOTSTRAP: Key<i32> =
+    Key::integer("bootstrapsamples", 100_000, "the paths among which the chains choose their starts")
+        .not_rendered();
+const CHAINS: Key<i32> = Key::integer("chains", 1000, "the number of Markov chains").not_rendered();
+const MUTATIONS: Key<i32> =
+    Key::integer("mutationsperpixel", 100, "the mutations of paths in each pixel, on average").not_rendered();
+const LARGE_STEP: Key<f64> =
+    Key::float("largestepprobability", 0.3, "the probability that a mutation is a new path").not_rendered();
+const SIGMA: Key<f64> =
+    Key::float("sigma", 0.01, "the standard deviation of a small mutation, as a fraction of a dimension")
+        .not_rendered();
+const MLT_KEYS: Keys = &[&MAX_DEPTH, &BOOTSTRAP, &CHAINS, &MUTATIONS, &LARGE_STEP, &SIGMA];
+
+const ITERATIONS: Key<i32> = Key::integer("numiterations", 64, "the number of photon passes").not_rendered();
+const SAME_ITERATIONS: Key<i32> =
+    Key { name: "iterations", meaning: "another name of numiterations, which it replaces", ..ITERATIONS }
+        .default_words("numiterations");
+const PHOTONS: Key<i32> =
+    Key::integer("photonsperiteration", -1, "the photons of a pass; at most 0 counts as one per pixel")
+        .not_rendered();
+const WRITE_FREQUENCY: Key<i32> =
+    Key::integer("imagewritefrequency", i32::MAX, "the passes after which the picture is written")
+        .not_rendered()
+        .default_words("only at the end");
+const RADIUS: Key<f64> =
+    Key::float("radius", 1.0, "the first radius of the search for photons").not_rendered();
+const SPPM_KEYS: Keys = &[&MAX_DEPTH, &ITERATIONS, &SAME_ITERATIONS, &PHOTONS, &WRITE_FREQUENCY, &RADIUS];
+
+const BDPT: Kind = Kind::new("bdpt", "bidirectional path tracing", &[BDPT_KEYS]).instead("path");
+const MLT: Kind = Kind::new("mlt", "Metropolis light transport", &[MLT_KEYS]).instead("path");
+const SPPM: Kind = Kind::new("sppm", "photon mapping", &[SPPM_KEYS]).instead("path");
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -227,7 +271,7 @@ mod tests {
     /// The parameters of pbrt-v3's CreateBDPTIntegrator, CreateMLTIntegrator and CreateSPPMIntegrator, with their defaults.
     #[test]
     fn parameters_of_replaced_integrators_are_those_of_pbrt() {
-        let listed = [stand_in::BDPT, stand_in::MLT, stand_in::SPPM].map(|kind| {
+        let listed = [BDPT, MLT, SPPM].map(|kind| {
             let words: Vec<String> =
                 kind.parameters().map(|it| format!("{} {}", it.name, it.default)).collect();
             words.join(", ")

@@ -1,28 +1,38 @@
 //! All types of all directives.
 
-use crate::schema::Kind;
-use crate::{
-    accelerator, camera, film, filter, integrator, light, material, medium, sampler, shape, texture,
-};
+use std::sync::LazyLock;
+
+use crate::schema::{Keys, Kind};
+use crate::{camera, film, filter, integrator, light, material, medium, options, sampler, shape, texture};
 
 /// Every type, by directive.
 pub fn kinds() -> impl Iterator<Item = &'static Kind> {
-    let options = [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS];
-    let surfaces = [accelerator::KINDS, shape::KINDS, material::KINDS, NAMED_MATERIALS];
-    let others = [light::KINDS, light::AREA_KINDS, texture::KINDS, medium::KINDS];
-    options.into_iter().chain(surfaces).chain(others).flatten()
+    KINDS.iter()
 }
 
-/// The types of materials with a name, which a parameter of MakeNamedMaterial gives.
-const NAMED_MATERIALS: &[Kind] = &{
-    let mut kinds = [material::KINDS[0]; material::KINDS.len()];
-    let mut index = 0;
-    while index < kinds.len() {
-        kinds[index] = material::KINDS[index].of("MakeNamedMaterial", &[&material::TYPE]);
-        index += 1;
-    }
-    kinds
-};
+static KINDS: LazyLock<Vec<Kind>> = LazyLock::new(|| {
+    // A parameter gives the type of a named material.
+    const TYPE: Keys = &[&material::TYPE];
+    let kinds: [(&str, &[Kind], Keys); 13] = [
+        ("Camera", camera::KINDS, &[]),
+        ("Film", film::KINDS, &[]),
+        ("PixelFilter", filter::KINDS, &[]),
+        ("Sampler", sampler::KINDS, &[]),
+        ("Integrator", integrator::KINDS, &[]),
+        ("Accelerator", options::KINDS, &[]),
+        ("Shape", shape::KINDS, &[]),
+        ("Material", material::KINDS, &[]),
+        ("MakeNamedMaterial", material::KINDS, TYPE),
+        ("LightSource", light::KINDS, &[]),
+        ("AreaLightSource", light::AREA_KINDS, &[]),
+        ("Texture", texture::KINDS, &[]),
+        ("MakeNamedMedium", medium::KINDS, &[]),
+    ];
+    let of = |(directive, kinds, first): (_, &'static [Kind], _)| {
+        kinds.iter().map(move |kind| kind.of(directive, first))
+    };
+    kinds.into_iter().flat_map(of).collect()
+});
 
 #[cfg(test)]
 mod tests;

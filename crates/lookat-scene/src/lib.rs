@@ -31,38 +31,26 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-mod accelerator;
 mod advice;
-mod angle;
-mod bounds;
 mod cache;
 mod camera;
-mod cie;
 mod color;
-mod cutout;
 mod draft;
 mod facts;
 mod files;
-mod fill;
 mod film;
 mod filter;
 mod integrator;
 mod kinds;
 mod light;
 mod load;
-mod load_options;
-mod loaded;
 mod material;
 mod medium;
-mod memory;
 mod mesh;
-mod mesh_file;
 mod names;
 mod options;
-mod other_format;
 mod params;
 mod picture;
-mod places;
 mod ply;
 mod report;
 mod resolve;
@@ -71,38 +59,32 @@ mod scene;
 pub mod schema;
 mod shape;
 mod sources;
-mod state;
 mod symbols;
 mod texture;
 mod transform;
-mod undefined;
 mod validate;
-mod view_override;
 
 pub use cache::{LoadCache, Stamp, Stamped};
-pub use camera::{Camera, Lens, Projection, ScreenWindow};
-pub use cutout::Cutout;
+pub use camera::{Camera, CameraPlacement, Lens, Projection, ScreenWindow, ViewOverride};
+pub use color::LUMINANCE;
 pub use files::{Open, Read};
 pub use film::{Film, FilmOverride, MAX_PIXELS, MAX_SIDE, PixelBounds};
 pub use filter::{Filter, FilterKind};
 pub use glam;
 pub use integrator::{DirectStrategy, Integrator, LightChoice};
-pub use kinds::kinds;
 pub use light::{Emission, Light};
-pub use load::{load, load_again, load_opened, load_str};
-pub use load_options::LoadOptions;
-pub use loaded::Loaded;
-pub use lookat_image::LUMINANCE;
+pub use load::{Loaded, load, load_again, load_opened, load_str};
 pub use lookat_syntax as syntax;
 pub use material::{
-    AnyTexture, Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness,
-    Substrate, Translucent, Uber,
+    Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness, Substrate,
+    Translucent, Uber,
 };
-pub use memory::Memory;
-pub use mesh::{Mesh, MeshFault};
-pub use places::Places;
+pub use mesh::{Cutout, Mesh, MeshError};
+
+pub use kinds::kinds;
+pub use options::LoadOptions;
 pub use sampler::{MAX_SAMPLES, Sampler, SamplerKind};
-pub use scene::{Instance, Object, Primitive, Scene, View, World};
+pub use scene::{Instance, Memory, Object, Places, Primitive, Scene, View, World};
 pub use shape::{
     Cone, Curve, CurveKind, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Shape, Sphere,
 };
@@ -112,6 +94,5 @@ pub use texture::{
     Bilerp, Cells, Checkerboard, Dots, ImageFilter, ImageMap, Mapping, Marble, Node, Octaves, Texture, Value,
     Varying,
 };
-pub use transform::{LookAtFault, Transform};
-pub use validate::{Faults, Invalid};
-pub use view_override::{CameraPlacement, ViewOverride};
+pub use transform::{LookAtError, Transform};
+pub use validate::{InvalidField, InvalidScene};

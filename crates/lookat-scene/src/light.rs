@@ -1,34 +1,19 @@
 //! `LightSource` and `AreaLightSource`: the lights.
 
-mod area;
-mod distant;
-mod goniometric;
-mod infinite;
-mod point;
-mod projection;
-mod spot;
-
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
-use lookat_syntax::Text;
+use lookat_syntax::{Span, Text};
 
 use crate::Transform;
+use crate::cache::PictureSettings;
+use crate::color::{self, LUMINANCE};
 use crate::params::Params;
-use crate::picture::{Pictures, Settings};
-use crate::schema::{Color, Key, Kind, Name, Unit, names};
-use crate::transform::LARGEST;
-use crate::{LUMINANCE, color};
-
-pub use area::Emission;
-pub(crate) use area::{AREA_KINDS, emission};
-use distant::distant;
-use goniometric::goniometric;
-use infinite::infinite;
-use point::point;
-use projection::projection;
-use spot::spot;
+use crate::params::value::{Color, Name};
+use crate::picture::Pictures;
+use crate::schema::{Key, Keys, Kind, Range, Unit};
+use crate::transform::{LARGEST, in_range};
 
 /// A light without a shape. Each component of its color is at most 1e18.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,12 +88,12 @@ pub enum Light {
 }
 
 impl Light {
-    /// Whether no ray can hit the light: it shines from a single point or direction.
+    /// True if no ray can hit the light: it shines from a single point or direction.
     pub(crate) fn is_delta(&self) -> bool {
         !matches!(self, Light::Infinite { .. } | Light::Environment { .. })
     }
 
-    /// Whether it gives no light at all.
+    /// True if it gives no light at all.
     pub(crate) fn is_black(&self) -> bool {
         let map = match self {
             Light::Environment { map, .. } | Light::Goniometric { map, .. } => Some(map),
@@ -148,18 +133,17 @@ const SAMPLES: Key<i32> =
         .default_words("nsamples");
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("LightSource", "point", "a point that shines equally in all directions", &[point::KEYS]),
-    Kind::new("LightSource", "spot", "a point that shines within a cone", &[spot::KEYS]),
+    Kind::new("point", "a point that shines equally in all directions", &[POINT_KEYS]),
+    Kind::new("spot", "a point that shines within a cone", &[SPOT_KEYS]),
     Kind::new(
-        "LightSource",
         "goniometric",
         "a point whose intensity in each direction comes from a picture",
-        &[goniometric::KEYS],
+        &[GONIOMETRIC_KEYS],
     ),
-    Kind::new("LightSource", "projection", "a slide projector", &[projection::KEYS]),
-    Kind::new("LightSource", "distant", "parallel light from far away", &[distant::KEYS]),
-    Kind::new("LightSource", "infinite", "light from everywhere, or an environment map", &[infinite::KEYS]),
-    Kind::new("LightSource", "exinfinite", "another name of infinite", &[infinite::KEYS]),
+    Kind::new("projection", "a slide projector", &[PROJECTION_KEYS]),
+    Kind::new("distant", "parallel light from far away", &[DISTANT_KEYS]),
+    Kind::new("infinite", "light from everywhere, or an environment map", &[INFINITE_KEYS]),
+    Kind::new("exinfinite", "another name of infinite", &[INFINITE_KEYS]),
 ];
 
 /// pbrt-v3's MakeLight.
@@ -172,15 +156,15 @@ pub(crate) fn light(
         "point" => Some(point(params, world_from_light)),
         "spot" => spot(params, world_from_light),
         "distant" => distant(params, world_from_light),
-        "infinite" | "exinfinite" => infinite(params, world_from_light, pictures),
-        "goniometric" => goniometric(params, world_from_light, pictures),
-        "projection" => projection(params, world_from_light, pictures),
+        "infinite" | "exinfinite" => Some(infinite(params, world_from_light, pictures)),
+        "goniometric" => Some(goniometric(params, world_from_light, pictures)),
+        "projection" => Some(projection(params, world_from_light, pictures)),
         "area" | "diffuse" => {
             let help = "to make the following shapes emit light, use AreaLightSource";
             params.reject("", "LightSource has no type for shapes", Some(help));
             return None;
         }
-        _ => return params.unknown_kind(&names(KINDS)),
+        _ => return params.unknown_kind(KINDS),
     };
     let is_usable = params.finish();
     light.filter(|_| is_usable)
@@ -217,13 +201,22 @@ fn map_name(params: &mut Params) -> Option<Text> {
 /// How infinite and goniometric lights look without a picture.
 const UNIFORM: &str = "uniform in all directions";
 
-/// A handle for the picture of a light, with the values of the file in any format. `without`: how the light looks
-/// without a picture.
-fn shown(params: &Params, file: &Text, pictures: &mut Pictures, without: &str) -> Arc<MipMap<Vec3>> {
-    let settings =
-        Settings { wrap: Wrap::Repeat, gamma: false, scale: 1.0, bottom_up: false, not_negative: true };
+/// The picture of a light, with the values of the file in any format. `without`: how the light looks without a picture.
+fn light_map(
+    params: &mut Params,
+    file: &Text,
+    pictures: &mut Pictures,
+    without: &str,
+) -> Option<Arc<MipMap<Vec3>>> {
+    let settings = PictureSettings {
+        wrap: Wrap::Repeat,
+        gamma: false,
+        scale: 1.0,
+        bottom_up: false,
+        not_negative: true,
+    };
     let instead = format!("renders this light without the picture, {without}");
-    pictures.colors.handle(params, &MAP_NAME, file, settings, &instead)
+    pictures.get(params, MAP_NAME.name, file, settings, &instead)
 }
 
 fn no_map(params: &mut Params, what_it_does: &str) {
@@ -259,4 +252,218 @@ fn samples(params: &mut Params) -> u32 {
     let samples = params.nested_samples(&Key { default: samples, ..SAMPLES });
     params.replaced_by("nsamples", &["samples"]);
     samples.max(1) as u32
+}
+
+const OFFSET: Key<[f64; 3]> =
+    Key { meaning: "an offset from the origin of the current space", unit: Unit::WorldSpace, ..FROM };
+
+const POINT_KEYS: Keys = &[&INTENSITY, &OFFSET, &SCALE];
+
+/// pbrt-v3's CreatePointLight.
+pub(super) fn point(params: &mut Params, world_from_light: Transform) -> Light {
+    let intensity = scaled(params, &INTENSITY);
+    let from = point_in_range(params, &OFFSET);
+    // pbrt-v3 adds `from` in world space, without the current transformation (lights/point.cpp).
+    let position = world_from_light.point(DVec3::ZERO) + from;
+    check_placed(params, in_range(&position.to_array()));
+    Light::Point { position, intensity }
+}
+
+const CONE_ANGLE: Key<f64> =
+    Key::float("coneangle", 30.0, "the angle between the axis and the edge of the cone")
+        .within(Range::above_to(0.0, 180.0))
+        .unit(Unit::Degrees);
+const CONE_DELTA_ANGLE: Key<f64> =
+    Key::float("conedeltaangle", 5.0, "the width of the falloff inside the edge, from 0 to coneangle")
+        .unit(Unit::Degrees);
+
+const SPOT_KEYS: Keys = &[&INTENSITY, &FROM, &TO, &CONE_ANGLE, &CONE_DELTA_ANGLE, &SCALE];
+
+/// pbrt-v3's CreateSpotLight.
+pub(super) fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
+    let intensity = scaled(params, &INTENSITY);
+    let (cone, delta) = (params.take(&CONE_ANGLE), params.take(&CONE_DELTA_ANGLE));
+    if params.usable() && !(0.0..=cone).contains(&delta) {
+        let start = (cone - delta).abs();
+        let message = if start < cone {
+            format!("conedeltaangle is out of range: the falloff starts at {start} degrees, as in pbrt-v3")
+        } else {
+            "conedeltaangle is out of range: the light has no falloff inside its cone, as in pbrt-v3".into()
+        };
+        params.warn("conedeltaangle", &message, "write a conedeltaangle from 0 to coneangle");
+    }
+    let from = point_in_range(params, &FROM);
+    let to = point_in_range(params, &TO);
+    let Some(axis) = (to - from).try_normalize() else { return same_points(params) };
+    // A non-uniform scale makes the choice of the frame visible, so this is pbrt's frame.
+    let (x, y) = coordinate_system(axis);
+    let frame = Transform::to_frame(DMat3::from_cols(x, y, axis));
+    let world_from_light = world_from_light * Transform::translate(from) * frame;
+    check_placed(params, world_from_light.in_range());
+    Some(Light::Spot {
+        world_from_light,
+        intensity,
+        cos_total_width: libm::cos(cone.to_radians()),
+        cos_falloff_start: libm::cos((cone - delta).to_radians()),
+    })
+}
+
+/// Two unit vectors that form a frame with the unit vector `v` (pbrt-v3's CoordinateSystem).
+fn coordinate_system(v: DVec3) -> (DVec3, DVec3) {
+    let x = if v.x.abs() > v.y.abs() { DVec3::new(-v.z, 0.0, v.x) } else { DVec3::new(0.0, v.z, -v.y) }
+        .normalize();
+    (x, v.cross(x))
+}
+
+const IRRADIANCE: Key<Color> =
+    Key { meaning: "the irradiance on a surface perpendicular to the light", ..RADIANCE };
+
+const DISTANT_KEYS: Keys = &[&IRRADIANCE, &FROM, &TO, &SCALE];
+
+/// pbrt-v3's CreateDistantLight.
+pub(super) fn distant(params: &mut Params, world_from_light: Transform) -> Option<Light> {
+    let radiance = scaled(params, &IRRADIANCE);
+    let to_light = point_in_range(params, &FROM) - point_in_range(params, &TO);
+    let Some(direction) = world_from_light.vector(to_light).try_normalize() else {
+        return same_points(params);
+    };
+    Some(Light::Distant { direction, radiance })
+}
+
+const FACTOR: Key<Color> = Key { meaning: "the radiance, or the factor of the environment map", ..RADIANCE };
+const ENVIRONMENT: Key<Name> = Key {
+    meaning: "the environment map: the first row is +z, the last -z, the columns go from +x through +y",
+    ..MAP_NAME
+};
+
+const INFINITE_KEYS: Keys = &[&FACTOR, &ENVIRONMENT, &N_SAMPLES, &SAMPLES, &SCALE];
+
+/// pbrt-v3's CreateInfiniteLight. An empty `mapname` is none.
+pub(super) fn infinite(params: &mut Params, world_from_light: Transform, pictures: &mut Pictures) -> Light {
+    let radiance = scaled(params, &FACTOR);
+    let samples = samples(params);
+    warn_scaled(params, &world_from_light);
+    let map = map_name(params).and_then(|file| light_map(params, &file, pictures, UNIFORM));
+    match map {
+        Some(map) => Light::Environment { map, scale: radiance, world_from_light, samples },
+        // Without its picture, as in pbrt-v3.
+        None => Light::Infinite { radiance, samples },
+    }
+}
+
+/// pbrt-v3 samples directions whose length is not 1 there (InfiniteAreaLight::Sample_Li).
+fn warn_scaled(params: &mut Params, world_from_light: &Transform) {
+    if world_from_light.uniform_scale(1e-4).is_some_and(|scale| (scale - 1.0).abs() < 1e-4) {
+        return;
+    }
+    let message = "pbrt-v3 samples an infinite light under a scale or shear with the wrong density: the light is too bright or too dark";
+    params.warn(
+        "",
+        message,
+        "put the light before the Scale, or outside the block of the Scale; to turn the light, use Rotate",
+    );
+}
+
+const GONIOMETRIC_WHERE_ONE: Key<Color> =
+    Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
+const ALL_DIRECTIONS: Key<Name> = Key {
+    meaning: "the picture of all directions: the first row is +y, the last -y, the columns go from +x through +z",
+    ..MAP_NAME
+};
+
+const GONIOMETRIC_KEYS: Keys = &[&GONIOMETRIC_WHERE_ONE, &ALL_DIRECTIONS, &SCALE];
+
+/// pbrt-v3's CreateGoniometricLight.
+pub(super) fn goniometric(
+    params: &mut Params,
+    world_from_light: Transform,
+    pictures: &mut Pictures,
+) -> Light {
+    let intensity = scaled(params, &GONIOMETRIC_WHERE_ONE);
+    let file = map_name(params);
+    if file.is_none() {
+        no_map(params, "it has equal intensity in all directions");
+    }
+    match file.and_then(|file| light_map(params, &file, pictures, UNIFORM)) {
+        Some(map) => Light::Goniometric { world_from_light, intensity, map },
+        None => Light::Point { position: world_from_light.point(DVec3::ZERO), intensity },
+    }
+}
+
+const PROJECTION_WHERE_ONE: Key<Color> =
+    Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
+const FOV: Key<f64> = Key::float("fov", 45.0, "the angle of the shorter side of the picture")
+    .within(Range::between(0.0, 180.0))
+    .unit(Unit::Degrees);
+const SLIDE: Key<Name> = Key { meaning: "the picture, with its first row at the smallest y", ..MAP_NAME }
+    .default_words("a white square");
+
+const PROJECTION_KEYS: Keys = &[&PROJECTION_WHERE_ONE, &FOV, &SLIDE, &SCALE];
+
+/// pbrt-v3's CreateProjectionLight.
+pub(super) fn projection(params: &mut Params, world_from_light: Transform, pictures: &mut Pictures) -> Light {
+    let intensity = scaled(params, &PROJECTION_WHERE_ONE);
+    let fov = params.take(&FOV);
+    let file = map_name(params);
+    if file.is_none() {
+        no_map(params, "it projects a white square");
+    }
+    let map = file.and_then(|file| light_map(params, &file, pictures, "as a white square"));
+    let aspect = map.as_ref().map_or(1.0, |map| {
+        let [width, height] = map.picture_size().map(|side| side as f64);
+        width / height
+    });
+    let half_size = DVec2::splat(libm::tan(fov.to_radians() / 2.0));
+    let half_size = half_size * DVec2::new(aspect.max(1.0), aspect.recip().max(1.0));
+    Light::Projection { world_from_light, intensity, map, half_size }
+}
+
+/// The emission of an area light: `AreaLightSource "diffuse"`, with equal radiance in all directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Emission {
+    /// Emitted radiance, linear RGB, each component at most 1e18 (parameters `L` times `scale`).
+    pub radiance: Vec3,
+    /// True if both sides emit. Default: only the side of the normal emits.
+    pub two_sided: bool,
+    /// Light samples per camera sample in the direct lighting integrator, from 1 to 65,536. Default 1.
+    pub samples: u32,
+    /// The AreaLightSource directive. `None` for an emission made in code.
+    pub span: Option<Span>,
+}
+
+impl Emission {
+    /// Emission of this radiance on the side of the normal.
+    pub fn new(radiance: Vec3) -> Emission {
+        Emission { radiance, two_sided: false, samples: 1, span: None }
+    }
+
+    /// True if the radiance is zero.
+    pub fn is_black(&self) -> bool {
+        self.radiance == Vec3::ZERO
+    }
+}
+
+const TWO_SIDED: Key<bool> =
+    Key::bool("twosided", false, "true emits on both sides of the surface, false on the side of the normal");
+
+const AREA_KEYS: Keys = &[&RADIANCE, &SCALE, &TWO_SIDED, &N_SAMPLES, &SAMPLES];
+
+pub(crate) const AREA_KINDS: &[Kind] = &[
+    Kind::new("diffuse", "equal radiance in all directions of each surface point", &[AREA_KEYS]),
+    Kind::new("area", "an old name of diffuse", &[AREA_KEYS]),
+];
+
+/// pbrt-v3's CreateDiffuseAreaLight.
+pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
+    // As in pbrt-v3, an empty type ends the emission of the following shapes.
+    if params.kind().is_empty() {
+        return None;
+    }
+    if !params.is_known_kind(AREA_KINDS) {
+        return params.unknown_kind(AREA_KINDS);
+    }
+    let radiance = scaled(params, &RADIANCE);
+    let two_sided = params.take(&TWO_SIDED);
+    let samples = samples(params);
+    params.finish().then_some(Emission { radiance, two_sided, samples, span: None })
 }

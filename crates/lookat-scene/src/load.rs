@@ -1,7 +1,7 @@
 //! Loads a scene: reads files, follows `Include`, and passes every directive to the resolver.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,17 +12,16 @@ use lookat_syntax::{
     Diagnostic, Directive, EntityKind, FileId, Param, Parsed, Parser, Span, Statement, Text, number_bytes,
 };
 
-use crate::advice::{Evidence, advise};
+use crate::advice::{Summary, advise};
 use crate::cache::{LoadCache, Reuse, Stamped};
 use crate::facts::Block;
+use crate::files::content::other_format;
 use crate::files::{Access, Files, Open, Read};
 use crate::film::DEFAULT_OUTPUT;
-use crate::load_options::LoadOptions;
-use crate::loaded::Loaded;
-use crate::other_format::other_format;
+use crate::options::LoadOptions;
 use crate::resolve::{Resolver, home_block};
 use crate::symbols::SymbolKind;
-use crate::{Places, Scene};
+use crate::{CameraPlacement, Places, Scene, Sources, Symbol};
 
 /// The most included files. A scene with more includes files in a loop.
 const MAX_INCLUDES: usize = 10_000;
@@ -50,10 +49,8 @@ pub fn load(path: &Path, read: &Read, options: &LoadOptions) -> Loaded {
 /// ```
 pub fn load_str(text: &str) -> Loaded {
     const NAME: &str = "scene.pbrt";
-    let read = |path: &Path| match path == Path::new(NAME) {
-        true => Ok(text.into()),
-        false => Err(ErrorKind::NotFound.into()),
-    };
+    let read =
+        |path: &Path| if path == Path::new(NAME) { Ok(text.into()) } else { Err(ErrorKind::NotFound.into()) };
     load(Path::new(NAME), &read, &LoadOptions::default())
 }
 
@@ -68,7 +65,8 @@ pub fn load_opened(path: &Path, open: &Open, options: &LoadOptions) -> Loaded {
 pub fn load_again(
     path: &Path,
     open: &Open,
-    (cache, stamp): (&mut LoadCache, &Stamped),
+    cache: &mut LoadCache,
+    stamp: &Stamped,
     options: &LoadOptions,
 ) -> Loaded {
     let new = cache.kept.next();
@@ -94,7 +92,10 @@ fn load_through(access: Access, path: &Path, options: &LoadOptions, reuse: Optio
                 let at = Span { file, start: 0, end: 0 };
                 let message = format!("{} is not a pbrt scene: it is {format}", path.display());
                 let diagnostics = vec![Diagnostic::error(at, message)];
-                return nothing(loader.resolver.files.without_texts(), diagnostics);
+                let mut files = loader.resolver.files;
+                // Binary contents are never shown.
+                files.sources.files[0].text = Bytes::new();
+                return nothing(files, diagnostics);
             }
             loader.file(file, Vec::new());
             loader.resolver.finish(file);
@@ -119,52 +120,45 @@ fn load_through(access: Access, path: &Path, options: &LoadOptions, reuse: Optio
     }
 }
 
-/// Loads meshes and pictures, runs the advice, and returns the scene.
+/// Runs the advice, and returns the scene.
 fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
-    let Resolver { files, mut report, facts, settled, draft, .. } = resolver;
-    let built = draft.load(options.fast, &files, &mut report);
+    let Resolver { files, mut report, facts, resolved, draft, .. } = resolver;
+    let built = draft.build();
     let symbols = std::mem::take(&mut report.symbols);
-    let evidence = Evidence {
+    let summary = Summary {
         facts: &facts,
         symbols: &symbols,
-        settled: settled.as_ref(),
+        resolved: resolved.as_ref(),
         built: &built,
         drawn: built.drawn(),
         sources: &files.sources,
         end: files.sources.end(file),
         accept_part: options.accept_part,
     };
-    advise(&evidence, &mut report);
+    advise(&summary, &mut report);
     report.symbols = symbols;
-    let misfit = report.misfit.take();
-    let placement = options.view.placement().or(facts.placement);
-    let world_follows_camera = facts.uses_camera_space;
+    let override_error = report.override_error.take();
     let can_keep_going =
-        settled.is_some() && !report.is_v4(&files.sources) && misfit.is_none() && !report.exhausted;
+        resolved.is_some() && !report.is_v4(&files.sources) && override_error.is_none() && !report.exhausted;
     let keeps_going = options.keep_going && !report.exhausted;
-    let is_whole = (!report.has_errors() || keeps_going) && misfit.is_none() && !options.fast;
-    let unread = built.unread;
-    let output = settled.as_ref().map_or(DEFAULT_OUTPUT.into(), |settled| settled.output.clone());
-    let mut places = settled.as_ref().map_or_else(Places::default, |settled| settled.places.clone());
+    let is_whole = (!report.has_errors() || keeps_going) && override_error.is_none() && !options.fast;
+    let output = resolved.as_ref().map_or(DEFAULT_OUTPUT.into(), |resolved| resolved.output.clone());
+    let mut places = resolved.as_ref().map_or_else(Places::default, |resolved| resolved.places.clone());
     places.lights = facts.lights;
-    let scene = settled.filter(|_| is_whole);
-    let scene = scene.map(|settled| Scene { view: settled.view, world: Arc::new(built.world) });
+    let scene = resolved.filter(|_| is_whole);
+    let scene = scene.map(|resolved| Scene { view: resolved.view, world: Arc::new(built.world) });
     let (diagnostics, symbols) = report.finish(&files.sources);
-    let (sources, inputs, memory) = files.into_parts();
     Loaded {
-        sources,
-        inputs,
-        memory,
         scene,
         places,
         output,
-        diagnostics,
         symbols,
-        unread,
+        unread: built.unread,
         can_keep_going,
-        placement,
-        world_follows_camera,
-        misfit,
+        placement: options.view.placement().or(facts.placement),
+        world_follows_camera: facts.uses_camera_space,
+        override_error,
+        ..nothing(files, diagnostics)
     }
 }
 
@@ -184,7 +178,7 @@ fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
         can_keep_going: false,
         placement: None,
         world_follows_camera: false,
-        misfit: None,
+        override_error: None,
     }
 }
 
@@ -207,12 +201,10 @@ impl Loader<'_> {
         let (path, text) = (source.path.clone(), source.text.clone());
         let mut room = Room::new(&text);
         self.open.push(path.clone());
-        if let [_] = self.open[..] {
-            match part(id, &text, room.left(&memory)) {
-                Some((Block::World, first)) => self.resolver.begin_part(first),
-                Some((_, first)) => self.resolver.begin_options_part(first),
-                None => {}
-            }
+        if let [_] = self.open[..]
+            && let Some((block, first)) = part(id, &text, room.left(&memory))
+        {
+            self.resolver.begin_part(block, first);
         }
         let known = reuse.map(|reuse| RefCell::new(reuse.keep_text(&path, text.clone())));
         let mut find = |ty, at| known.as_ref()?.borrow_mut().find(ty, at);
@@ -229,7 +221,9 @@ impl Loader<'_> {
                 self.append(std::mem::take(&mut rest), parsed.statements.last_mut());
             }
             directives += parsed.statements.len();
-            parsed.statements.into_iter().for_each(|statement| self.statement(statement));
+            for statement in parsed.statements {
+                self.statement(statement);
+            }
         }
         self.open.pop();
         directives
@@ -276,24 +270,22 @@ impl Loader<'_> {
         }
     }
 
-    fn include(&mut self, name: Text, rest: Vec<Param>, at: Span) {
+    /// The error for an `Include` beyond the limits.
+    fn refused(&self, at: Span) -> Option<Diagnostic> {
         if self.resolver.files.sources.files.len() > MAX_INCLUDES {
-            let message = format!("the scene includes more than {MAX_INCLUDES} files");
-            self.resolver.report.push(Diagnostic::error(name.span, message));
-            return;
+            return Some(Diagnostic::error(at, format!("the scene includes more than {MAX_INCLUDES} files")));
         }
         if self.repeated > MAX_REPEATED {
-            let message = "repeated includes add up to more than 4 GiB";
-            self.resolver.report.push(
-                Diagnostic::error(name.span, message)
-                    .help("to repeat shapes, use ObjectBegin and ObjectInstance"),
-            );
-            return;
+            let error = Diagnostic::error(at, "repeated includes add up to more than 4 GiB");
+            return Some(error.help("to repeat shapes, use ObjectBegin and ObjectInstance"));
         }
-        if self.open.len() >= MAX_DEPTH {
-            let message = format!("more than {MAX_DEPTH} nested includes");
-            self.resolver.report.push(Diagnostic::error(name.span, message));
-            return;
+        let message = || Diagnostic::error(at, format!("more than {MAX_DEPTH} nested includes"));
+        (self.open.len() >= MAX_DEPTH).then(message)
+    }
+
+    fn include(&mut self, name: Text, rest: Vec<Param>, at: Span) {
+        if let Some(error) = self.refused(name.span) {
+            return self.resolver.report.push(error);
         }
         let (path, bytes) = match self.resolver.files.text_named(&name.value, name.span) {
             Ok(found) => found,
@@ -382,4 +374,40 @@ fn part(id: FileId, text: &[u8], most_bytes: u64) -> Option<(Block, Span)> {
     }
     let block = if has_world { Block::World } else { Block::Options };
     first.filter(|_| has_world || has_options).map(|first| (block, first))
+}
+
+/// The result of [`load`](crate::load()).
+#[derive(Debug)]
+pub struct Loaded {
+    /// The texts that diagnostics refer to.
+    pub sources: Sources,
+    /// All files read: scene text, pictures, meshes and spectra.
+    pub inputs: BTreeSet<PathBuf>,
+    /// The scene. `None` if there is a `override_error`, if there are errors without `keep_going`, if the text does not fit the memory limit, with
+    /// `fast`, or if no scene could be built at all.
+    pub scene: Option<Scene>,
+    /// Where the text says how the scene is seen and lit.
+    pub places: Places,
+    /// The file that the scene names for its picture (`filename` of `Film`), relative to the working folder. Default:
+    /// `pbrt.exr`.
+    pub output: PathBuf,
+    /// The problems, in reading order.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Materials, textures, objects, media, coordinate systems and included files, in the order of their definition or,
+    /// if undefined, of their first use.
+    pub symbols: Vec<Symbol>,
+    /// The memory budget that is left after reading.
+    pub memory: MemoryBudget,
+    /// With [`fast`](crate::LoadOptions::fast), the number of uses of mesh and picture files whose contents were not read;
+    /// otherwise 0.
+    pub unread: usize,
+    /// True if `keep_going` would give a scene.
+    pub can_keep_going: bool,
+    /// The `LookAt` that places the camera. `None` for a camera that is placed otherwise.
+    pub placement: Option<CameraPlacement>,
+    /// True if the world uses the coordinate system of the camera.
+    pub world_follows_camera: bool,
+    /// The reason why the [`FilmOverride`](crate::FilmOverride) or the [`ViewOverride`](crate::ViewOverride) does not fit
+    /// the scene.
+    pub override_error: Option<String>,
 }

@@ -1,49 +1,27 @@
 //! `Material`: the scattering of surfaces.
 
-mod glass;
-mod instance;
-mod keys;
-mod kinds;
-mod matte;
-mod metal;
-mod mirror;
-mod mix;
-mod needs;
-mod plastic;
-mod roughness;
+mod models;
 mod stand_in;
-mod substrate;
-mod textures;
-mod translucent;
-mod uber;
+mod subsurface;
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_syntax::{Span, Text};
+use lookat_syntax::{Entity, Param, ParamType, Span, Text, Values};
 
+use crate::material::models::{bump, share};
 use crate::names::Names;
-use crate::params::Params;
-use crate::schema::{Key, Kind, Name, names};
-use crate::texture::{Texture, TextureParams};
+use crate::params::value::Name;
+use crate::params::{Params, class};
+use crate::schema::{Key, Kind};
+use crate::symbols::SymbolId;
+use crate::texture::{Texture, Value};
 
-pub use glass::Glass;
-pub use matte::Matte;
-pub use metal::Metal;
-pub use mirror::Mirror;
-pub use mix::Mix;
-pub use needs::Needs;
-pub use plastic::Plastic;
-pub use roughness::Roughness;
-pub use substrate::Substrate;
-pub use textures::AnyTexture;
-pub use translucent::Translucent;
-pub use uber::Uber;
-
-pub(crate) use instance::MaterialInstance;
-pub(crate) use kinds::KINDS;
-
-use keys::{bump, index_of_refraction, share};
+pub(crate) use crate::material::models::KINDS;
+pub use crate::material::models::{
+    Glass, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Translucent, Uber,
+};
 
 /// A material.
 #[derive(Debug, Clone)]
@@ -55,7 +33,7 @@ pub struct Material {
     /// The name that `MakeNamedMaterial` gives it.
     pub name: Option<String>,
     needs: Needs,
-    /// How many materials it comes to, counting the parts of nested mixes.
+    /// The number of materials in it, counting the parts of nested mixes.
     parts: u32,
 }
 
@@ -144,18 +122,18 @@ pub(crate) fn named_type(params: &mut Params) -> Option<Text> {
 pub(crate) type Named = Names<Rc<MaterialInstance>>;
 
 /// pbrt-v3's MakeMaterial. An unknown type is an error and gives matte, as in pbrt-v3.
-pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
+pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
     let kind = match params.kind() {
-        "matte" => MaterialKind::Matte(matte::matte(params)),
-        "plastic" => MaterialKind::Plastic(plastic::plastic(params)),
-        "translucent" => MaterialKind::Translucent(translucent::translucent(params)),
-        "glass" => MaterialKind::Glass(glass::glass(params)),
-        "mirror" => MaterialKind::Mirror(mirror::mirror(params)),
-        "metal" => MaterialKind::Metal(Box::new(metal::metal(params))),
-        "substrate" => MaterialKind::Substrate(substrate::substrate(params)),
-        "uber" => MaterialKind::Uber(Box::new(uber::uber(params))),
+        "matte" => MaterialKind::Matte(models::matte(params)),
+        "plastic" => MaterialKind::Plastic(models::plastic(params)),
+        "translucent" => MaterialKind::Translucent(models::translucent(params)),
+        "glass" => MaterialKind::Glass(models::glass(params)),
+        "mirror" => MaterialKind::Mirror(models::mirror(params)),
+        "metal" => MaterialKind::Metal(Box::new(models::metal(params))),
+        "substrate" => MaterialKind::Substrate(models::substrate(params)),
+        "uber" => MaterialKind::Uber(Box::new(models::uber(params))),
         "mix" => {
-            let mix = mix::mix(params, named);
+            let mix = models::mix(params, named);
             params.finish();
             // pbrt-v3 uses the bump map of the first.
             let bump = mix.materials[0].bump.clone();
@@ -165,7 +143,7 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
             params.finish();
             return Material::new(MaterialKind::None, None);
         }
-        kind if names(KINDS).contains(&kind) => {
+        _ if params.is_known_kind(KINDS) => {
             let known = KINDS.iter().filter(|known| known.name == params.kind());
             let known: Vec<_> = known.flat_map(Kind::parameters).collect();
             let kind = stand_in::stand_in(params);
@@ -176,8 +154,8 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
             return Material::new(kind, bump);
         }
         _ => {
-            params.unknown_kind::<()>(&names(KINDS));
-            let kind = MaterialKind::Matte(matte::matte(params));
+            params.unknown_kind::<()>(KINDS);
+            let kind = MaterialKind::Matte(models::matte(params));
             let bump = bump(params);
             params.ignore_rest();
             return Material::new(kind, bump);
@@ -186,4 +164,235 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
     let bump = bump(params);
     params.finish();
     Material::new(kind, bump)
+}
+
+/// A material with its source, because a shape may replace its parameters.
+pub(crate) struct MaterialInstance {
+    pub material: Arc<Material>,
+    /// Its type and parameters as written.
+    pub entity: Option<Entity>,
+    /// The names and types of its parameters. `None` after an error in its type.
+    pub known: Option<Vec<(&'static str, ParamType)>>,
+    /// For each parameter the definition of the texture or material that it names.
+    pub definitions: Vec<Option<SymbolId>>,
+}
+
+impl MaterialInstance {
+    /// The parameter of a shape for which pbrt-v3 makes the material of the shape again, with the textures of that place: one that might
+    /// be a material's (api.cpp, shapeMaySetMaterialParameters).
+    pub fn renewing(params: &[Param]) -> Option<&Param> {
+        params.iter().find(|Param { ty, name, values, .. }| {
+            let geometry: &[&str] = match ty {
+                ParamType::Texture => &["alpha", "shadowalpha"],
+                ParamType::Float => &["radius"],
+                ParamType::String => &["filename", "type", "scheme"],
+                _ => &[],
+            };
+            // All numbers of a spectrum are one value.
+            let is_one = match (ty, &values.value) {
+                (ParamType::Texture, _) | (ParamType::Spectrum, Values::Numbers(_)) => true,
+                (_, values) => values.len() == 1,
+            };
+            is_one && !geometry.contains(&name.value.as_str())
+        })
+    }
+
+    /// Splits the parameters of a shape into material parameters and the rest.
+    pub fn split(&self, params: Vec<Param>) -> (Vec<Param>, Vec<Param>) {
+        let Some(known) = &self.known else { return (params, Vec::new()) };
+        let is_known = |param: &Param| {
+            known.iter().any(|(name, ty)| *name == param.name.value && class(*ty) == class(param.ty))
+        };
+        params.into_iter().partition(is_known)
+    }
+}
+
+/// The material of shapes before any `Material` directive.
+impl Default for MaterialInstance {
+    fn default() -> Self {
+        MaterialInstance {
+            material: Arc::new(Material::DEFAULT),
+            entity: None,
+            definitions: Vec::new(),
+            known: Some(vec![
+                ("Kd", ParamType::Texture),
+                ("Kd", ParamType::Rgb),
+                ("sigma", ParamType::Texture),
+                ("sigma", ParamType::Float),
+                ("bumpmap", ParamType::Texture),
+            ]),
+        }
+    }
+}
+
+impl MaterialKind {
+    /// The colors of this material, without those of the parts of a mix.
+    pub(crate) fn colors(&self) -> Vec<&Texture<Vec3>> {
+        match self {
+            MaterialKind::Matte(it) => vec![&it.kd],
+            MaterialKind::Plastic(it) => vec![&it.kd, &it.ks],
+            MaterialKind::Translucent(it) => vec![&it.kd, &it.ks, &it.reflect, &it.transmit],
+            MaterialKind::Glass(it) => vec![&it.kr, &it.kt],
+            MaterialKind::Mirror(it) => vec![&it.kr],
+            MaterialKind::Metal(it) => vec![&it.eta, &it.k],
+            MaterialKind::Substrate(it) => vec![&it.kd, &it.ks],
+            MaterialKind::Uber(it) => vec![&it.kd, &it.ks, &it.kr, &it.kt, &it.opacity],
+            MaterialKind::Mix(it) => vec![&it.amount],
+            MaterialKind::None => vec![],
+        }
+    }
+
+    /// The numbers of this material that can be textures.
+    pub(crate) fn numbers(&self) -> Vec<&Texture<f64>> {
+        let sigma = if let MaterialKind::Matte(it) = self { Some(&it.sigma) } else { None };
+        let widths = self.roughness().into_iter().flat_map(|width| std::iter::once(&width.u).chain(&width.v));
+        sigma.into_iter().chain(self.index()).chain(widths).collect()
+    }
+
+    /// True if it scatters no light. Textures that vary count as light.
+    pub fn is_black(&self) -> bool {
+        let are_black = |all: &[&Texture<Vec3>]| all.iter().all(|share| share.constant() == Some(Vec3::ZERO));
+        match self {
+            MaterialKind::Translucent(it) => {
+                are_black(&[&it.kd, &it.ks]) || are_black(&[&it.reflect, &it.transmit])
+            }
+            MaterialKind::Uber(it) => {
+                it.opacity.constant() == Some(Vec3::ONE) && are_black(&[&it.kd, &it.ks, &it.kr, &it.kt])
+            }
+            MaterialKind::Mix(it) => it.materials.iter().all(|part| part.kind.is_black()),
+            MaterialKind::Metal(_) | MaterialKind::None => false,
+            _ => are_black(&self.colors()),
+        }
+    }
+
+    /// The index of refraction, if the material has one.
+    pub(crate) fn index(&self) -> Option<&Texture<f64>> {
+        match self {
+            MaterialKind::Glass(glass) => Some(&glass.eta),
+            MaterialKind::Uber(uber) => Some(&uber.eta),
+            _ => None,
+        }
+    }
+
+    /// The roughness, if the material has one.
+    pub(super) fn roughness(&self) -> Option<&Roughness> {
+        match self {
+            MaterialKind::Plastic(plastic) => Some(&plastic.roughness),
+            MaterialKind::Translucent(translucent) => Some(&translucent.roughness),
+            MaterialKind::Glass(glass) => Some(&glass.roughness),
+            MaterialKind::Metal(metal) => Some(&metal.roughness),
+            MaterialKind::Substrate(substrate) => Some(&substrate.roughness),
+            MaterialKind::Uber(uber) => Some(&uber.roughness),
+            _ => None,
+        }
+    }
+
+    /// The type name in scene files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            MaterialKind::Matte(_) => "matte",
+            MaterialKind::Plastic(_) => "plastic",
+            MaterialKind::Translucent(_) => "translucent",
+            MaterialKind::Glass(_) => "glass",
+            MaterialKind::Mirror(_) => "mirror",
+            MaterialKind::Metal(_) => "metal",
+            MaterialKind::Substrate(_) => "substrate",
+            MaterialKind::Uber(_) => "uber",
+            MaterialKind::Mix(_) => "mix",
+            MaterialKind::None => "none",
+        }
+    }
+}
+
+/// The data needed to shade a point, besides its normals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Needs {
+    /// Texture coordinates and their derivatives, for textures, bump maps and anisotropic lobes.
+    pub coordinates: bool,
+    /// The texture footprint (ray differentials), for filtered textures.
+    pub footprint: bool,
+}
+
+impl Needs {
+    /// A surface without textures needs nothing.
+    pub const NOTHING: Needs = Needs { coordinates: false, footprint: false };
+
+    pub(super) fn of(kind: &MaterialKind, bump: Option<&Texture<f64>>) -> Self {
+        let mut needs = Needs { coordinates: bump.is_some(), footprint: bump.is_some() };
+        for color in kind.colors() {
+            needs.texture(color);
+        }
+        for number in kind.numbers() {
+            needs.texture(number);
+        }
+        if let Some(Roughness { u, v: Some(v), .. }) = kind.roughness() {
+            needs.coordinates |= u.constant() != v.constant();
+        }
+        if let MaterialKind::Mix(mix) = kind {
+            for Material { needs: part, .. } in mix.materials.iter().map(|part| &**part) {
+                needs.coordinates |= part.coordinates;
+                needs.footprint |= part.footprint;
+            }
+        }
+        needs
+    }
+
+    fn texture<T: Value>(&mut self, texture: &Texture<T>) {
+        self.coordinates |= texture.constant().is_none();
+        self.footprint |= texture.is_filtered();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::Vec3;
+
+    use crate::{LoadOptions, MaterialKind, Texture, load};
+
+    /// The Kd of each shape: of the last definition where pbrt-v3 makes the material again.
+    #[test]
+    fn shapes_make_their_material_again_as_in_pbrt() {
+        let kd = |shape: &str, end: &str| {
+            let text = format!(
+                "Camera \"perspective\" Film \"image\" WorldBegin LightSource \"infinite\"
+                 Texture \"f\" \"float\" \"constant\" Texture \"t\" \"color\" \"constant\" \"rgb value\" [1 0 0]
+                 MakeNamedMaterial \"m\" \"string type\" \"matte\" \"texture Kd\" \"t\" \"float sigma\" 0
+                 NamedMaterial \"m\" AttributeBegin Texture \"t\" \"float\" \"constant\"
+                 Texture \"t\" \"color\" \"constant\" \"rgb value\" [0 1 0] {end} Shape {shape} WorldEnd"
+            );
+            let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &LoadOptions::default());
+            let scene = loaded.scene.unwrap_or_else(|| panic!("{:?} {shape}", loaded.diagnostics));
+            let material = &scene.world.primitives[0].material;
+            assert_eq!(material.name.as_deref(), if shape.contains("sigma") { None } else { Some("m") });
+            match material.kind() {
+                MaterialKind::Matte(matte) => match matte.kd {
+                    Texture::Constant(color) => color,
+                    Texture::Varying(_) => panic!("{shape}"),
+                },
+                _ => panic!("{shape}"),
+            }
+        };
+        let mesh = "\"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [0 0 0 1 0 0 0 1 0]";
+        let [first, last] = [Vec3::X, Vec3::Y];
+        for (shape, expected) in [
+            ("\"sphere\"", first),
+            ("\"sphere\" \"float radius\" 2", first),
+            ("\"sphere\" \"float radius\" 2 \"float zmin\" -.5", last),
+            ("\"sphere\" \"float phimax\" [360]", last),
+            ("\"sphere\" \"float sigma\" 10", last),
+            ("\"cylinder\" \"float radius\" 2", first),
+            ("\"hyperboloid\" \"point p1\" [1 0 0]", last),
+            ("\"curve\" \"string type\" \"flat\" \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0]", first),
+            ("\"curve\" \"float width\" 1 \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0]", last),
+            (mesh, first),
+            (&format!("{mesh} \"texture alpha\" \"f\""), first),
+            (&format!("{mesh} \"float alpha\" 1"), last),
+            (&format!("{mesh} \"float uv\" [0 0 1 0 1 1]"), first),
+        ] {
+            assert_eq!(kd(shape, ""), expected, "{shape}");
+            assert_eq!(kd(shape, "AttributeEnd"), first, "{shape}");
+        }
+    }
 }

@@ -1,16 +1,16 @@
-//! `Shape "trianglemesh"` and `Shape "plymesh"`.
+//! `Shape "trianglemesh"` and `Shape "plymesh"`, and their alpha masks.
 
 use std::sync::Arc;
 
 use glam::DVec3;
-use lookat_syntax::{Diagnostic, ParamType};
+use lookat_syntax::{Diagnostic, ParamType, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
-use crate::cutout::CUTOUT;
-use crate::params::{FileParam, Params};
-use crate::ply::Oddities;
-use crate::schema::{Effect, Floats, Integers, Key, Kind, Name, Pairs, Triples, Unit};
+use crate::params::Params;
+use crate::params::value::{FloatTexture, Floats, Integers, Name, Pairs, Triples};
+use crate::schema::{Effect, Key, Keys, Kind, Unit};
+use crate::texture::Texture;
 use crate::transform::{LARGEST, in_range};
 
 /// Triangles with shared vertices. Arrays other than those of positions and indices are empty if the mesh has no such
@@ -25,47 +25,51 @@ pub struct Mesh {
 }
 
 /// Why arrays are no [`Mesh`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MeshFault {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum MeshError {
     /// The number of indices is no multiple of three.
+    #[error("the number of indices is not a multiple of 3")]
     OddIndices,
     /// An index is negative, or not below the number of positions.
+    #[error("an index is negative or not below the number of positions")]
     IndexOutOfRange,
     /// An array has fewer or more values than there are positions.
+    #[error("an array does not have one value for each position")]
     WrongLength,
     /// A number is infinite or not a number, or one of a position, normal or tangent is beyond 1e50, where areas overflow.
+    #[error("a number is not finite, or beyond 1e50")]
     NotFinite,
 }
 
-impl std::fmt::Display for MeshFault {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            MeshFault::OddIndices => "the number of indices is no multiple of 3",
-            MeshFault::IndexOutOfRange => "an index is negative or not below the number of positions",
-            MeshFault::WrongLength => "an array does not have a value for each position",
-            MeshFault::NotFinite => "a number is not finite, or beyond 1e50",
-        })
-    }
+/// Parts of a file that are skipped, and properties that pbrt-v3 does not read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Oddities {
+    /// The number of faces without 3 or 4 corners. They are skipped, as in pbrt-v3.
+    pub other_faces: usize,
+    /// True if the file has more data than its header declares. The rest is ignored, as in pbrt-v3.
+    pub goes_on: bool,
+    /// True if the corners of faces are called `vertex_index`. pbrt-v3 draws no face then.
+    pub is_vertex_index: bool,
+    /// True if the file is compressed. pbrt-v3 cannot read it.
+    pub is_zipped: bool,
 }
-
-impl std::error::Error for MeshFault {}
 
 impl Mesh {
     /// A mesh of these vertex positions, with three vertex indices for each triangle.
     ///
     /// # Errors
     ///
-    /// See [`MeshFault`].
-    pub fn new(positions: Vec<[f64; 3]>, indices: Vec<i32>) -> Result<Mesh, MeshFault> {
+    /// See [`MeshError`].
+    pub fn new(positions: Vec<[f64; 3]>, indices: Vec<i32>) -> Result<Mesh, MeshError> {
         let count = positions.len();
         if !indices.len().is_multiple_of(3) {
-            return Err(MeshFault::OddIndices);
+            return Err(MeshError::OddIndices);
         }
         if !indices.iter().all(|index| usize::try_from(*index).is_ok_and(|index| index < count)) {
-            return Err(MeshFault::IndexOutOfRange);
+            return Err(MeshError::IndexOutOfRange);
         }
         if !in_range(positions.as_flattened()) {
-            return Err(MeshFault::NotFinite);
+            return Err(MeshError::NotFinite);
         }
         Ok(Mesh { positions, indices, ..Mesh::default() })
     }
@@ -74,8 +78,8 @@ impl Mesh {
     ///
     /// # Errors
     ///
-    /// See [`MeshFault`].
-    pub fn with_normals(self, normals: Vec<[f64; 3]>) -> Result<Mesh, MeshFault> {
+    /// See [`MeshError`].
+    pub fn with_normals(self, normals: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
         check_array(&normals, self.positions.len(), in_range)?;
         Ok(Mesh { normals, ..self })
     }
@@ -84,8 +88,8 @@ impl Mesh {
     ///
     /// # Errors
     ///
-    /// See [`MeshFault`].
-    pub fn with_tangents(self, tangents: Vec<[f64; 3]>) -> Result<Mesh, MeshFault> {
+    /// See [`MeshError`].
+    pub fn with_tangents(self, tangents: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
         check_array(&tangents, self.positions.len(), in_range)?;
         Ok(Mesh { tangents, ..self })
     }
@@ -94,8 +98,8 @@ impl Mesh {
     ///
     /// # Errors
     ///
-    /// See [`MeshFault`].
-    pub fn with_uvs(self, uvs: Vec<[f64; 2]>) -> Result<Mesh, MeshFault> {
+    /// See [`MeshError`].
+    pub fn with_uvs(self, uvs: Vec<[f64; 2]>) -> Result<Mesh, MeshError> {
         check_array(&uvs, self.positions.len(), |uvs| uvs.iter().all(|x| x.is_finite()))?;
         Ok(Mesh { uvs, ..self })
     }
@@ -128,6 +132,12 @@ impl Mesh {
     #[inline]
     pub fn uvs(&self) -> &[[f64; 2]] {
         &self.uvs
+    }
+
+    /// The mesh in place of a file that is only checked: a triangle, because a mesh without triangles would be invisible.
+    pub(crate) fn unread() -> Mesh {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        Mesh { positions, indices: vec![0, 1, 2], ..Mesh::default() }
     }
 
     /// The number of triangles.
@@ -170,9 +180,15 @@ impl Mesh {
     /// Transforms the arrays from object space to world space, in place.
     fn place(mut self, transform: Transform) -> Self {
         if transform != Transform::IDENTITY {
-            self.positions.iter_mut().for_each(|p| *p = transform.point(DVec3::from(*p)).into());
-            self.normals.iter_mut().for_each(|n| *n = transform.normal(DVec3::from(*n)).into());
-            self.tangents.iter_mut().for_each(|s| *s = transform.vector(DVec3::from(*s)).into());
+            for p in &mut self.positions {
+                *p = transform.point(DVec3::from(*p)).into();
+            }
+            for n in &mut self.normals {
+                *n = transform.normal(DVec3::from(*n)).into();
+            }
+            for s in &mut self.tangents {
+                *s = transform.vector(DVec3::from(*s)).into();
+            }
         }
         self
     }
@@ -182,11 +198,11 @@ fn check_array<const N: usize>(
     values: &[[f64; N]],
     count: usize,
     are_right: fn(&[f64]) -> bool,
-) -> Result<(), MeshFault> {
+) -> Result<(), MeshError> {
     if values.len() != count {
-        return Err(MeshFault::WrongLength);
+        return Err(MeshError::WrongLength);
     }
-    if are_right(values.as_flattened()) { Ok(()) } else { Err(MeshFault::NotFinite) }
+    if are_right(values.as_flattened()) { Ok(()) } else { Err(MeshError::NotFinite) }
 }
 
 pub(crate) const INDICES: Key<Integers> = Key::new(
@@ -215,13 +231,12 @@ const fn texture_coordinate(name: &'static str, meaning: &'static str) -> Key<Pa
 }
 
 pub(crate) const TRIANGLE_MESH: Kind = Kind::new(
-    "Shape",
     "trianglemesh",
     "triangles with shared vertices",
     &[&[&INDICES, &POSITIONS, &NORMALS, &TANGENTS, &UV, &ST], CUTOUT, &[&FACE_INDICES]],
 );
 pub(crate) const PLY_MESH: Kind =
-    Kind::new("Shape", "plymesh", "triangles and quads from a PLY file", &[&[&FILE_NAME], CUTOUT]);
+    Kind::new("plymesh", "triangles and quads from a PLY file", &[&[&FILE_NAME], CUTOUT]);
 
 /// pbrt-v3's CreateTriangleMeshShape. The lists of a mesh that an earlier load has made are empty.
 pub(crate) fn triangle_mesh(
@@ -266,7 +281,7 @@ pub(crate) fn triangle_mesh(
     let mesh = Arc::new(place(params, mesh, world_from_object)?);
     let flat = mesh.without_area();
     // Other messages are given when the mesh is made.
-    if let (Some(reuse), Some(key)) = (params.reuse(), params.mesh_key.take())
+    if let (Some(reuse), Some(key)) = (params.files.reuse, params.mesh_key.take())
         && reported.is_some_and(|reported| params.reported() == Some(reported))
     {
         reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, oddities: Oddities::default() });
@@ -275,13 +290,13 @@ pub(crate) fn triangle_mesh(
     Some(mesh)
 }
 
-/// pbrt-v3's CreatePLYMesh: a handle for the file.
-pub(crate) fn ply_file(params: &mut Params) -> Option<FileParam> {
+/// pbrt-v3's CreatePLYMesh: the name of the file.
+pub(crate) fn ply_file(params: &mut Params) -> Option<Text> {
     let name = params.take(&FILE_NAME);
     if name.is_none() {
         params.missing("filename", "a plymesh needs a file", "add \"string filename\" \"mesh.ply\"");
     }
-    name.map(|name| params.file_param(&FILE_NAME, &name))
+    name
 }
 
 /// Transforms a mesh to world space. Reports coordinates out of range and triangles without an area.
@@ -411,4 +426,29 @@ fn check_lengths(params: &mut Params, mesh: &Mesh, uv: &'static str) {
             "write one pair for each vertex of P, in the same order, not one for each corner of a triangle";
         params.warn(uv, &message, help);
     }
+}
+
+/// The alpha masks of a mesh.
+#[derive(Debug, Clone)]
+pub struct Cutout {
+    /// The mesh has holes where this is 0 (`alpha`).
+    pub alpha: Option<Texture<f64>>,
+    /// Shadow rays pass where this is 0 (`shadowalpha`).
+    pub shadow_alpha: Option<Texture<f64>>,
+}
+
+const ALPHA: Key<FloatTexture> =
+    Key::float_texture("alpha", 1.0, "the mesh has holes where this is 0; other values are opaque");
+const SHADOW_ALPHA: Key<FloatTexture> =
+    Key::float_texture("shadowalpha", 1.0, "shadow rays pass where this is 0, and where alpha is 0");
+
+const CUTOUT: Keys = &[&ALPHA, &SHADOW_ALPHA];
+
+/// The alpha masks of a mesh, if given.
+pub(crate) fn cutout(params: &mut Params) -> Option<Cutout> {
+    let [alpha, shadow_alpha] = [&ALPHA, &SHADOW_ALPHA].map(|key| {
+        // A constant other than 0 is opaque and needs no mask.
+        Some(params.take(key)).filter(|alpha| alpha.constant().is_none_or(|alpha| alpha == 0.0))
+    });
+    (alpha.is_some() || shadow_alpha.is_some()).then_some(Cutout { alpha, shadow_alpha })
 }

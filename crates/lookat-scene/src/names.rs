@@ -47,7 +47,9 @@ impl<T> Names<T> {
     pub fn find(&self, name: &Text, report: &mut Report) -> Option<&T> {
         match self.known.get(&name.value) {
             Some(Named { value, symbol }) => {
-                symbol.iter().for_each(|symbol| report.symbols.use_at(*symbol, name.span));
+                if let Some(symbol) = symbol {
+                    report.symbols.use_at(*symbol, name.span);
+                }
                 Some(value)
             }
             None => {

@@ -1,42 +1,58 @@
 //! The directives before `WorldBegin`. They are resolved together, because `Camera` needs the `Film` and either may
 //! come first.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 
-use lookat_syntax::{Entity, EntityKind, Span, Spanned, Text};
+use lookat_syntax::{Entity, EntityKind, Severity, Span, Spanned, Text};
 
-use crate::accelerator;
-use crate::camera::{self, Camera, Projection};
+use crate::camera::{self, Camera, Projection, ViewOverride};
 use crate::facts::Facts;
 use crate::files::Files;
-use crate::film;
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
-use crate::load_options::LoadOptions;
 use crate::params::Params;
-use crate::places::Places;
+use crate::params::value::Name;
 use crate::report::Report;
 use crate::sampler::{self, Sampler};
-use crate::{Transform, View};
+use crate::scene::Places;
+use crate::schema::{Key, Kind};
+use crate::{FilmOverride, Transform, View, film};
 
-/// The last option of each kind, as written.
-#[derive(Default)]
-pub(crate) struct Options {
-    camera: Option<(Given, Transform)>,
-    film: Option<Given>,
-    filter: Option<Given>,
-    sampler: Option<Given>,
-    integrator: Option<Given>,
-    accelerator: Option<Given>,
+/// How [`load`](crate::load()) reads a scene.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoadOptions {
+    /// The size and the crop window, if they replace those of the scene. Default: those of the scene.
+    pub film: FilmOverride,
+    /// The settings of the camera that replace those of the scene. Default: those of the scene.
+    pub view: ViewOverride,
+    /// Omit directives with errors and build a scene from the others. Default: false.
+    pub keep_going: bool,
+    /// The most memory for reading the scene, in bytes. Default:
+    /// [`MemoryBudget::machine_limit`](lookat_image::MemoryBudget::machine_limit).
+    pub max_memory: Option<u64>,
+    /// Accept a file that other scenes include: its missing parts are a warning instead of an error. Default: false.
+    pub accept_part: bool,
+    /// Only check: open the files of meshes and pictures, but read no more than the headers of meshes. Gives no scene.
+    /// Default: false.
+    pub fast: bool,
 }
 
-struct Given {
+/// The last directive of each kind of option.
+#[derive(Default)]
+pub(crate) struct Options {
+    given: HashMap<EntityKind, OptionDirective>,
+}
+
+struct OptionDirective {
     entity: Entity,
     at: Span,
+    /// The camera transformation here.
+    world_from_camera: Transform,
 }
 
 /// The resolved options.
-pub(crate) struct Settled {
+pub(crate) struct ResolvedOptions {
     pub view: View,
     /// Where the view is in the text.
     pub places: Places,
@@ -45,7 +61,7 @@ pub(crate) struct Settled {
     /// True if the integrator ignores surfaces without a material.
     pub passes_boundaries: bool,
     /// The type of an Integrator that `path` replaces.
-    pub substituted: Option<Text>,
+    pub replaced_integrator: Option<Text>,
 }
 
 impl Options {
@@ -57,62 +73,70 @@ impl Options {
         at: Span,
         world_from_camera: Transform,
     ) -> Option<Span> {
-        let given = Given { entity, at };
-        let before = match kind {
-            EntityKind::Camera => self.camera.replace((given, world_from_camera)).map(|(given, _)| given),
-            EntityKind::Film => self.film.replace(given),
-            EntityKind::PixelFilter => self.filter.replace(given),
-            EntityKind::Sampler => self.sampler.replace(given),
-            EntityKind::Integrator => self.integrator.replace(given),
-            _ => self.accelerator.replace(given),
-        };
-        before.map(|before| before.at)
+        let given = OptionDirective { entity, at, world_from_camera };
+        self.given.insert(kind, given).map(|before| before.at)
     }
 
     /// Resolves the options. Reports an option with an error and replaces it by the default.
-    pub fn settle(
-        self,
+    pub fn resolve(
+        mut self,
         world_begin: Span,
         load_options: &LoadOptions,
         files: &Files,
         report: &mut Report,
         facts: &mut Facts,
-    ) -> Settled {
+    ) -> ResolvedOptions {
         // An unreadable directive may be the missing one.
         if !report.has_errors_before(world_begin) && !report.incomplete {
-            facts.missing_options = self.missing();
+            let usual = [EntityKind::Camera, EntityKind::Film, EntityKind::Sampler, EntityKind::Integrator];
+            facts.missing_options = usual.into_iter().filter(|kind| !self.given.contains_key(kind)).collect();
         }
-        let entity = |given: Option<Given>, default: &str| match given {
+        let camera = self.given.get(&EntityKind::Camera);
+        let camera = camera.map(|given| (given.entity.name.span, given.world_from_camera));
+        let mut entity = |kind: EntityKind, default: &str| match self.given.remove(&kind) {
             Some(given) => given.entity,
             None => Entity { name: Spanned { value: default.into(), span: world_begin }, params: Vec::new() },
         };
-        let params = &mut Params::new("Film", entity(self.film, "image"), files, report);
-        let (film, output) = film::film(params, &load_options.film);
-        let crop_window = params.given_place("cropwindow");
-        let filter =
-            filter::filter(&mut Params::new("PixelFilter", entity(self.filter, "box"), files, report));
-        let params = &mut Params::new("Sampler", entity(self.sampler, "halton"), files, report);
-        let sampler = sampler::sampler(params);
-        let params = &mut Params::new("Integrator", entity(self.integrator, "path"), files, report);
-        let passes_boundaries = integrator::passes_boundaries(params.kind());
-        let substituted = Some(params.kind_text()).filter(|kind| integrator::is_substituted(&kind.value));
-        let integrator = integrator::integrator(params);
-        if let Some(given) = self.accelerator {
-            accelerator::accelerator(&mut Params::new("Accelerator", given.entity, files, report));
+        let film_params = &mut Params::new("Film", entity(EntityKind::Film, "image"), files, report);
+        let (film, output) = film::film(film_params, &load_options.film);
+        let crop_window = film_params.given_place("cropwindow");
+        let filter = filter::filter(&mut Params::new(
+            "PixelFilter",
+            entity(EntityKind::PixelFilter, "box"),
+            files,
+            report,
+        ));
+        let sampler = sampler::sampler(&mut Params::new(
+            "Sampler",
+            entity(EntityKind::Sampler, "halton"),
+            files,
+            report,
+        ));
+        let integrator_params =
+            &mut Params::new("Integrator", entity(EntityKind::Integrator, "path"), files, report);
+        let passes_boundaries = integrator::passes_boundaries(integrator_params.kind());
+        let replaced = Some(integrator_params.kind_text());
+        let replaced_integrator = replaced.filter(|kind| integrator::is_replaced(&kind.value));
+        let integrator = integrator::integrator(integrator_params);
+        // An unknown type is only a warning, because the picture does not depend on it.
+        let accelerator =
+            &mut Params::new("Accelerator", entity(EntityKind::Accelerator, "bvh"), files, report);
+        if !accelerator.is_known_kind(KINDS) {
+            accelerator.say_unknown_kind(KINDS, Severity::Warning);
         }
         let view_override = &load_options.view;
         if let Err(reason) = view_override.check() {
-            report.misfit = Some(reason);
+            report.override_error = Some(reason);
         }
-        let (given, world_from_camera) = match self.camera {
-            Some((given, world_from_camera)) => (Some(given), world_from_camera),
-            None => (None, view_override.world_from_camera().unwrap_or(Transform::IDENTITY)),
+        let world_from_camera = match camera {
+            Some((_, world_from_camera)) => world_from_camera,
+            None => view_override.world_from_camera().unwrap_or(Transform::IDENTITY),
         };
-        let at = given.as_ref().map(|given| given.entity.name.span);
-        let params = &mut Params::new("Camera", entity(given, "perspective"), files, report);
+        let params = &mut Params::new("Camera", entity(EntityKind::Camera, "perspective"), files, report);
+        let camera_at = camera.map(|(at, _)| at);
         let camera = camera::camera(params, world_from_camera, &film, view_override);
         let places = Places {
-            camera: at,
+            camera: camera_at,
             screen_window: params.given_place("screenwindow"),
             lens_radius: params.given_place("lensradius"),
             focal_distance: params.given_place("focaldistance"),
@@ -128,17 +152,36 @@ impl Options {
             sampler: sampler.unwrap_or(Sampler::PBRT_DEFAULT),
             integrator: integrator.unwrap_or(Integrator::PBRT_DEFAULT),
         };
-        Settled { view, places, output, passes_boundaries, substituted }
-    }
-
-    /// The kinds of options that are usually given and are not.
-    fn missing(&self) -> Vec<EntityKind> {
-        let given = [
-            (EntityKind::Camera, self.camera.is_some()),
-            (EntityKind::Film, self.film.is_some()),
-            (EntityKind::Sampler, self.sampler.is_some()),
-            (EntityKind::Integrator, self.integrator.is_some()),
-        ];
-        given.into_iter().filter(|(_, is_given)| !is_given).map(|(kind, _)| kind).collect()
+        ResolvedOptions { view, places, output, passes_boundaries, replaced_integrator }
     }
 }
+
+const SPLIT_METHOD: Key<Name> =
+    Key::string("splitmethod", "how nodes are split: sah, hlbvh, middle or equal")
+        .default_words("\"sah\"")
+        .not_rendered();
+const MOST_IN_NODE: Key<i32> = Key::integer("maxnodeprims", 4, "the most shapes in a leaf").not_rendered();
+const INTERSECT_COST: Key<i32> =
+    Key::integer("intersectcost", 80, "the cost of an intersection test").not_rendered();
+const TRAVERSAL_COST: Key<i32> =
+    Key::integer("traversalcost", 1, "the cost of visiting a node").not_rendered();
+const EMPTY_BONUS: Key<f64> =
+    Key::float("emptybonus", 0.5, "the share of the cost that a split saves with an empty side")
+        .not_rendered();
+const MOST_IN_LEAF: Key<i32> = Key::integer("maxprims", 1, "the most shapes in a leaf").not_rendered();
+const MAX_DEPTH: Key<i32> =
+    Key::integer("maxdepth", -1, "the depth of the tree; negative depends on the number of shapes")
+        .not_rendered();
+
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new(
+        "bvh",
+        "a bounding volume hierarchy; lookat always builds its own",
+        &[&[&SPLIT_METHOD, &MOST_IN_NODE]],
+    ),
+    Kind::new(
+        "kdtree",
+        "a k-d tree; lookat builds its own bounding volume hierarchy",
+        &[&[&INTERSECT_COST, &TRAVERSAL_COST, &EMPTY_BONUS, &MOST_IN_LEAF, &MAX_DEPTH]],
+    ),
+];

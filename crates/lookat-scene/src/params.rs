@@ -1,24 +1,23 @@
 //! The parameters of one directive. A constructor takes its values and gives defaults; `finish` warns about unused
 //! ones.
 
+mod messages;
+pub(crate) mod value;
+
 use std::collections::HashSet;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 
-mod advice;
-mod files;
-mod other_versions;
-mod take;
-mod values;
-
-pub(crate) use files::FileParam;
-pub(crate) use take::Take;
-
-use lookat_image::{Charge, MemoryBudget};
+use lookat_image::Charge;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
-use crate::cache::{KeptMesh, MeshKey, Reuse};
-use crate::files::Files;
+use crate::cache::MeshKey;
+use crate::files::{Charged, Files};
 use crate::report::Report;
-use crate::schema::{Key, Parameter, Unit};
+use crate::schema::{Key, Kind, Parameter, Unit};
+use crate::texture::Textures;
+
+pub(crate) use crate::params::value::ParamValue;
 
 /// The most related places of one message.
 const MOST_RELATED: usize = 10;
@@ -38,8 +37,10 @@ pub(crate) struct Params<'a> {
     rest_ignored: bool,
     /// What the mesh depends on, if it can be kept.
     pub mesh_key: Option<MeshKey>,
-    files: &'a Files<'a>,
-    report: &'a mut Report,
+    /// The textures in scope.
+    textures: Option<&'a Textures>,
+    pub files: &'a Files<'a>,
+    pub report: &'a mut Report,
 }
 
 const SPECTRUM_TYPES: &[ParamType] =
@@ -56,11 +57,17 @@ impl<'a> Params<'a> {
             failed: false,
             rest_ignored: false,
             mesh_key: None,
+            textures: None,
             files,
             report,
         };
         params.drop_repeated();
         params
+    }
+
+    /// These parameters with the textures that they can name.
+    pub fn with_textures(self, textures: &'a Textures) -> Self {
+        Params { textures: Some(textures), ..self }
     }
 
     /// The type named by the directive.
@@ -111,7 +118,7 @@ impl<'a> Params<'a> {
     }
 
     /// Takes the value of a parameter, or its default. Rejects a value outside the range of the key.
-    pub fn take<T: Take>(&mut self, key: &Key<T>) -> T::Taken {
+    pub fn take<T: ParamValue>(&mut self, key: &Key<T>) -> T::Taken {
         T::take(key, self)
     }
 
@@ -181,29 +188,14 @@ impl<'a> Params<'a> {
         self.failed = true;
     }
 
-    /// What an earlier load has kept.
-    pub fn reuse(&self) -> Option<Reuse<'a>> {
-        self.files.reuse
-    }
-
-    /// How many places have been reported, of all directives. `None` if an unreadable part prevents reports.
+    /// The number of places reported so far, of all directives. `None` if an unreadable part prevents reports.
     pub fn reported(&self) -> Option<usize> {
         (!self.report.partial).then(|| self.report.count())
     }
 
-    /// A mesh that an earlier load has made. `None` also where memory is short, so that errors are the same as without it.
-    pub fn kept_mesh(&self, key: &MeshKey) -> Option<KeptMesh> {
-        self.files.kept_mesh(key)
-    }
-
-    /// The memory budget.
-    pub fn memory(&self) -> &'a MemoryBudget {
-        &self.files.memory
-    }
-
     /// Reserves the memory of arrays. Reports an error at the parameter and returns `None` if it does not fit.
     pub fn reserve(&mut self, name: &str, bytes: usize) -> Option<Charge> {
-        let reserved = self.memory().reserve(bytes as u64);
+        let reserved = self.files.memory.reserve(bytes as u64);
         let refused = |shortage| {
             let message = format!("the {} is too large: {shortage}", self.kind());
             self.error_surely(Diagnostic::error(self.place(name), message));
@@ -216,15 +208,11 @@ impl<'a> Params<'a> {
         let mut error = Diagnostic::error(self.place(name), message);
         error.help = help.map(str::to_owned);
         // The validity of shapes depends on several parameters.
-        match self.was_taken(name) && self.keyword != "Shape" {
-            true => self.error_surely(error),
-            false => self.error(error),
+        if self.was_taken(name) && self.keyword != "Shape" {
+            self.error_surely(error)
+        } else {
+            self.error(error)
         }
-    }
-
-    /// Reports that an override of the caller does not fit.
-    pub fn misfit(&mut self, message: String) {
-        self.report.misfit = Some(message);
     }
 
     /// Reports something, unless it may come of a part that could not be read.
@@ -272,16 +260,24 @@ impl<'a> Params<'a> {
         self.report.unsupported(self.kind.span, message);
     }
 
-    /// Gives a note about a type that another one replaces without a change of the picture.
-    pub fn replaced(&mut self, message: String, help: &str) {
-        self.report.push(Diagnostic::note_at(self.kind.span, message).help(help));
+    /// True if the type is one of these.
+    pub fn is_known_kind(&self, known: &[Kind]) -> bool {
+        known.iter().any(|kind| kind.name == self.kind())
     }
 
     /// Reports an unknown type and returns `None`.
-    pub fn unknown_kind<T>(&mut self, known: &[&str]) -> Option<T> {
+    pub fn unknown_kind<T>(&mut self, known: &[Kind]) -> Option<T> {
         self.failed = true;
         self.say_unknown_kind(known, Severity::Error);
         None
+    }
+
+    /// Reads something that the directive does without: errors do not reject the directive.
+    pub fn without_rejection<R>(&mut self, read: impl FnOnce(&mut Self) -> R) -> R {
+        let failed = std::mem::take(&mut self.failed);
+        let result = read(self);
+        self.failed = failed;
+        result
     }
 
     /// True if nothing was rejected so far.
@@ -368,4 +364,60 @@ impl<'a> Params<'a> {
 /// The class of interchangeable types: all color types are one class.
 pub(crate) fn class(ty: ParamType) -> ParamType {
     if SPECTRUM_TYPES.contains(&ty) { ParamType::Spectrum } else { ty }
+}
+
+impl Params<'_> {
+    /// The bytes of a file that the rest does without. `None`, and a warning, where it cannot be read.
+    pub fn file_if_readable(&mut self, name: &Text) -> Option<Charged> {
+        match self.files.read_named(&name.value, name.span) {
+            Ok((path, bytes)) => {
+                self.warn_of_path(name, &path);
+                Some(bytes)
+            }
+            Err((path, error)) => {
+                let unreadable = self.files.unreadable("read", name, &path, &error);
+                self.push(Diagnostic { severity: Severity::Warning, ..unreadable });
+                None
+            }
+        }
+    }
+
+    /// The bytes of a file named by a parameter, or `None` for them if they are known. Reports an unreadable file and returns `None`.
+    pub fn file_unless(
+        &mut self,
+        name: &Text,
+        is_known: impl Fn(&Path) -> bool,
+    ) -> Option<(PathBuf, Option<Charged>)> {
+        let read = self.files.read_unless(&name.value, name.span, is_known);
+        let (path, bytes) = read.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
+        self.warn_of_path(name, &path);
+        Some((path, bytes))
+    }
+
+    /// Opens a file named by a parameter. Reports a file that it cannot open and returns `None`.
+    pub fn open(&mut self, name: &Text) -> Option<(PathBuf, Box<dyn Read>)> {
+        let opened = self.files.open_named(&name.value, name.span);
+        let (path, file) = opened.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
+        self.warn_of_path(name, &path);
+        Some((path, file))
+    }
+
+    /// Warns of a name that leads to `path` here and not in pbrt-v3.
+    pub fn warn_of_path(&mut self, name: &Text, path: &Path) {
+        self.report.extend(self.files.not_found_by_pbrt(name, path));
+    }
+
+    /// Warns of a name that leads to different files here and in pbrt-v3. The file is not read.
+    pub fn warn_of_unread_path(&mut self, name: &Text) {
+        if let Ok((path, _)) = self.files.open_named(&name.value, name.span) {
+            self.warn_of_path(name, &path);
+        }
+    }
+
+    /// Reports an unreadable file.
+    pub fn unreadable(&mut self, name: &Text, path: &Path, error: &io::Error) {
+        let unreadable = self.files.unreadable("read", name, path, error);
+        // Empty names are separate mistakes.
+        if name.value.is_empty() { self.error(unreadable) } else { self.error_surely(unreadable) }
+    }
 }

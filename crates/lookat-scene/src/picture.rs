@@ -1,205 +1,125 @@
-//! The pictures of lights and textures: handles while the scene is read, then decoded, each once for each settings.
-
-mod decode;
-pub(crate) mod key;
+//! The pictures of lights and textures.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::MipMap;
+use lookat_image::{ImageError, ImageFault, MipMap, PictureFile, Texel, Window, linear_from_srgb, luminance};
 use lookat_syntax::{Diagnostic, Text};
 
-use crate::files::Files;
-use crate::params::{FileParam, Params};
-use crate::report::Report;
-use crate::schema::{self, Name};
-use decode::{Made, check_name, decode};
+use crate::cache::{PictureKey, PictureSettings};
+use crate::color;
+use crate::files::{Charged, shown_path};
+use crate::params::Params;
 
-pub(crate) use decode::FromColor;
-use key::Key;
-pub(crate) use key::Settings;
-
-/// The pictures of a scene so far.
+/// The pictures of a scene so far. Each file is decoded once for each type of texel and settings.
 #[derive(Default)]
 pub(crate) struct Pictures {
-    /// Color pictures.
-    pub colors: Cache<Vec3>,
-    /// Pictures of single numbers.
-    pub numbers: Cache<f32>,
+    /// True to check only that the files exist.
+    pub fast: bool,
+    /// The number of uses of pictures that were only checked, because `fast` is set.
+    pub unread: usize,
+    /// The file found for the first path tried.
+    found: HashMap<PathBuf, PathBuf>,
+    colors: HashMap<PictureKey, Made<Vec3>>,
+    numbers: HashMap<PictureKey, Made<f32>>,
 }
 
 impl Pictures {
-    /// The number of handles.
-    pub fn len(&self) -> usize {
-        self.colors.handles.len() + self.numbers.handles.len()
-    }
-
-    /// Reads the pictures of all handles.
-    pub fn load(&mut self, files: &Files, report: &mut Report) {
-        self.colors.load(files, report);
-        self.numbers.load(files, report);
-    }
-
-    /// Reports missing files, and what their names say. Reads nothing.
-    pub fn check(&self, files: &Files, report: &mut Report) {
-        self.colors.check(files, report);
-        self.numbers.check(files, report);
-    }
-}
-
-/// Pictures with one texel type.
-pub(crate) struct Cache<T> {
-    handles: Vec<Handle<T>>,
-    stand_ins: HashMap<Key, Arc<MipMap<T>>>,
-    /// The file found for the first path tried.
-    found: HashMap<PathBuf, PathBuf>,
-    known: HashMap<Key, Made<T>>,
-    /// What replaces the stand-in at an address. `None` after an error.
-    loaded: HashMap<usize, Option<Arc<MipMap<T>>>>,
-}
-
-/// A picture to be read from a file.
-struct Handle<T> {
-    file: FileParam,
-    parameter: &'static str,
-    settings: Settings,
-    /// What pbrt-v3 does with a picture that it does not read.
-    instead: String,
-    /// The map in place of the picture.
-    stand_in: Arc<MipMap<T>>,
-}
-
-impl<T> Default for Cache<T> {
-    fn default() -> Self {
-        Cache {
-            handles: Vec::new(),
-            stand_ins: HashMap::new(),
-            found: HashMap::new(),
-            known: HashMap::new(),
-            loaded: HashMap::new(),
-        }
-    }
-}
-
-impl<T: FromColor> Cache<T> {
-    /// A stand-in for the picture in `file`, named by the parameter `key`: gray, as in pbrt-v3 without the picture.
-    /// `instead`: what pbrt-v3 does with a picture that it does not read.
-    pub fn handle(
-        &mut self,
-        params: &Params,
-        key: &schema::Key<Name>,
-        file: &Text,
-        settings: Settings,
-        instead: &str,
-    ) -> Arc<MipMap<T>> {
-        let stand_in =
-            self.stand_ins.entry(Key::new(params.first_path(file), &settings)).or_insert_with(|| {
-                let gray = T::from_color(Vec3::splat(0.5), &settings);
-                Arc::new(MipMap::new(1, 1, vec![gray], settings.wrap))
-            });
-        self.handles.push(Handle {
-            file: params.file_param(key, file),
-            parameter: key.name,
-            settings,
-            instead: instead.into(),
-            stand_in: stand_in.clone(),
-        });
-        stand_in.clone()
-    }
-
-    fn load(&mut self, files: &Files, report: &mut Report) {
-        for Handle { file, parameter, settings, instead, stand_in } in std::mem::take(&mut self.handles) {
-            let params = &mut Params::of_file(&file, files, report);
-            let picture = self.get(params, parameter, &file.name, settings, &instead);
-            self.loaded.insert(Arc::as_ptr(&stand_in).addr(), picture);
-        }
-    }
-
-    fn check(&self, files: &Files, report: &mut Report) {
-        for Handle { file, parameter, instead, .. } in &self.handles {
-            let params = &mut Params::of_file(file, files, report);
-            let Some((path, _)) = params.open(&file.name) else { continue };
-            match check_name(&path) {
-                Ok(()) => warn_of_format(params, parameter, &path, instead),
-                Err((message, help)) => {
-                    params.error_surely(Diagnostic::error(file.name.span, message).help(help))
-                }
-            }
-        }
-    }
-
-    /// The picture for a stand-in. `None` after an error.
-    pub fn loaded(&self, stand_in: &Arc<MipMap<T>>) -> Option<Arc<MipMap<T>>> {
-        self.loaded.get(&Arc::as_ptr(stand_in).addr()).cloned().flatten()
-    }
-
-    /// The picture named by the parameter `name`. Reports an error and returns `None` without one.
-    fn get(
+    /// The picture in `file`, which the parameter `name` names. Reports an error and returns `None` without one: the directive is
+    /// still valid, as in pbrt-v3. `instead`: what pbrt-v3 does with a picture that it does not read.
+    pub fn get<T: FromColor>(
         &mut self,
         params: &mut Params,
         name: &'static str,
         file: &Text,
-        settings: Settings,
+        settings: PictureSettings,
         instead: &str,
     ) -> Option<Arc<MipMap<T>>> {
-        let first = params.first_path(file);
+        params.without_rejection(|params| {
+            let (path, made) = if self.fast {
+                self.unread += 1;
+                let (path, _) = params.open(file)?;
+                let made = check_name(&path).map(|()| gray(&settings));
+                (path, made)
+            } else {
+                self.decoded(params, name, file, settings)?
+            };
+            match made {
+                Ok(map) => {
+                    warn_of_format(params, name, &path, instead);
+                    Some(map)
+                }
+                Err((message, help)) => {
+                    params.error_surely(Diagnostic::error(file.span, message).help(help));
+                    None
+                }
+            }
+        })
+    }
+
+    /// The path found, and the picture.
+    fn decoded<T: FromColor>(
+        &mut self,
+        params: &mut Params,
+        name: &str,
+        file: &Text,
+        settings: PictureSettings,
+    ) -> Option<(PathBuf, Made<T>)> {
+        let first = params.files.beside(&file.value, file.span);
         let (path, bytes) = match self.found.get(&first) {
             Some(path) => {
                 params.warn_of_path(file, path);
                 (path.clone(), None)
             }
             None => {
-                let reuse = params.reuse();
+                let reuse = params.files.reuse;
                 let is_kept = |path: &Path| {
-                    let key = Key::new(path.to_owned(), &settings);
+                    let key = PictureKey::new(path.to_owned(), &settings);
                     reuse.is_some_and(|reuse| reuse.picture::<MipMap<T>>(&key).is_some())
                 };
                 let (path, bytes) = params.file_unless(file, is_kept)?;
-                self.found.insert(first.clone(), path.clone());
+                self.found.insert(first, path.clone());
                 (path, bytes)
             }
         };
-        let key = Key::new(path, &settings);
-        if !self.known.contains_key(&key) {
-            let made = match kept(params, &key) {
-                Some(map) => Ok(map),
-                None => {
-                    let bytes = match bytes {
-                        Some(bytes) => bytes,
-                        None => params.file(file)?.1,
-                    };
-                    let reported = params.reported();
-                    let made = decode(params, name, &key.path, bytes, &settings);
-                    // Warnings are given when the picture is decoded.
-                    if let (Some(reuse), Ok(map)) = (params.reuse(), &made)
-                        && reported.is_some_and(|reported| params.reported() == Some(reported))
-                    {
-                        reuse.keep_picture(&key, map);
-                    }
-                    made
+        let key = PictureKey::new(path.clone(), &settings);
+        if let Some(made) = T::made(self).get(&key) {
+            return Some((path, made.clone()));
+        }
+        let made = match kept(params, &key) {
+            Some(map) => Ok(map),
+            None => {
+                let bytes = match bytes {
+                    Some(bytes) => bytes,
+                    None => params.file_unless(file, |_| false)?.1?,
+                };
+                let reported = params.reported();
+                let made = decode(params, name, &path, bytes, &settings);
+                // Warnings are given when the picture is decoded.
+                if let (Some(reuse), Ok(map)) = (params.files.reuse, &made)
+                    && reported.is_some_and(|reported| params.reported() == Some(reported))
+                {
+                    reuse.keep_picture(&key, map);
                 }
-            };
-            self.known.insert(key.clone(), made);
-        }
-        match &self.known[&key] {
-            Ok(map) => {
-                warn_of_format(params, name, &key.path, instead);
-                Some(map.clone())
+                made
             }
-            Err((message, help)) => {
-                params.error_surely(Diagnostic::error(file.span, message).help(help));
-                None
-            }
-        }
+        };
+        T::made(self).insert(key, made.clone());
+        Some((path, made))
     }
 }
 
+/// The map in place of a picture that cannot be read, as in pbrt-v3.
+pub(crate) fn gray<T: FromColor>(settings: &PictureSettings) -> Arc<MipMap<T>> {
+    Arc::new(MipMap::new(1, 1, vec![T::from_color(Vec3::splat(0.5), settings)], settings.wrap))
+}
+
 /// A picture that an earlier load has decoded. `None` also where memory is short, so that errors are the same as without it.
-fn kept<T: FromColor>(params: &Params, key: &Key) -> Option<Arc<MipMap<T>>> {
-    let map: Arc<MipMap<T>> = params.reuse()?.picture(key)?;
-    let mut charge = params.memory().reserve(4 * map.bytes() as u64).ok()?;
+fn kept<T: FromColor>(params: &Params, key: &PictureKey) -> Option<Arc<MipMap<T>>> {
+    let map: Arc<MipMap<T>> = params.files.reuse?.picture(key)?;
+    let mut charge = params.files.memory.reserve(4 * map.bytes() as u64).ok()?;
     charge.resize(map.bytes() as u64).ok()?;
     charge.keep();
     Some(map)
@@ -213,4 +133,181 @@ fn warn_of_format(params: &mut Params, name: &str, path: &Path, instead: &str) {
     }
     let message = format!("pbrt-v3 does not read .{ending} pictures: it {instead}");
     params.warn(name, &message, "convert the picture to .exr, which both programs read");
+}
+
+/// A picture, or an error message and help.
+type Made<T> = Result<Arc<MipMap<T>>, (String, String)>;
+
+/// Converts a color to a texel.
+pub(crate) trait FromColor: Texel + 'static {
+    /// Converts a color of the file.
+    fn from_color(color: Vec3, settings: &PictureSettings) -> Self;
+
+    /// The pictures of this type so far.
+    fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<Self>>;
+}
+
+impl FromColor for Vec3 {
+    fn from_color(color: Vec3, settings: &PictureSettings) -> Self {
+        Vec3::from_array(color.to_array().map(|value| texel_value(value, settings)))
+    }
+
+    fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<Vec3>> {
+        &mut pictures.colors
+    }
+}
+
+impl FromColor for f32 {
+    /// The luminance, which pbrt-v3 computes before the sRGB conversion.
+    fn from_color(color: Vec3, settings: &PictureSettings) -> Self {
+        texel_value(luminance(color.to_array()), settings)
+    }
+
+    fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<f32>> {
+        &mut pictures.numbers
+    }
+}
+
+const LARGEST: f32 = color::LARGEST as f32;
+
+/// True for light above the limit of colors. An infinite value counts as 0.
+fn is_too_bright(value: f32) -> bool {
+    value.is_finite() && value > LARGEST
+}
+
+fn texel_value(value: f32, settings: &PictureSettings) -> f32 {
+    let linear = if settings.gamma { linear_from_srgb(value) } else { value };
+    let scaled = settings.scale * linear;
+    let least = if settings.not_negative { 0.0 } else { -LARGEST };
+    if scaled.is_nan() { 0.0 } else { scaled.clamp(least, LARGEST) }
+}
+
+/// Decodes a picture. `name` is the parameter that names it, for warnings.
+pub(super) fn decode<T: FromColor>(
+    params: &mut Params,
+    name: &str,
+    path: &Path,
+    bytes: Charged,
+    settings: &PictureSettings,
+) -> Made<T> {
+    // Escaped for messages.
+    let shown = PathBuf::from(shown_path(path));
+    let memory = &params.files.memory;
+    let file = PictureFile::of_bytes(&shown, &bytes, memory).map_err(unreadable)?;
+    let Window { width, height, .. } = file.placement().data_window;
+    let kept = MipMap::<T>::bytes_of(width, height);
+    // Before any pixel is read. While the map is made, there are two versions of the finest level.
+    let mut charge = memory.reserve(kept.saturating_mul(2)).map_err(|shortage| {
+        let message = format!("cannot use {}, {width} x {height} pixels: {shortage}", shown.display());
+        (message, SMALLER.into())
+    })?;
+    let (image, image_charge) = file.read().map_err(unreadable)?;
+    drop(bytes);
+    let planes = image.rgb_planes().ok_or_else(|| {
+        let message = format!("cannot use {}: it has neither the channels R, G and B nor Y", shown.display());
+        (message, HELP.into())
+    })?;
+    if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| *value < 0.0)) {
+        let message = "values below 0 of this picture are used as 0; in pbrt-v3, they subtract light";
+        params.warn(name, message, "set them to 0 in the picture: lookat and pbrt-v3 then agree");
+    }
+    if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| is_too_bright(*value))) {
+        let message = format!("{} is too bright; the limit is {:e}", shown.display(), color::LARGEST);
+        return Err((
+            message,
+            "divide the values of the picture, and multiply the scale of the light".into(),
+        ));
+    }
+    let (texels, is_finite) = texels(planes, width as usize, settings);
+    if !is_finite {
+        let message = "the picture contains infinite or NaN values; they are used as 0";
+        params.warn(name, message, "render the picture again, or replace these pixels");
+    }
+    // Frees the memory of a large picture early.
+    drop((image, image_charge));
+    let map = MipMap::new(width as usize, height as usize, texels, settings.wrap);
+    // Less than before, so it fits.
+    let _ = charge.resize(kept);
+    charge.keep();
+    Ok(Arc::new(map))
+}
+
+/// Checks the extension of a picture's name. The error is a message and help.
+fn check_name(path: &Path) -> Result<(), (String, String)> {
+    PictureFile::check_name(&PathBuf::from(shown_path(path))).map_err(unreadable)
+}
+
+fn unreadable(error: ImageError) -> (String, String) {
+    (error.to_string(), help(&error))
+}
+
+/// The help for a picture that cannot be decoded.
+fn help(error: &ImageError) -> String {
+    match error.fault {
+        ImageFault::WrongFormat(Some(ending)) => format!("rename it to end in .{ending}, or {HELP}"),
+        ImageFault::TooLarge { .. } => SMALLER.into(),
+        _ => HELP.into(),
+    }
+}
+
+/// The help for a picture that is too large.
+const SMALLER: &str = "make the picture smaller; sides that are powers of two take the least memory";
+
+const HELP: &str = "save the picture again, as exr with ZIP compression or as png";
+
+/// The texels of red, green and blue in rows of length `row`, and true if all values are finite. Infinities and NaN
+/// become 0.
+fn texels<T: FromColor>(planes: [&[f32]; 3], row: usize, settings: &PictureSettings) -> (Vec<T>, bool) {
+    let (mut texels, mut is_finite) = (Vec::with_capacity(planes[0].len()), true);
+    let mut convert = |color: Vec3| {
+        let finite = color.is_finite_mask();
+        is_finite &= finite.all();
+        T::from_color(Vec3::select(finite, color, Vec3::ZERO), settings)
+    };
+    let [mut r, mut g, mut b] = planes.map(|plane| plane.chunks_exact(row));
+    while let (Some(r), Some(g), Some(b)) = if settings.bottom_up {
+        (r.next_back(), g.next_back(), b.next_back())
+    } else {
+        (r.next(), g.next(), b.next())
+    } {
+        texels.extend(r.iter().zip(g).zip(b).map(|((r, g), b)| convert(Vec3::new(*r, *g, *b))));
+    }
+    (texels, is_finite)
+}
+
+#[cfg(test)]
+mod tests {
+    use lookat_image::Wrap;
+
+    use super::*;
+
+    fn settings(gamma: bool, scale: f32) -> PictureSettings {
+        PictureSettings { wrap: Wrap::Repeat, gamma, scale, bottom_up: true, not_negative: false }
+    }
+
+    /// pbrt-v3 converts a color to its luminance first, then from sRGB to linear.
+    #[test]
+    fn numbers_are_luminances() {
+        let color = Vec3::new(1.0, 0.0, 0.0);
+        assert_eq!(f32::from_color(color, &settings(false, 2.0)), 2.0 * 0.212671);
+        let linear = ((0.212671_f32 + 0.055) / 1.055).powf(2.4);
+        assert!((f32::from_color(color, &settings(true, 1.0)) - linear).abs() < 1e-6);
+        assert_eq!(Vec3::from_color(color * 0.5, &settings(true, 1.0)).x, linear_from_srgb(0.5));
+    }
+
+    #[test]
+    fn texels_are_finite() {
+        let all = Vec3::from_color(Vec3::new(f32::MAX, -f32::MAX, 0.0), &settings(true, f32::INFINITY));
+        assert_eq!(all, Vec3::new(LARGEST, -LARGEST, 0.0));
+        let planes: [&[f32]; 3] = [&[1.0, 4.0], &[f32::NAN, 5.0], &[f32::INFINITY, 6.0]];
+        let (top, bottom) = (Vec3::X, Vec3::new(4.0, 5.0, 6.0));
+        let as_stored = settings(false, 1.0);
+        assert_eq!(texels(planes, 1, &as_stored), (vec![bottom, top], false));
+        let top_down = PictureSettings { bottom_up: false, ..as_stored };
+        assert_eq!(texels(planes, 2, &top_down), (vec![top, bottom], false));
+        let planes: [&[f32]; 3] = [&[1.0, 2.0, 3.0, 4.0]; 3];
+        assert_eq!(texels(planes, 2, &as_stored), ([3.0, 4.0, 1.0, 2.0].map(Vec3::splat).to_vec(), true));
+        let (numbers, is_finite) = texels::<f32>(planes, 2, &as_stored);
+        assert!(is_finite && (numbers[0] - 3.0).abs() < 1e-5, "{numbers:?}");
+    }
 }

@@ -7,71 +7,41 @@
 
 mod body;
 mod header;
-mod source;
 mod stream;
 
-use std::fmt;
+use std::collections::HashMap;
 use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use flate2::read::MultiGzDecoder;
-use lookat_image::MemoryBudget;
+use lookat_image::{Charge, MemoryBudget};
+use lookat_syntax::{Diagnostic, Text};
 
-use header::{Element, Format, Header};
-use stream::Stream;
+use crate::Transform;
+use crate::cache::KeptMesh;
+use crate::mesh::{Mesh, Oddities, note_flat, place};
+use crate::params::Params;
+use crate::ply::header::{Element, Format, Header};
+use crate::ply::stream::Stream;
 
 /// The largest unpacked size of a compressed file, in bytes.
 const INFLATED_LIMIT: u64 = 4 << 30;
 
-/// A triangle mesh in the space of the file.
+/// A triangle mesh in the space of the file. Its numbers are finite and its indices in range.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlyMesh {
-    /// One position per vertex, all finite.
-    pub positions: Vec<[f64; 3]>,
-    /// One shading normal per vertex, all finite and of any length; empty if the file has none.
-    pub normals: Vec<[f64; 3]>,
-    /// One texture coordinate per vertex, all finite; empty if the file has none.
-    pub uvs: Vec<[f64; 2]>,
-    /// Three indices into `positions` per triangle, all in range. Empty if no face is a triangle or a quad.
-    pub indices: Vec<i32>,
+    /// No triangle if no face is a triangle or a quad.
+    pub mesh: Mesh,
     /// What its author should know.
     pub oddities: Oddities,
 }
 
-/// What is skipped of a file, and what pbrt-v3 does not read.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Oddities {
-    /// The number of faces without 3 or 4 corners. They are skipped, as in pbrt-v3.
-    pub other_faces: usize,
-    /// True if the file has more data than its header declares. The rest is ignored, as in pbrt-v3.
-    pub goes_on: bool,
-    /// True if the corners of faces are called `vertex_index`. pbrt-v3 draws no face then.
-    pub is_vertex_index: bool,
-    /// True if the file is compressed. pbrt-v3 cannot read it.
-    pub is_zipped: bool,
-}
-
-impl PlyMesh {
-    /// The bytes of the arrays.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.positions[..])
-            + size_of_val(&self.indices[..])
-            + size_of_val(&self.normals[..])
-            + size_of_val(&self.uvs[..])
-    }
-}
-
 /// The reason why a PLY file is unreadable, as a message. It counts vertices, faces and bytes from 0, as in the file,
 /// and lines from 1.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
 pub struct PlyError(pub String);
-
-impl fmt::Display for PlyError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for PlyError {}
 
 /// Streams a mesh from a PLY file: ascii or binary in either byte order, plain or gzipped.
 ///
@@ -133,7 +103,7 @@ fn read_zipped(file: impl Read, limit: u64, memory: &MemoryBudget) -> Result<Ply
     Ok(mesh)
 }
 
-/// What unpacked data contains, unless unpacking failed.
+/// The result of reading unpacked data, or the error of unpacking.
 fn unzipped<T>(read: Result<T, PlyError>, error: Option<io::Error>) -> Result<T, PlyError> {
     match error {
         Some(error) => Err(PlyError(format!("the gzip data is damaged or cut short ({error})"))),
@@ -217,6 +187,128 @@ fn too_many(element: &Element) -> Option<PlyError> {
 fn quote(word: &[u8]) -> String {
     let (shown, dots) = if word.len() > 32 { (&word[..32], "...") } else { (word, "") };
     format!("`{}{dots}`", String::from_utf8_lossy(shown).escape_debug())
+}
+
+/// The PLY files of a scene.
+#[derive(Default)]
+pub(crate) struct PlyFiles {
+    /// True to check only headers.
+    pub fast: bool,
+    /// The number of uses of files that were only checked, because `fast` is set.
+    pub unread: usize,
+    /// The files used so far, by the first path tried: the path found, and the mesh in the space of the file from the second use on.
+    known: HashMap<PathBuf, (PathBuf, Option<(PlyMesh, Charge)>)>,
+}
+
+impl PlyFiles {
+    /// The mesh in a file, in world space. Reports an error and returns `None` without one.
+    pub fn mesh(
+        &mut self,
+        params: &mut Params,
+        name: &Text,
+        world_from_object: Transform,
+    ) -> Option<Arc<Mesh>> {
+        if self.fast {
+            self.unread += 1;
+            check_file_header(params, name);
+            return Some(Arc::new(Mesh::unread()));
+        }
+        let first = params.files.beside(&name.value, name.span);
+        let (path, file, known) = match self.known.get(&first) {
+            Some((path, Some((mesh, _)))) => {
+                params.warn_of_path(name, path);
+                (path.clone(), None, Some(mesh))
+            }
+            _ => {
+                let (path, file) = params.open(name)?;
+                (path, Some(file), None)
+            }
+        };
+        let key = params.files.mesh_file_key(&path, &world_from_object);
+        if let Some(kept) = key.as_ref().and_then(|key| params.files.kept_mesh(key)) {
+            report_oddities(params, name, &kept.oddities, kept.mesh.triangles());
+            params.reserve("filename", kept.mesh.bytes())?.keep();
+            note_flat(params, "filename", kept.flat, kept.mesh.triangles());
+            return Some(kept.mesh);
+        }
+        let mesh = match known {
+            Some(mesh) => mesh.clone(),
+            None => {
+                let mesh = ok_or_report(params, name, &path, read(file?, &params.files.memory))?;
+                // Most files are used once. One that does not fit into memory twice is read again.
+                let is_again = self.known.contains_key(&first);
+                let charge =
+                    is_again.then(|| params.files.memory.reserve(mesh.mesh.bytes() as u64).ok()).flatten();
+                self.known.insert(first, (path, charge.map(|charge| (mesh.clone(), charge))));
+                mesh
+            }
+        };
+        let PlyMesh { mesh, oddities } = mesh;
+        report_oddities(params, name, &oddities, mesh.triangles());
+        let mesh = Arc::new(place(params, mesh, world_from_object)?);
+        let flat = mesh.without_area();
+        if let (Some(reuse), Some(key)) = (params.files.reuse, key) {
+            reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, oddities });
+        }
+        note_flat(params, "filename", flat, mesh.triangles());
+        Some(mesh)
+    }
+}
+
+/// Reports a file that cannot be opened, or that has a wrong header. Reads no more.
+fn check_file_header(params: &mut Params, name: &Text) {
+    if let Some((path, file)) = params.open(name)
+        && let Some(oddities) = ok_or_report(params, name, &path, check_header(file))
+    {
+        // Faces are not counted.
+        report_oddities(params, name, &oddities, 0);
+    }
+}
+
+/// Reports faces that are left out, data after the last face, and what pbrt-v3 does not read.
+fn report_oddities(params: &mut Params, name: &Text, oddities: &Oddities, triangles: usize) {
+    let Oddities { other_faces, goes_on, is_vertex_index, is_zipped } = *oddities;
+    if is_zipped {
+        let message = format!("pbrt-v3 cannot read {}, which is compressed", name.value);
+        params.warn("filename", &message, "unpack it with gunzip");
+    }
+    if is_vertex_index {
+        let message = format!(
+            "pbrt-v3 draws nothing of {}: its faces have `vertex_index`, not `vertex_indices`",
+            name.value
+        );
+        params.warn("filename", &message, "write `vertex_indices` in the header of the file");
+    }
+    if other_faces > 0 {
+        let message = format!(
+            "{} has faces that do not have 3 or 4 corners; number of skipped faces: {other_faces}{}",
+            name.value,
+            if triangles == 0 { ", and no face remains" } else { "" }
+        );
+        params.warn("filename", &message, "split them into triangles; pbrt-v3 skips them, too");
+    }
+    if goes_on {
+        let message = format!("{} contains more data than its header declares", name.value);
+        let help = "the rest is ignored, as in pbrt-v3; check the counts in the header";
+        params.warn("filename", &message, help);
+    }
+}
+
+/// The result of reading. Reports an error and returns `None`.
+fn ok_or_report<T>(
+    params: &mut Params,
+    name: &Text,
+    path: &Path,
+    read: io::Result<Result<T, PlyError>>,
+) -> Option<T> {
+    match read {
+        Ok(Ok(read)) => return Some(read),
+        Ok(Err(error)) => {
+            params.error(Diagnostic::error(name.span, format!("{}: {error}", path.display())));
+        }
+        Err(error) => params.unreadable(name, path, &error),
+    }
+    None
 }
 
 #[cfg(test)]

@@ -5,8 +5,7 @@ use std::collections::{HashMap, HashSet};
 use lookat_syntax::{Diagnostic, Label, Severity, Span, Text};
 
 use crate::sources::Sources;
-use crate::symbols::{Symbol, SymbolKind, Symbols};
-use crate::undefined::{Undefined, explain, undefined, with_help};
+use crate::symbols::{Symbol, SymbolKind, Symbols, Undefined, explain, undefined, with_help};
 
 /// Diagnostics so far.
 #[derive(Debug, Default)]
@@ -28,7 +27,7 @@ pub(crate) struct Report {
     /// True if the last directive of a file is incomplete and may have swallowed the text after it.
     pub incomplete_end: bool,
     /// The reason why an override of the caller does not fit this scene.
-    pub misfit: Option<String>,
+    pub override_error: Option<String>,
     /// True if a part of the current directive is unreadable. Then only problems that do not depend on this part are
     /// reported.
     pub partial: bool,
@@ -46,10 +45,12 @@ impl Report {
     }
 
     pub fn extend(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
-        diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
+        for diagnostic in diagnostics {
+            self.push(diagnostic);
+        }
     }
 
-    /// How many places have been reported.
+    /// The number of places reported so far.
     pub fn count(&self) -> usize {
         self.places
     }
@@ -112,7 +113,9 @@ impl Report {
         explain(&self.undefined, self.symbols.all(), &mut self.diagnostics);
         // Explanations can make two problems equal, so merge them again.
         self.known.clear();
-        std::mem::take(&mut self.diagnostics).into_iter().for_each(|diagnostic| self.push(diagnostic));
+        for diagnostic in std::mem::take(&mut self.diagnostics).into_iter() {
+            self.push(diagnostic);
+        }
         for diagnostic in self.diagnostics.iter_mut().filter(|diagnostic| !diagnostic.places.is_empty()) {
             order_places(diagnostic, sources);
         }

@@ -1,26 +1,28 @@
 //! The interpreter: each directive changes the state, as in api.cpp of pbrt-v3, or adds to the scene.
 
-mod block;
-mod object;
-mod transformation;
+mod blocks;
 mod world;
 
 use std::rc::Rc;
 
+use glam::{DMat4, DVec4};
 use lookat_syntax::{ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Statement};
 
+use crate::camera::{CameraPlacement, look_at};
 use crate::draft::Draft;
-use crate::facts::{Block, Facts, Rotation};
+use crate::facts::{Block, BlockKind, Facts, Rotation};
 use crate::files::Files;
 use crate::light::{self, Emission};
-use crate::load_options::LoadOptions;
-use crate::options::{Options, Settled};
+use crate::material::MaterialInstance;
+use crate::names::Names;
+use crate::options::{LoadOptions, Options, ResolvedOptions};
 use crate::params::Params;
 use crate::report::Report;
-use crate::state::{Blocks, Definitions, GraphicsState, Open, Saved};
-use crate::transform::Transform;
-pub(crate) use block::home_block;
-use transformation::{matrix, rotate, scale};
+use crate::symbols::SymbolKind;
+use crate::texture::Textures;
+use crate::transform::{LookAtError, Transform};
+
+pub(crate) use crate::resolve::blocks::{Blocks, home_block};
 
 /// Interprets directives in order. Call [`Resolver::finish`] at the end of the scene file.
 pub(crate) struct Resolver<'a> {
@@ -34,7 +36,7 @@ pub(crate) struct Resolver<'a> {
     definitions: Definitions,
     options: Options,
     /// The options at `WorldBegin`.
-    pub settled: Option<Settled>,
+    pub resolved: Option<ResolvedOptions>,
     pub draft: Draft,
 }
 
@@ -50,8 +52,8 @@ impl<'a> Resolver<'a> {
             state: GraphicsState::new(),
             definitions: Definitions::new(),
             options: Options::default(),
-            settled: None,
-            draft: Draft::default(),
+            resolved: None,
+            draft: Draft::new(load_options.fast),
         }
     }
 
@@ -89,7 +91,9 @@ impl<'a> Resolver<'a> {
                 self.facts.uses_camera_space |= self.block == Block::World && name.value == "camera";
                 // Applies to both times.
                 let known = self.definitions.coordinate_systems.find(&name, &mut self.report);
-                known.into_iter().for_each(|known| self.state.ctm = *known);
+                if let Some(known) = known {
+                    self.state.ctm = *known;
+                }
                 self.facts.placed = None;
             }
             Directive::ActiveTransform(which) => {
@@ -97,25 +101,21 @@ impl<'a> Resolver<'a> {
                 self.state.at_start = which != ActiveTransform::EndTime;
             }
             Directive::TransformTimes(_) => self.facts.motion.push(("TransformTimes", at)),
-            Directive::TransformBegin => {
-                let saved = Box::new((self.state.ctm, self.state.at_start));
-                self.begin(Open::Transform { saved, at });
-            }
-            Directive::AttributeBegin => {
-                let saved = Saved::new(&self.state, &self.definitions);
-                self.begin(Open::Attribute { saved, at });
-            }
+            Directive::TransformBegin => drop(self.begin(BlockKind::Transform, at, None)),
+            Directive::AttributeBegin => drop(self.begin(BlockKind::Attribute, at, None)),
             Directive::ObjectBegin(name) => self.object_begin(name, at)?,
-            Directive::TransformEnd | Directive::AttributeEnd | Directive::ObjectEnd => {
-                self.close(directive.keyword(), at)?;
-            }
+            Directive::TransformEnd => self.close(BlockKind::Transform, at)?,
+            Directive::AttributeEnd => self.close(BlockKind::Attribute, at)?,
+            Directive::ObjectEnd => self.close(BlockKind::Object, at)?,
             Directive::ObjectInstance(name) => self.object_instance(name)?,
             Directive::ReverseOrientation => self.state.reverse_orientation ^= true,
             Directive::WorldBegin => self.world_begin(at),
             Directive::WorldEnd => self.world_end(),
             Directive::NamedMaterial(name) => {
                 let known = self.definitions.materials.find(&name, &mut self.report);
-                known.into_iter().for_each(|known| self.state.material = known.clone());
+                if let Some(known) = known {
+                    self.state.material = known.clone();
+                }
             }
             Directive::MediumInterface { inside, outside } => {
                 for name in [Some(inside), outside].into_iter().flatten().filter(|it| !it.value.is_empty()) {
@@ -140,7 +140,7 @@ impl<'a> Resolver<'a> {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
                 let emission = light::emission(params);
                 if emission.is_some_and(|emission| !emission.is_black()) {
-                    self.facts.emissions.entry(at).or_default();
+                    self.facts.emissions.push(at);
                 }
                 self.state.emission = emission.map(|emission| Emission { span: Some(at), ..emission });
             }
@@ -167,12 +167,191 @@ impl<'a> Resolver<'a> {
     pub fn finish(&mut self, file: FileId) {
         match (self.block, self.facts.part) {
             // Resolves the options, so that their errors are reported.
-            (Block::Options, Some((_, first))) => drop(self.settle(first)),
+            (Block::Options, Some((_, first))) => drop(self.resolve_options(first)),
             (Block::World, None) => {
                 self.facts.missing_end = Some(self.files.sources.end(file));
                 self.world_end();
             }
             _ => {}
+        }
+    }
+}
+
+impl Resolver<'_> {
+    pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        self.set_ctm(self.state.ctm * transform, at)?;
+        if let Some(placement) = self.facts.placed.as_mut().filter(|_| self.state.at_start) {
+            placement.after = placement.after * transform;
+        }
+        Ok(())
+    }
+
+    pub(super) fn replace(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        self.facts.placed = None;
+        self.set_ctm(ctm, at)
+    }
+
+    fn set_ctm(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        let ctm = in_range(ctm, at)?;
+        if self.block == Block::Options && ctm != self.state.ctm {
+            self.facts.idle_transform.get_or_insert(at);
+        }
+        // Transformations of the end time only add motion.
+        if self.state.at_start {
+            self.state.ctm = ctm;
+        }
+        Ok(())
+    }
+
+    /// Notes that something uses the current transformation before `WorldBegin`.
+    pub(super) fn use_transform(&mut self) {
+        if self.block == Block::Options {
+            self.facts.idle_transform = None;
+        }
+    }
+
+    pub(super) fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
+        if self.block == Block::World && self.blocks.open.is_empty() {
+            self.facts.look_at_in_world.get_or_insert(span);
+        }
+        match look_at(points) {
+            Ok(transform) => {
+                let before = self.state.ctm;
+                self.concat(transform, span)?;
+                if self.state.at_start {
+                    let after = Transform::IDENTITY;
+                    self.facts.placed = Some(CameraPlacement { span: Some(span), before, points, after });
+                }
+                Ok(())
+            }
+            Err(fault) => {
+                let help = match fault {
+                    LookAtError::EyeAtLook => {
+                        "the first three numbers are the eye, the next three the target: make them different"
+                    }
+                    LookAtError::ZeroUp => {
+                        "write the direction that is up in the picture, usually 0 1 0 or 0 0 1"
+                    }
+                    LookAtError::UpParallel => {
+                        "the last three numbers are the direction that is up in the picture: choose one that is not parallel to the view"
+                    }
+                    LookAtError::OutOfRange => "write smaller numbers",
+                };
+                Err(Box::new(Diagnostic::error(span, fault.to_string()).help(help)))
+            }
+        }
+    }
+}
+
+fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>> {
+    if transform.in_range() {
+        return Ok(transform);
+    }
+    let help = "transformations accumulate: check the ones before it, too";
+    Err(Box::new(Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help)))
+}
+
+pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    let message =
+        if by.contains(&0.0) { "Scale by 0 is not invertible" } else { "this Scale is too small to invert" };
+    Transform::scale(by.into()).ok_or_else(|| {
+        Box::new(Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape"))
+    })
+}
+
+pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    Transform::rotate(degrees, axis.into()).ok_or_else(|| {
+        Box::new(
+            Diagnostic::error(*span, "the axis of Rotate has length 0")
+                .help("the first number is the angle in degrees, the next three are the axis"),
+        )
+    })
+}
+
+pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    let m = DMat4::from_cols_array(m);
+    Transform::from_matrix(m).ok_or_else(|| {
+        let affine = m.row(3) == DVec4::W;
+        let (message, help) = if affine {
+            ("is singular", "a transformation must be invertible: no row or column may be zero or a combination of the others")
+        } else {
+            (
+                "is not affine",
+                "write the matrix column by column: the 4th, 8th and 12th number are 0, the 16th is 1",
+            )
+        };
+        Box::new(Diagnostic::error(*span, format!("the matrix of {keyword} {message}")).help(help))
+    })
+}
+
+// The graphics state: the globals of pbrt-v3's api.cpp.
+
+/// The state that `AttributeBegin` saves and `AttributeEnd` restores.
+#[derive(Clone)]
+pub(crate) struct GraphicsState {
+    /// The current transformation matrix (CTM).
+    pub ctm: Transform,
+    /// True if transformations apply to the start time. Without motion, only these transformations count.
+    pub at_start: bool,
+    pub reverse_orientation: bool,
+    pub material: Rc<MaterialInstance>,
+    pub emission: Option<Emission>,
+}
+
+/// The named definitions. The end of a block undoes those of materials and textures.
+pub(crate) struct Definitions {
+    pub materials: Names<Rc<MaterialInstance>>,
+    pub textures: Textures,
+    /// The index of each object in the draft.
+    pub objects: Names<usize>,
+    pub media: Names<()>,
+    pub coordinate_systems: Names<Transform>,
+}
+
+impl Definitions {
+    pub fn new() -> Self {
+        Definitions {
+            materials: Names::new(SymbolKind::Material),
+            textures: Textures::default(),
+            objects: Names::new(SymbolKind::Object),
+            media: Names::new(SymbolKind::Medium),
+            coordinate_systems: Names::new(SymbolKind::CoordinateSystem),
+        }
+    }
+
+    fn counts(&self) -> [usize; 3] {
+        let Textures { float, spectrum } = &self.textures;
+        [self.materials.definitions(), float.definitions(), spectrum.definitions()]
+    }
+}
+
+/// The state at the start of a block.
+pub(crate) struct Saved {
+    state: GraphicsState,
+    definitions: [usize; 3],
+}
+
+impl Saved {
+    pub fn new(state: &GraphicsState, definitions: &Definitions) -> Box<Self> {
+        Box::new(Saved { state: state.clone(), definitions: definitions.counts() })
+    }
+
+    pub fn restore(self, state: &mut GraphicsState, definitions: &mut Definitions) {
+        *state = self.state;
+        definitions.materials.take_back(self.definitions[0]);
+        definitions.textures.float.take_back(self.definitions[1]);
+        definitions.textures.spectrum.take_back(self.definitions[2]);
+    }
+}
+
+impl GraphicsState {
+    pub fn new() -> Self {
+        GraphicsState {
+            ctm: Transform::IDENTITY,
+            at_start: true,
+            reverse_orientation: false,
+            material: Rc::new(MaterialInstance::default()),
+            emission: None,
         }
     }
 }

@@ -1,12 +1,12 @@
 //! `Sampler`: the sample pattern and the number of samples.
 
+use lookat_syntax::Diagnostic;
+
 use crate::params::Params;
-use crate::schema::{Effect, Key, Keys, Kind, Range, names};
+use crate::schema::{Effect, Key, Keys, Kind, Range};
 
 /// The most samples per pixel of one picture: sums of more could overflow.
 pub const MAX_SAMPLES: u32 = 1 << 30;
-/// The most samples of a light, or of ambient occlusion, within each camera sample: about a hundredth of a second.
-pub(crate) const MOST_NESTED: i32 = 1 << 16;
 
 /// The sampler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +45,7 @@ impl Sampler {
     /// The sampler of pbrt-v3 without a Sampler directive.
     pub(crate) const PBRT_DEFAULT: Sampler = Sampler { kind: SamplerKind::SOBOL, samples_per_pixel: 16 };
 
-    /// The same sampler with jitter.
+    /// This sampler with jitter.
     pub fn jittered(self) -> Sampler {
         let kind = match self.kind {
             SamplerKind::Stratified { cells, .. } => SamplerKind::Stratified { cells, jitter: true },
@@ -54,7 +54,7 @@ impl Sampler {
         Sampler { kind, ..self }
     }
 
-    /// The same sampler with another number of samples, at least 1; over [`MAX_SAMPLES`] counts as that many. A stratified sampler uses the grid of that size
+    /// This sampler with another number of samples, from 1 to [`MAX_SAMPLES`]; more counts as that many. A stratified sampler uses the grid of that size
     /// nearest to a square. If that grid is more than twice as wide as high, a jittered sampler uses a slightly
     /// larger one.
     pub fn with_samples(self, samples_per_pixel: u32) -> Sampler {
@@ -101,25 +101,18 @@ const DIMENSIONS: Key<i32> =
 const SUBSTITUTED: Keys = &[&PIXEL_SAMPLES, &DIMENSIONS];
 
 pub(crate) const KINDS: &[Kind] = &[
+    Kind::new("halton", "a Halton sequence; lookat uses sobol instead", &[&[&PIXEL_SAMPLES, &PIXEL_CENTER]])
+        .by_default(),
+    Kind::new("sobol", "the Sobol' sequence, scrambled", &[&[&PIXEL_SAMPLES]]),
+    Kind::new("random", "independent samples", &[&[&FEW_PIXEL_SAMPLES]]),
     Kind::new(
-        "Sampler",
-        "halton",
-        "a Halton sequence; lookat uses sobol instead",
-        &[&[&PIXEL_SAMPLES, &PIXEL_CENTER]],
-    )
-    .by_default(),
-    Kind::new("Sampler", "sobol", "the Sobol' sequence, scrambled", &[&[&PIXEL_SAMPLES]]),
-    Kind::new("Sampler", "random", "independent samples", &[&[&FEW_PIXEL_SAMPLES]]),
-    Kind::new(
-        "Sampler",
         "stratified",
         "one sample in each cell of a grid",
         &[&[&X_SAMPLES, &Y_SAMPLES, &JITTER, &DIMENSIONS]],
     ),
-    Kind::new("Sampler", "02sequence", "a (0, 2)-sequence", &[SUBSTITUTED]).instead("sobol"),
-    Kind::new("Sampler", "lowdiscrepancy", "another name of 02sequence", &[SUBSTITUTED]).instead("sobol"),
-    Kind::new("Sampler", "maxmindist", "points with a maximized minimum distance", &[SUBSTITUTED])
-        .instead("sobol"),
+    Kind::new("02sequence", "a (0, 2)-sequence", &[SUBSTITUTED]).instead("sobol"),
+    Kind::new("lowdiscrepancy", "another name of 02sequence", &[SUBSTITUTED]).instead("sobol"),
+    Kind::new("maxmindist", "points with a maximized minimum distance", &[SUBSTITUTED]).instead("sobol"),
 ];
 
 pub(crate) fn sampler(params: &mut Params) -> Option<Sampler> {
@@ -132,12 +125,13 @@ pub(crate) fn sampler(params: &mut Params) -> Option<Sampler> {
         "sobol" => (SamplerKind::SOBOL, params.take(&PIXEL_SAMPLES)),
         "02sequence" | "lowdiscrepancy" | "maxmindist" => {
             let message = format!("lookat renders Sampler \"{}\" with \"sobol\"", params.kind());
-            params.replaced(message, "the picture is the same apart from its noise");
+            let help = "the picture is the same apart from its noise";
+            params.push(Diagnostic::note_at(params.kind_text().span, message).help(help));
             params.take(&DIMENSIONS);
             (SamplerKind::SOBOL, params.take(&PIXEL_SAMPLES))
         }
         "stratified" => stratified(params),
-        _ => return params.unknown_kind(&names(KINDS)),
+        _ => return params.unknown_kind(KINDS),
     };
     params.finish().then_some(Sampler { kind, samples_per_pixel: samples as u32 })
 }

@@ -1,10 +1,16 @@
-//! The resolved scene.
+//! The resolved scene: its parts, its bounds and its memory.
 
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
+use glam::DVec3;
+use lookat_image::{MipMap, Texel};
 use lookat_syntax::Span;
 
-use crate::{Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, Sampler, Shape, Transform};
+use crate::{
+    Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, MaterialKind, Sampler, Shape,
+    Texture, Transform, Value, Varying,
+};
 
 /// A scene, ready to render: a view of a world. Lengths are in world units, except for quadrics and curves, which are in
 /// object space. Angles are in radians unless a field says degrees. Colors are linear RGB; transformations are `f64`.
@@ -78,12 +84,12 @@ impl Primitive {
         }
     }
 
-    /// The same shape as an area light.
+    /// This shape as an area light.
     pub fn with_emission(self, emission: Emission) -> Primitive {
         Primitive { emission: Some(emission), ..self }
     }
 
-    /// Its emission, unless that is black.
+    /// The emission of the shape. `None` if it is black.
     pub(crate) fn light(&self) -> Option<Emission> {
         self.emission.filter(|emission| !emission.is_black())
     }
@@ -123,4 +129,274 @@ pub struct Instance {
     pub object: Arc<Object>,
     /// The current transformation at `ObjectInstance`.
     pub world_from_object: Transform,
+}
+
+/// The lowest and the highest corner of a box.
+type Bounds = [DVec3; 2];
+
+impl World {
+    /// The lowest and the highest corner of a box around all shapes, not always the smallest. `None` for a world
+    /// without shapes.
+    pub fn bounds(&self) -> Option<[DVec3; 2]> {
+        let mut objects: HashMap<*const Object, Option<Bounds>> = HashMap::new();
+        let instances = self.instances.iter().filter_map(|instance| {
+            let object = objects.entry(Arc::as_ptr(&instance.object));
+            let own =
+                *object.or_insert_with(|| around(instance.object.primitives.iter().filter_map(of_shape)));
+            own.map(|own| placed(own, &instance.world_from_object))
+        });
+        around(self.primitives.iter().filter_map(of_shape).chain(instances))
+    }
+}
+
+fn of_shape(primitive: &Primitive) -> Option<Bounds> {
+    match &primitive.shape {
+        Shape::TriangleMesh(mesh) => around(mesh.positions().iter().map(|point| [DVec3::from(*point); 2])),
+        Shape::Quadric(quadric) => {
+            let (low, high) = quadric.corners();
+            Some(placed([low, high], &quadric.world_from_object))
+        }
+        Shape::Curve(curve) => {
+            let points = curve.segments.iter().flatten();
+            around(points.map(|point| [curve.world_from_object.point(*point); 2]))
+        }
+    }
+}
+
+/// The box around a transformed box.
+fn placed([low, high]: Bounds, transform: &Transform) -> Bounds {
+    let (center, half) = ((low + high) / 2.0, (high - low) / 2.0);
+    let extent = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| transform.vector(axis * half).abs());
+    let (center, extent) = (transform.point(center), extent[0] + extent[1] + extent[2]);
+    [center - extent, center + extent]
+}
+
+fn around(boxes: impl Iterator<Item = Bounds>) -> Option<Bounds> {
+    boxes.reduce(|[low, high], other| [low.min(other[0]), high.max(other[1])])
+}
+
+/// The memory of a world. Shared arrays count once.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Memory {
+    /// Bytes of the shapes without their meshes, also of objects.
+    pub shapes: usize,
+    /// Bytes of the instances.
+    pub instances: usize,
+    /// Bytes of the meshes.
+    pub meshes: usize,
+    /// The number of pictures. A file read with two settings counts twice.
+    pub pictures: usize,
+    /// Bytes of the pictures, including MIP levels.
+    pub picture_bytes: usize,
+}
+
+impl World {
+    /// The objects with instances in the world, each once.
+    pub fn objects(&self) -> Vec<&Arc<Object>> {
+        let mut objects: Vec<&Arc<Object>> = Vec::new();
+        let mut known = HashSet::new();
+        for instance in &self.instances {
+            if known.insert(Arc::as_ptr(&instance.object)) {
+                objects.push(&instance.object);
+            }
+        }
+        objects
+    }
+
+    /// All shapes, including shapes of instanced objects.
+    pub fn shapes(&self) -> impl Iterator<Item = &Primitive> {
+        let of_objects = self.objects().into_iter().flat_map(|object| &object.primitives);
+        self.primitives.iter().chain(of_objects)
+    }
+
+    /// The memory of the world.
+    pub fn memory(&self) -> Memory {
+        let mut counted = CountedBytes::default();
+        for primitive in self.shapes() {
+            counted.primitive(primitive);
+        }
+        for light in &self.lights {
+            match light {
+                Light::Environment { map, .. } | Light::Goniometric { map, .. } => counted.picture(map),
+                Light::Projection { map: Some(map), .. } => counted.picture(map),
+                _ => {}
+            }
+        }
+        Memory {
+            shapes: self.shapes().map(shape_bytes).sum(),
+            instances: size_of_val(&self.instances[..]),
+            meshes: counted.meshes.values().sum(),
+            pictures: counted.pictures.len(),
+            picture_bytes: counted.pictures.values().sum(),
+        }
+    }
+}
+
+fn shape_bytes(primitive: &Primitive) -> usize {
+    let array = match &primitive.shape {
+        Shape::Curve(curve) => size_of_val(&curve.segments[..]),
+        _ => 0,
+    };
+    size_of::<Primitive>() + array
+}
+
+/// Bytes by address.
+#[derive(Default)]
+struct CountedBytes {
+    meshes: HashMap<usize, usize>,
+    pictures: HashMap<usize, usize>,
+    materials: HashSet<usize>,
+}
+
+impl CountedBytes {
+    fn primitive(&mut self, primitive: &Primitive) {
+        if let Shape::TriangleMesh(mesh) = &primitive.shape {
+            self.meshes.insert(Arc::as_ptr(mesh).addr(), mesh.bytes());
+        }
+        if let Some(cutout) = &primitive.cutout {
+            for alpha in cutout.alpha.iter().chain(&cutout.shadow_alpha) {
+                self.texture(alpha);
+            }
+        }
+        self.material(&primitive.material);
+    }
+
+    fn material(&mut self, material: &Arc<Material>) {
+        if !self.materials.insert(Arc::as_ptr(material).addr()) {
+            return;
+        }
+        if let Some(bump) = &material.bump {
+            self.texture(bump);
+        }
+        for color in material.kind.colors() {
+            self.texture(color);
+        }
+        for number in material.kind.numbers() {
+            self.texture(number);
+        }
+        if let MaterialKind::Mix(mix) = &material.kind {
+            for part in &mix.materials {
+                self.material(part);
+            }
+        }
+    }
+
+    fn texture<T: Value>(&mut self, texture: &Texture<T>) {
+        let Texture::Varying(node) = texture else { return };
+        if let Varying::ImageMap(image) = &node.texture {
+            self.picture(&image.map);
+        }
+        let (parts, weight) = node.texture.parts();
+        for part in parts {
+            self.texture(part);
+        }
+        if let Some(weight) = weight {
+            self.texture(weight);
+        }
+    }
+
+    fn picture<T: Texel>(&mut self, map: &Arc<MipMap<T>>) {
+        self.pictures.insert(Arc::as_ptr(map).addr(), map.bytes());
+    }
+}
+
+/// The places of what a view consists of, and of the lights. `None` where the text leaves a default.
+#[derive(Debug, Clone, Default)]
+pub struct Places {
+    /// The type of `Camera`.
+    pub camera: Option<Span>,
+    /// The numbers of `screenwindow`.
+    pub screen_window: Option<Span>,
+    /// The number of `lensradius`.
+    pub lens_radius: Option<Span>,
+    /// The number of `focaldistance`.
+    pub focal_distance: Option<Span>,
+    /// The numbers of `cropwindow`.
+    pub crop_window: Option<Span>,
+    /// `WorldBegin`.
+    pub world_begin: Option<Span>,
+    /// The types of `LightSource`, in the order of [`World::lights`](crate::World::lights).
+    pub lights: Vec<Span>,
+}
+
+#[cfg(test)]
+mod tests {
+    mod bounds {
+        use super::super::*;
+        use crate::load_str;
+
+        fn bounds(world: &str) -> Option<Bounds> {
+            load_str(&format!("WorldBegin {world} WorldEnd")).scene.unwrap().world.bounds()
+        }
+
+        #[test]
+        fn bounds_hold_all_shapes() {
+            assert_eq!(bounds("LightSource \"point\""), None);
+            let ball = "Translate 1 2 3 Scale 2 1 1 Rotate 90 0 0 1 Shape \"disk\" \"float radius\" 3 \"float height\" 2";
+            assert_eq!(bounds(ball), Some([DVec3::new(-5.0, -1.0, 5.0), DVec3::new(7.0, 5.0, 5.0)]));
+            let mesh = "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [-9 0 0 0 8 0 0 0 1]";
+            let both = format!(
+                "ObjectBegin \"o\" Translate 0 0 9 Shape \"sphere\" ObjectEnd Translate 7 0 0 ObjectInstance \"o\" Identity {mesh}"
+            );
+            assert_eq!(bounds(&both), Some([DVec3::new(-9.0, -1.0, 0.0), DVec3::new(8.0, 8.0, 10.0)]));
+        }
+    }
+    mod memory {
+        use std::path::Path;
+
+        use crate::{Instance, LoadOptions, Memory, Primitive, load};
+
+        fn memory(world: &str) -> Memory {
+            let text = format!(
+                "Film \"image\" Sampler \"sobol\" Camera \"perspective\" Integrator \"path\" WorldBegin
+            LightSource \"infinite\" {world} WorldEnd"
+            );
+            let read = |path: &Path| match path.extension() {
+                Some(_) => Ok(pfm()),
+                None => Ok(text.clone().into()),
+            };
+            load(Path::new("x"), &read, &LoadOptions::default()).scene.unwrap().world.memory()
+        }
+
+        /// A gray picture of 2 x 2 pixels.
+        fn pfm() -> Vec<u8> {
+            [b"Pf\n2 2\n-1\n".as_slice(), &[0; 16]].concat()
+        }
+
+        const TRIANGLE: &str =
+            "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [0 0 1 1 0 1 0 1 1]";
+
+        #[test]
+        fn what_is_shared_counts_once() {
+            let one = 3 * 24 + 3 * 4;
+            assert_eq!(memory(&TRIANGLE.repeat(2)).meshes, 2 * one);
+            let object = format!("ObjectBegin \"a\" {TRIANGLE} ObjectEnd");
+            let copies = "ObjectInstance \"a\" ".repeat(3);
+            let copied = memory(&format!("{object} {copies}"));
+            assert_eq!((copied.meshes, copied.instances), (one, 3 * size_of::<Instance>()));
+            assert_eq!(memory(&object).meshes, 0);
+        }
+
+        #[test]
+        fn pictures_are_found_in_textures_of_textures_and_in_cutouts() {
+            let map = |name: &str, kind: &str, more: &str| {
+                format!("Texture \"{name}\" \"{kind}\" \"imagemap\" \"string filename\" \"a.pfm\" {more} ")
+            };
+            // Four texels and their mean.
+            let of_numbers = map("n", "float", "");
+            let cut = format!("{of_numbers} {TRIANGLE} \"texture alpha\" \"n\"");
+            let one = size_of::<Primitive>();
+            let with_cut =
+                Memory { shapes: one, meshes: 84, pictures: 1, picture_bytes: 5 * 4, instances: 0 };
+            assert_eq!(memory(&cut), with_cut);
+            let of_colors = map("c", "spectrum", "");
+            let scaled = "Texture \"s\" \"spectrum\" \"scale\" \"texture tex1\" \"c\" \"rgb tex2\" [.1 .2 .3]
+            Material \"plastic\" \"texture Ks\" \"s\" \"texture Kd\" \"c\"";
+            let found = memory(&format!("{of_colors} {scaled} Shape \"sphere\" {cut}"));
+            assert_eq!(
+                found,
+                Memory { shapes: 2 * one, pictures: 2, picture_bytes: 5 * 4 + 5 * 12, ..with_cut }
+            );
+        }
+    }
 }

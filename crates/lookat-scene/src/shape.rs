@@ -1,38 +1,26 @@
 //! `Shape`: geometry and placement.
 
-mod cone;
 mod curve;
-mod cylinder;
-mod disk;
-mod heightfield;
-mod hyperboloid;
-mod limits;
 mod loop_subdivision;
 mod nurbs;
-mod paraboloid;
-mod sphere;
+mod quadric;
 
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use glam::DVec3;
+use lookat_syntax::{ParamType, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
-use crate::mesh::{self, Mesh, ply_file, triangle_mesh};
-use crate::params::{FileParam, Params};
-use crate::schema::{Kind, names};
-use limits::sweep;
+use crate::mesh::{self, Mesh, finish, grid, ply_file, triangle_mesh};
+use crate::params::Params;
+use crate::params::value::{Floats, RequiredInteger};
+use crate::schema::{Key, Kind, Range};
 
-pub use cone::Cone;
-pub use curve::{Curve, CurveKind};
-pub use cylinder::Cylinder;
-pub use disk::Disk;
-pub use hyperboloid::Hyperboloid;
-pub use paraboloid::Paraboloid;
-pub use sphere::Sphere;
-
-pub(crate) use limits::Limits;
+pub use crate::shape::curve::{Curve, CurveKind};
+pub(crate) use crate::shape::quadric::Limits;
+pub use crate::shape::quadric::{
+    Cone, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Sphere,
+};
 
 /// A placed shape.
 #[derive(Debug, Clone)]
@@ -46,7 +34,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Whether the transformation of a quadric or a curve swaps handedness. `None` for a mesh, whose vertices are transformed.
+    /// True if the transformation of a quadric or a curve swaps handedness. `None` for a mesh, whose vertices are transformed.
     pub(crate) fn is_mirrored(&self) -> Option<bool> {
         match self {
             Shape::Quadric(quadric) => Some(quadric.world_from_object.swaps_handedness()),
@@ -60,94 +48,23 @@ impl Shape {
         matches!(self, Shape::TriangleMesh(mesh) if mesh.indices.is_empty())
     }
 
-    /// Whether it is a mesh all of whose triangles, if any, have zero area.
+    /// True for a mesh without triangles that have an area.
     pub(crate) fn is_invisible(&self) -> bool {
         matches!(self, Shape::TriangleMesh(mesh) if 3 * mesh.without_area() == mesh.indices.len())
     }
 }
 
-/// A quadric around the z axis of object space, or a part of one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quadric {
-    /// The form.
-    pub form: QuadricForm,
-    /// The sweep angle about z from +x toward +y, in radians, above 0 and at most 2 pi (`phimax`, default 360
-    /// degrees). A hyperboloid starts at its segment instead of +x.
-    pub phi_max: f64,
-    /// Its placement.
-    pub world_from_object: Transform,
-}
-
-/// The form of a [`Quadric`], in object space.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum QuadricForm {
-    /// A sphere around the origin.
-    Sphere(Sphere),
-    /// A disk or ring.
-    Disk(Disk),
-    /// A cylinder.
-    Cylinder(Cylinder),
-    /// A cone.
-    Cone(Cone),
-    /// A paraboloid.
-    Paraboloid(Paraboloid),
-    /// A hyperboloid.
-    Hyperboloid(Hyperboloid),
-}
-
-impl QuadricForm {
-    /// The type name in scene files.
-    pub(crate) fn name(&self) -> &'static str {
-        match self {
-            QuadricForm::Sphere(_) => "sphere",
-            QuadricForm::Disk(_) => "disk",
-            QuadricForm::Cylinder(_) => "cylinder",
-            QuadricForm::Cone(_) => "cone",
-            QuadricForm::Paraboloid(_) => "paraboloid",
-            QuadricForm::Hyperboloid(_) => "hyperboloid",
-        }
-    }
-}
-
-impl Quadric {
-    /// A whole sphere around the origin of object space.
-    pub fn sphere(radius: f64, world_from_object: Transform) -> Quadric {
-        let form = QuadricForm::Sphere(Sphere { radius, z_min: -radius, z_max: radius });
-        Quadric { form, phi_max: TAU, world_from_object }
-    }
-
-    /// The lowest and highest z, and the largest distance from the axis, in object space, for a full sweep.
-    pub fn extent(&self) -> (f64, f64, f64) {
-        match self.form {
-            QuadricForm::Sphere(Sphere { radius, .. }) => (-radius, radius, radius),
-            QuadricForm::Disk(Disk { height, radius, .. }) => (height, height, radius),
-            QuadricForm::Cylinder(Cylinder { radius, z_min, z_max }) => (z_min, z_max, radius),
-            QuadricForm::Cone(Cone { radius, height }) => (0.0, height, radius),
-            QuadricForm::Paraboloid(Paraboloid { radius, z_min, z_max }) => (z_min.max(0.0), z_max, radius),
-            QuadricForm::Hyperboloid(Hyperboloid { p1, p2 }) => {
-                (p1.z.min(p2.z), p1.z.max(p2.z), p1.truncate().length().max(p2.truncate().length()))
-            }
-        }
-    }
-
-    /// Two opposite corners of the bounding box in object space.
-    pub fn corners(&self) -> (DVec3, DVec3) {
-        let (low, high, radius) = self.extent();
-        (DVec3::new(-radius, -radius, low), DVec3::new(radius, radius, high))
-    }
-}
-
 pub(crate) const KINDS: &[Kind] = &[
-    sphere::KIND,
+    quadric::SPHERE_KIND,
     mesh::TRIANGLE_MESH,
     mesh::PLY_MESH,
-    disk::KIND,
-    cylinder::KIND,
-    cone::KIND,
-    paraboloid::KIND,
-    hyperboloid::KIND,
+    quadric::DISK_KIND,
+    quadric::CYLINDER_KIND,
+    quadric::CONE_KIND,
+    quadric::PARABOLOID_KIND,
+    quadric::HYPERBOLOID_KIND,
     curve::KIND,
-    heightfield::KIND,
+    KIND,
     loop_subdivision::KIND,
     nurbs::KIND,
 ];
@@ -156,7 +73,7 @@ pub(crate) const KINDS: &[Kind] = &[
 pub(crate) enum Geometry {
     Shape(Shape),
     /// A mesh to be read from a file.
-    PlyFile(FileParam),
+    PlyFile(Text),
 }
 
 /// pbrt-v3's MakeShapes. The remaining parameters belong to the material or are unknown. `kept` is the mesh, if an earlier load has
@@ -170,33 +87,61 @@ pub(crate) fn shape(
         "plymesh" => return ply_file(params).map(Geometry::PlyFile),
         "trianglemesh" => triangle_mesh(params, kept, world_from_object).map(Shape::TriangleMesh),
         "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Arc::new(curve))),
-        "heightfield" => heightfield::heightfield(params, world_from_object).map(triangles),
+        "heightfield" => heightfield(params, world_from_object).map(triangles),
         "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(triangles),
         "nurbs" => nurbs::nurbs(params, world_from_object).map(triangles),
-        _ => quadric(params, world_from_object).map(|quadric| Shape::Quadric(Box::new(quadric))),
+        _ if !params.is_known_kind(KINDS) => {
+            params.ignore_rest();
+            return params.unknown_kind(KINDS);
+        }
+        _ => quadric::quadric(params, world_from_object).map(|quadric| Shape::Quadric(Box::new(quadric))),
     };
     shape.map(Geometry::Shape)
 }
 
-fn quadric(params: &mut Params, world_from_object: Transform) -> Option<Quadric> {
-    let limits = Limits::new(&world_from_object);
-    let form = match params.kind() {
-        "sphere" => QuadricForm::Sphere(sphere::sphere(params, &limits)),
-        "disk" => QuadricForm::Disk(disk::disk(params, &limits)),
-        "cylinder" => QuadricForm::Cylinder(cylinder::cylinder(params, &limits)),
-        "cone" => QuadricForm::Cone(cone::cone(params, &limits)),
-        "paraboloid" => QuadricForm::Paraboloid(paraboloid::paraboloid(params, &limits)),
-        "hyperboloid" => QuadricForm::Hyperboloid(hyperboloid::hyperboloid(params, &limits)),
-        _ => {
-            params.unknown_kind::<()>(&names(KINDS));
-            params.ignore_rest();
-            return None;
-        }
-    };
-    let phi_max = sweep(params).min(TAU);
-    params.usable().then_some(Quadric { form, phi_max, world_from_object })
-}
-
 fn triangles(mesh: Mesh) -> Shape {
     Shape::TriangleMesh(Arc::new(mesh))
+}
+
+const NU: Key<RequiredInteger> =
+    Key::required_integer("nu", "the number of heights along u").within(Range::at_least(2.0));
+const NV: Key<RequiredInteger> =
+    Key::required_integer("nv", "the number of heights along v").within(Range::at_least(2.0));
+const HEIGHTS: Key<Floats> =
+    Key::new("Pz", ParamType::Float, Floats, "nu times nv heights, in rows along x").required();
+
+pub(super) const KIND: Kind =
+    Kind::new("heightfield", "flat triangles over a grid of the unit square", &[&[&NU, &NV, &HEIGHTS]]);
+
+/// pbrt-v3's CreateHeightfield: `Pz` has `nv` rows along y, each with `nu` heights along x.
+pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
+    let size = [&NU, &NV].map(|key| params.take(key));
+    let Some(heights) = params.take(&HEIGHTS) else {
+        params.missing(
+            "Pz",
+            "a heightfield needs heights",
+            "add \"float Pz\" [...] with nu times nv heights",
+        );
+        return None;
+    };
+    let [nu, nv] = size.map(|count| count.unwrap_or_default() as usize);
+    if nu.checked_mul(nv) != Some(heights.len()) && params.usable() {
+        let message = format!("nu times nv is {nu} times {nv}, but there are {} heights", heights.len());
+        params.reject("Pz", message, None);
+    }
+    if !params.usable() {
+        return None;
+    }
+    // A position, coordinates, and the corners of two triangles.
+    drop(params.reserve("Pz", (nu * nv).saturating_mul(24 + 16 + 2 * 12))?);
+    let uvs: Vec<[f64; 2]> =
+        (0..nv).flat_map(|v| (0..nu).map(move |u| [share(u, nu), share(v, nv)])).collect();
+    let positions = uvs.iter().zip(heights).map(|([x, y], z)| [*x, *y, z]).collect();
+    let mesh = Mesh { positions, indices: grid(nu, nv), uvs, ..Mesh::default() };
+    finish(params, mesh, world_from_object)
+}
+
+/// The position of a point along its side, from 0 to 1.
+fn share(at: usize, of: usize) -> f64 {
+    at as f64 / (of - 1) as f64
 }

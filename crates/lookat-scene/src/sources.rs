@@ -54,7 +54,7 @@ impl Source {
         Source { path, text, included_at, counts: Mutex::default() }
     }
 
-    /// What is before a byte.
+    /// The lines and characters before a byte.
     fn before(&self, at: usize) -> Counts {
         let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
         let block = at / BLOCK;

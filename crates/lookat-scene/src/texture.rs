@@ -1,31 +1,27 @@
 //! `Texture`: named values that vary over surfaces.
 
-mod bilerp;
-mod checkerboard;
-mod dots;
 mod imagemap;
 mod mapping;
-mod mix;
-mod noise;
-mod params;
-mod value;
+mod patterns;
 
+use std::fmt::Debug;
+use std::ops::Mul;
 use std::sync::Arc;
 
-pub use self::bilerp::Bilerp;
-pub use self::checkerboard::{Cells, Checkerboard};
-pub use self::dots::Dots;
-pub use self::imagemap::{ImageFilter, ImageMap};
-pub use self::mapping::Mapping;
-pub use self::noise::{Marble, Octaves};
-pub use self::value::Value;
+use glam::Vec3;
+use lookat_image::Texel;
 
-pub(crate) use self::params::{TextureParams, Textures};
-pub(crate) use self::value::Parameter;
+use crate::names::Names;
 use crate::params::Params;
-use crate::picture::Pictures;
-use crate::schema::{Color, DefaultValue, Effect, Key, Kind, Name, names};
+use crate::params::value::{Color, ColorTexture, Name};
+use crate::picture::{FromColor, Pictures};
+use crate::schema::{Key, Kind};
+use crate::symbols::SymbolKind;
 use crate::transform::Transform;
+
+pub use crate::texture::imagemap::{ImageFilter, ImageMap};
+pub use crate::texture::mapping::Mapping;
+pub use crate::texture::patterns::{Bilerp, Cells, Checkerboard, Dots, Marble, Octaves};
 
 /// A value for each point of a surface: a number (`f64`) or a color (`Vec3`, linear RGB).
 #[derive(Debug, Clone)]
@@ -89,10 +85,10 @@ pub enum Varying<T: Value> {
     Marble(Marble),
 }
 
-/// The textures in a texture: those with values of its own type, and the one that weighs them. The same for `&` and `&mut`.
-macro_rules! parts {
-    ($varying:expr) => {
-        match $varying {
+impl<T: Value> Varying<T> {
+    /// The textures in it: those with values of its own type, and the one that weighs them.
+    pub(crate) fn parts(&self) -> (Vec<&Texture<T>>, Option<&Texture<f64>>) {
+        match self {
             Varying::Mix { textures: [a, b], amount } => (vec![a, b], Some(amount)),
             Varying::Scale([a, b])
             | Varying::Checkerboard(Checkerboard { textures: [a, b], .. })
@@ -105,18 +101,6 @@ macro_rules! parts {
             | Varying::Windy { .. }
             | Varying::Marble(_) => (Vec::new(), None),
         }
-    };
-}
-
-impl<T: Value> Varying<T> {
-    /// The textures in it: those with values of its own type, and the one that weighs them.
-    pub(crate) fn parts(&self) -> (Vec<&Texture<T>>, Option<&Texture<f64>>) {
-        parts!(self)
-    }
-
-    /// The same, to change.
-    pub(crate) fn parts_mut(&mut self) -> (Vec<&mut Texture<T>>, Option<&mut Texture<f64>>) {
-        parts!(self)
     }
 }
 
@@ -160,76 +144,65 @@ impl<T: Value> Texture<T> {
 
     /// A texture that varies. It consists of at most 1,000 textures; one used twice counts twice.
     pub fn varying(texture: Varying<T>) -> Self {
-        let of_two = |[a, b]: [&Self; 2]| {
-            (a.is_filtered() || b.is_filtered(), a.cost().saturating_add(b.cost()).saturating_add(1))
+        let is_filtered = match &texture {
+            Varying::Checkerboard(board) => matches!(board.cells, Cells::Plane { filtered: true, .. }),
+            Varying::Scale(_)
+            | Varying::Mix { .. }
+            | Varying::Dots(_)
+            | Varying::Bilerp(_)
+            | Varying::Uv(_) => false,
+            Varying::ImageMap(_)
+            | Varying::Fbm(_)
+            | Varying::Wrinkled(_)
+            | Varying::Windy { .. }
+            | Varying::Marble(_) => true,
         };
-        let (filtered, cost) = match &texture {
-            Varying::Scale([a, b]) => of_two([a, b]),
-            Varying::Mix { textures: [a, b], amount } => {
-                let (filtered, cost) = of_two([a, b]);
-                (filtered || amount.is_filtered(), cost.saturating_add(amount.cost()))
-            }
-            Varying::Checkerboard(Checkerboard { textures: [a, b], cells }) => {
-                let (filtered, cost) = of_two([a, b]);
-                (filtered || matches!(cells, Cells::Plane { filtered: true, .. }), cost)
-            }
-            Varying::Dots(dots) => of_two([&dots.dots, &dots.around]),
-            Varying::ImageMap(_) => (true, 1),
-            Varying::Bilerp(_) | Varying::Uv(_) => (false, 1),
-            Varying::Fbm(_) | Varying::Wrinkled(_) | Varying::Windy { .. } | Varying::Marble(_) => (true, 1),
-        };
+        let (parts, weight) = texture.parts();
+        let filtered = is_filtered
+            || parts.iter().any(|part| part.is_filtered())
+            || weight.is_some_and(Texture::is_filtered);
+        let costs = parts.iter().map(|part| part.cost()).chain(weight.map(Texture::cost));
+        let cost = costs.fold(1, u32::saturating_add);
         Texture::Varying(Arc::new(Node { texture, filtered, cost }))
     }
 }
 
 const VALUE: Key<Color> = Key::color("value", 1.0, "the value; a number in a float texture");
 
-const fn of_ptex<T: DefaultValue>(key: Key<T>) -> Key<T> {
-    key.effect(Effect::NotRendered)
-}
-
-const PTEX_FILE: Key<Name> = of_ptex(Key::string("filename", "the Ptex file"));
-const PTEX_GAMMA: Key<f64> = of_ptex(Key::float("gamma", 2.2, "the exponent of the values of the file"));
+const PTEX_FILE: Key<Name> = Key::string("filename", "the Ptex file").not_rendered();
+const PTEX_GAMMA: Key<f64> =
+    Key::float("gamma", 2.2, "the exponent of the values of the file").not_rendered();
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("Texture", "constant", "one value everywhere", &[&[&VALUE]]),
-    Kind::new("Texture", "scale", "the product of two textures", &[mix::SCALE_KEYS]),
-    Kind::new("Texture", "mix", "a blend of two textures", &[mix::MIX_KEYS]),
+    Kind::new("constant", "one value everywhere", &[&[&VALUE]]),
+    Kind::new("scale", "the product of two textures", &[patterns::SCALE_KEYS]),
+    Kind::new("mix", "a blend of two textures", &[patterns::MIX_KEYS]),
     Kind::new(
-        "Texture",
         "bilerp",
         "bilinear interpolation between the corners of the unit square",
-        &[bilerp::KEYS, mapping::KEYS],
+        &[patterns::BILERP_KEYS, mapping::KEYS],
     ),
-    Kind::new("Texture", "imagemap", "a picture", &[imagemap::KEYS, mapping::KEYS]),
+    Kind::new("imagemap", "a picture", &[imagemap::KEYS, mapping::KEYS]),
     Kind::new(
-        "Texture",
         "uv",
         "the fractions of the texture coordinates as red and green, for spectrum textures",
         &[mapping::KEYS],
     ),
     Kind::new(
-        "Texture",
         "checkerboard",
         "two alternating textures in unit squares or cubes",
-        &[checkerboard::KEYS, mapping::KEYS],
+        &[patterns::CHECKERBOARD_KEYS, mapping::KEYS],
     ),
-    Kind::new("Texture", "dots", "round dots at random places", &[dots::KEYS, mapping::KEYS]),
-    Kind::new("Texture", "fbm", "a sum of noise, like clouds", &[noise::OCTAVES_KEYS]),
+    Kind::new("dots", "round dots at random places", &[patterns::DOTS_KEYS, mapping::KEYS]),
+    Kind::new("fbm", "a sum of noise, like clouds", &[patterns::OCTAVES_KEYS]),
+    Kind::new("wrinkled", "a sum of absolute values of noise, with creases", &[patterns::OCTAVES_KEYS]),
     Kind::new(
-        "Texture",
-        "wrinkled",
-        "a sum of absolute values of noise, with creases",
-        &[noise::OCTAVES_KEYS],
-    ),
-    Kind::new(
-        "Texture",
         "marble",
         "layers of marble along y, for spectrum textures",
-        &[noise::OCTAVES_KEYS, noise::MARBLE_KEYS],
+        &[patterns::OCTAVES_KEYS, patterns::MARBLE_KEYS],
     ),
-    Kind::new("Texture", "windy", "the height of waves in the wind", &[]),
-    Kind::new("Texture", "ptex", "a Ptex file", &[&[&PTEX_FILE, &PTEX_GAMMA]])
+    Kind::new("windy", "the height of waves in the wind", &[]),
+    Kind::new("ptex", "a Ptex file", &[&[&PTEX_FILE, &PTEX_GAMMA]])
         .instead("the default of each parameter that names it"),
 ];
 
@@ -260,23 +233,23 @@ pub(crate) fn product<T: Value>(params: &mut Params, [a, b]: [Texture<T>; 2]) ->
 
 /// pbrt-v3's MakeFloatTexture and MakeSpectrumTexture. `None` for an unsupported texture and after an error.
 pub(crate) fn texture<T: Parameter>(
-    params: &mut TextureParams,
+    params: &mut Params,
     ctm: Transform,
     pictures: &mut Pictures,
 ) -> Option<Texture<T>> {
     let texture = match params.kind() {
         "constant" => Texture::Constant(T::value(params, &VALUE)),
-        "scale" => mix::scale(params),
-        "mix" => mix::mix(params),
+        "scale" => patterns::scale(params),
+        "mix" => patterns::mix(params),
         "imagemap" => imagemap::imagemap(params, ctm, pictures)?,
-        "bilerp" => bilerp::bilerp(params, ctm),
+        "bilerp" => patterns::bilerp(params, ctm),
         "uv" => colors(params, ctm, |params, ctm| Varying::Uv(mapping::mapping(params, ctm))),
-        "checkerboard" => checkerboard::checkerboard(params, ctm),
-        "dots" => dots::dots(params, ctm),
-        "fbm" => noise::fbm(params, ctm),
-        "wrinkled" => noise::wrinkled(params, ctm),
-        "marble" => colors(params, ctm, noise::marble),
-        "windy" => noise::windy(ctm),
+        "checkerboard" => patterns::checkerboard(params, ctm),
+        "dots" => patterns::dots(params, ctm),
+        "fbm" => patterns::fbm(params, ctm),
+        "wrinkled" => patterns::wrinkled(params, ctm),
+        "marble" => colors(params, ctm, patterns::marble),
+        "windy" => patterns::windy(ctm),
         _ => return not_rendered(params),
     };
     check(params, &texture);
@@ -298,9 +271,8 @@ fn colors<T: Parameter>(
 }
 
 fn not_rendered<T>(params: &mut Params) -> Option<T> {
-    let names = names(KINDS);
-    if !names.contains(&params.kind()) {
-        return params.unknown_kind(&names);
+    if !params.is_known_kind(KINDS) {
+        return params.unknown_kind(KINDS);
     }
     let message = format!(
         "lookat does not support Texture \"{}\": parameters that name it keep their default",
@@ -308,4 +280,102 @@ fn not_rendered<T>(params: &mut Params) -> Option<T> {
     );
     params.unsupported(message);
     None
+}
+
+/// A number or a color.
+pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + 'static {
+    /// The texel type of pictures.
+    type Texel: Texel;
+
+    /// Converts a texel.
+    fn from_texel(texel: Self::Texel) -> Self;
+
+    /// True if no number of the value is infinite or NaN.
+    fn is_finite(self) -> bool;
+
+    /// Linear interpolation: `a` for an `amount` of 0, `b` for 1.
+    fn mix(a: Self, b: Self, amount: f64) -> Self;
+}
+
+impl Value for f64 {
+    type Texel = f32;
+
+    fn from_texel(texel: f32) -> f64 {
+        texel.into()
+    }
+
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+
+    fn mix(a: f64, b: f64, amount: f64) -> f64 {
+        a * (1.0 - amount) + b * amount
+    }
+}
+
+impl Value for Vec3 {
+    type Texel = Vec3;
+
+    fn from_texel(texel: Vec3) -> Vec3 {
+        texel
+    }
+
+    fn is_finite(self) -> bool {
+        Vec3::is_finite(self)
+    }
+
+    fn mix(a: Vec3, b: Vec3, amount: f64) -> Vec3 {
+        a * (1.0 - amount) as f32 + b * amount as f32
+    }
+}
+
+/// A value that a parameter can give directly or by a texture name.
+pub(crate) trait Parameter: Value<Texel: FromColor> {
+    /// The value type in Texture directives.
+    const TYPE: &'static str;
+
+    /// Takes a color. A float texture takes a number.
+    fn value(params: &mut Params, key: &Key<Color>) -> Self;
+
+    /// Takes a color or a texture. A float texture takes a number or a float texture.
+    fn texture(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Self>;
+}
+
+impl Parameter for f64 {
+    const TYPE: &'static str = "float";
+
+    fn value(params: &mut Params, key: &Key<Color>) -> f64 {
+        params.take(&Key::float(key.name, key.default.0.into(), key.meaning))
+    }
+
+    fn texture(params: &mut Params, key: &Key<ColorTexture>) -> Texture<f64> {
+        params.take(&Key::float_texture(key.name, key.default.0.x.into(), key.meaning))
+    }
+}
+
+impl Parameter for Vec3 {
+    const TYPE: &'static str = "spectrum";
+
+    fn value(params: &mut Params, key: &Key<Color>) -> Vec3 {
+        params.take(key)
+    }
+
+    fn texture(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Vec3> {
+        params.take(key)
+    }
+}
+
+/// The textures in scope. An unsupported texture has no value, and parameters that name it keep their default.
+pub(crate) struct Textures {
+    pub float: Names<Option<Texture<f64>>>,
+    pub spectrum: Names<Option<Texture<Vec3>>>,
+}
+
+impl Default for Textures {
+    fn default() -> Self {
+        Textures {
+            float: Names::new(SymbolKind::FloatTexture),
+            spectrum: Names::new(SymbolKind::SpectrumTexture),
+        }
+    }
 }

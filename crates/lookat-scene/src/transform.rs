@@ -1,10 +1,9 @@
-//! Transformations between spaces, composed and inverted in `f64`.
+//! Transformations between spaces, composed and inverted in `f64`, and angles that look like radians.
 
-use std::error::Error;
-use std::fmt;
 use std::ops::Mul;
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
+use lookat_syntax::Severity;
 
 /// An affine transformation with its inverse, as in pbrt. Its constructors make both. Points placed by exact numbers, such as the eye of a
 /// `LookAt`, are returned exactly.
@@ -25,36 +24,22 @@ pub(crate) fn in_range(values: &[f64]) -> bool {
     values.iter().fold(true, |all, x| all & (x.abs() <= LARGEST))
 }
 
-/// The message about a transformation that is not in the range of computation.
-pub(crate) fn out_of_range() -> String {
-    format!("the transformation or its inverse has entries above {LARGEST:e}")
-}
-
 /// The reason why a `LookAt` is invalid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LookAtFault {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum LookAtError {
     /// The eye equals the target.
+    #[error("the eye and the target of LookAt are the same point")]
     EyeAtLook,
     /// The up vector has length zero.
+    #[error("the up vector of LookAt is zero")]
     ZeroUp,
     /// The up vector is parallel to the view.
+    #[error("the up vector of LookAt is parallel to the view")]
     UpParallel,
     /// The transformation or its inverse has entries above 1e50.
+    #[error("the transformation or its inverse has entries above {LARGEST:e}")]
     OutOfRange,
 }
-
-impl fmt::Display for LookAtFault {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            LookAtFault::EyeAtLook => f.write_str("the eye and the target of LookAt are the same point"),
-            LookAtFault::ZeroUp => f.write_str("the up vector of LookAt is zero"),
-            LookAtFault::UpParallel => f.write_str("the up vector of LookAt is parallel to the view"),
-            LookAtFault::OutOfRange => f.write_str(&out_of_range()),
-        }
-    }
-}
-
-impl Error for LookAtFault {}
 
 impl Transform {
     /// The identity.
@@ -95,13 +80,13 @@ impl Transform {
     ///
     /// The side vector is `cross(up, look - eye)`, normalized last. Compensated differences keep full accuracy even
     /// if `up` is nearly parallel to the view.
-    pub fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Result<Self, LookAtFault> {
+    pub fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Result<Self, LookAtError> {
         let view = look - eye;
         if view == DVec3::ZERO {
-            return Err(LookAtFault::EyeAtLook);
+            return Err(LookAtError::EyeAtLook);
         }
         if up == DVec3::ZERO {
-            return Err(LookAtFault::ZeroUp);
+            return Err(LookAtError::ZeroUp);
         }
         let rest = rounded_off(look, eye, view);
         // Scaled by powers of two, which is exact.
@@ -109,7 +94,7 @@ impl Transform {
         let (view, rest) = (view * scale, rest * scale);
         let side = cross_exact(up, view) + up.cross(rest);
         if side.length() <= 4e-16 * up.length() * view.length() {
-            return Err(LookAtFault::UpParallel);
+            return Err(LookAtError::UpParallel);
         }
         let (right, forward) = (side.normalize(), view.normalize());
         let up = cross_exact(forward, right).normalize();
@@ -119,7 +104,7 @@ impl Transform {
             DMat4::from_cols(r.x_axis.extend(0.0), r.y_axis.extend(0.0), r.z_axis.extend(0.0), t.extend(1.0))
         };
         let placed = Transform { m: columns(to_camera, -(to_camera * eye)), inv: columns(rotation, eye) };
-        placed.in_range().then_some(placed).ok_or(LookAtFault::OutOfRange)
+        placed.in_range().then_some(placed).ok_or(LookAtError::OutOfRange)
     }
 
     /// From a matrix. `None` if it is singular or not affine.
@@ -184,6 +169,21 @@ impl Transform {
         DMat3::from_mat4(self.inv).transpose() * n
     }
 
+    /// The vectors that the axes become.
+    pub(crate) fn axes(&self) -> [DVec3; 3] {
+        [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| self.vector(axis))
+    }
+
+    /// The factor of all lengths, for a rotation with a uniform scale and no shear. `None` for others. `tolerance` is relative.
+    pub(crate) fn uniform_scale(&self, tolerance: f64) -> Option<f64> {
+        let [x, y, z] = self.axes();
+        let scale = libm::cbrt(DMat3::from_cols(x, y, z).determinant().abs());
+        let is_right = |a: DVec3, b: DVec3| {
+            (a.length() / scale - 1.0).abs() < tolerance && a.dot(b).abs() < tolerance * scale * scale
+        };
+        (is_right(x, y) && is_right(y, z) && is_right(z, x)).then_some(scale)
+    }
+
     /// True if it swaps handedness.
     pub fn swaps_handedness(&self) -> bool {
         let linear = DMat3::from_mat4(self.m);
@@ -240,86 +240,141 @@ fn cross_exact(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(difference(a.y, b.z, a.z, b.y), difference(a.z, b.x, a.x, b.z), difference(a.x, b.y, a.y, b.x))
 }
 
+/// Common angles in degrees.
+const COMMON: [f64; 9] = [30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 180.0, 270.0, 360.0];
+
+/// Fields of view that are rare in degrees, and common in radians.
+const NARROW: std::ops::Range<f64> = 0.25..2.0;
+
+/// The severity, message and help for an angle that may be in radians. A common angle in radians, rounded or not, gives
+/// a warning. Another narrow field of view gives a note.
+pub(crate) fn doubt(name: &str, given: f64) -> Option<(Severity, String, String)> {
+    let is_meant = |degrees: &f64| (given.abs() / degrees.to_radians() - 1.0).abs() < 6e-4;
+    let common = COMMON.into_iter().find(is_meant).map(|degrees| degrees.copysign(given));
+    let is_narrow = name == "fov" && NARROW.contains(&given);
+    let narrow = is_narrow.then(|| (given.to_degrees() * 10.0).round() / 10.0);
+    let (severity, message) = match common {
+        Some(_) => (Severity::Warning, format!("{name} is {given} degrees: this looks like radians")),
+        None => (Severity::Note, format!("{name} {given} is a very narrow view")),
+    };
+    let degrees = common.or(narrow)?;
+    Some((severity, message, format!("angles are in degrees: {given} rad is {degrees} degrees")))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::*;
+    mod transform {
+        use super::super::*;
 
-    fn near(a: DVec3, b: DVec3) {
-        assert!((a - b).length() < 1e-14, "{a} {b}");
-    }
-
-    #[test]
-    fn look_at_is_left_handed_with_z_forward() {
-        let eye = DVec3::new(3.0, 4.0, 5.0);
-        let camera_from_world = Transform::look_at(eye, eye + DVec3::Z, DVec3::Y).unwrap();
-        near(camera_from_world.point(eye + DVec3::X), DVec3::X);
-        near(camera_from_world.point(eye + DVec3::new(0.0, 0.0, 2.0)), DVec3::new(0.0, 0.0, 2.0));
-        let back = Transform::look_at(eye, eye - DVec3::Z, DVec3::Y).unwrap();
-        near(back.vector(DVec3::X), -DVec3::X);
-        assert_eq!(back.inverse().point(DVec3::ZERO), eye);
-    }
-
-    #[test]
-    fn look_at_keeps_its_accuracy_when_up_nearly_meets_the_view() {
-        for exponent in [1, 5, 8, 12, 14] {
-            let tilt = 10_f64.powi(-exponent);
-            let view = Transform::look_at(DVec3::ZERO, DVec3::Z, DVec3::new(tilt, 0.0, 1.0)).unwrap();
-            near(view.inverse().vector(DVec3::Y), DVec3::X);
+        fn near(a: DVec3, b: DVec3) {
+            assert!((a - b).length() < 1e-14, "{a} {b}");
         }
-        // The difference of these points is rounded, and `up` differs from it in the last digits only.
-        let (eye, look) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(7.7, -5.3, 11.9));
-        let up = (look - eye) / 3.0 + DVec3::new(0.0, 1e-13, 0.0);
-        let side = Transform::look_at(eye, look, up).unwrap().inverse().vector(DVec3::X);
-        // Computed with 60 digits from the binary numbers above.
-        near(side, DVec3::new(0.8358592829700306, -0.00275220217373855, -0.5489368674592927));
-    }
 
-    #[test]
-    fn a_view_without_meaning_is_refused() {
-        let (p, q) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0));
-        assert_eq!(Transform::look_at(p, p, DVec3::Z), Err(LookAtFault::EyeAtLook));
-        assert_eq!(Transform::look_at(p, q, DVec3::splat(3.0)), Err(LookAtFault::UpParallel));
-        assert_eq!(Transform::look_at(p, q, DVec3::ZERO), Err(LookAtFault::ZeroUp));
-    }
+        #[test]
+        fn look_at_is_left_handed_with_z_forward() {
+            let eye = DVec3::new(3.0, 4.0, 5.0);
+            let camera_from_world = Transform::look_at(eye, eye + DVec3::Z, DVec3::Y).unwrap();
+            near(camera_from_world.point(eye + DVec3::X), DVec3::X);
+            near(camera_from_world.point(eye + DVec3::new(0.0, 0.0, 2.0)), DVec3::new(0.0, 0.0, 2.0));
+            let back = Transform::look_at(eye, eye - DVec3::Z, DVec3::Y).unwrap();
+            near(back.vector(DVec3::X), -DVec3::X);
+            assert_eq!(back.inverse().point(DVec3::ZERO), eye);
+        }
 
-    #[test]
-    fn rotations_follow_pbrt() {
-        // pbrt-v3 transform.cpp: Rotate(90, z) takes x to y.
-        let quarter = Transform::rotate(90.0, DVec3::new(0.0, 0.0, 7.0)).unwrap();
-        assert_eq!(quarter.vector(DVec3::X), DVec3::Y);
-        let third = Transform::rotate(120.0, DVec3::ONE).unwrap();
-        near(third.vector(DVec3::X), DVec3::Y);
-        assert_eq!(Transform::rotate(10.0, DVec3::ZERO), None);
-    }
+        #[test]
+        fn look_at_keeps_its_accuracy_when_up_nearly_meets_the_view() {
+            for exponent in [1, 5, 8, 12, 14] {
+                let tilt = 10_f64.powi(-exponent);
+                let view = Transform::look_at(DVec3::ZERO, DVec3::Z, DVec3::new(tilt, 0.0, 1.0)).unwrap();
+                near(view.inverse().vector(DVec3::Y), DVec3::X);
+            }
+            // The difference of these points is rounded, and `up` differs from it in the last digits only.
+            let (eye, look) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(7.7, -5.3, 11.9));
+            let up = (look - eye) / 3.0 + DVec3::new(0.0, 1e-13, 0.0);
+            let side = Transform::look_at(eye, look, up).unwrap().inverse().vector(DVec3::X);
+            // Computed with 60 digits from the binary numbers above.
+            near(side, DVec3::new(0.8358592829700306, -0.00275220217373855, -0.5489368674592927));
+        }
 
-    #[test]
-    fn every_transformation_has_its_inverse() {
-        let sheared =
-            DMat4::from_cols_array(&[2., 0., 1., 0., 3., 4., 0., 0., 0., 5., 1., 0., 7., 8., 9., 1.]);
-        let all = [
-            Transform::translate(DVec3::new(3.0, -4.0, 5.0)),
-            Transform::scale(DVec3::new(-2.0, 0.5, 7.0)).unwrap(),
-            Transform::rotate(40.0, DVec3::new(1.0, 2.0, 3.0)).unwrap(),
-            Transform::look_at(DVec3::new(3.0, 4.0, 5.0), DVec3::X, DVec3::Y).unwrap(),
-            Transform::from_matrix(sheared).unwrap(),
-        ];
-        let product = all.into_iter().reduce(|a, b| a * b).unwrap();
-        for Transform { m, inv } in all.into_iter().chain([product, product.inverse()]) {
-            assert!((m * inv).abs_diff_eq(DMat4::IDENTITY, 1e-12), "{m} {inv}");
+        #[test]
+        fn a_view_without_meaning_is_refused() {
+            let (p, q) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0));
+            assert_eq!(Transform::look_at(p, p, DVec3::Z), Err(LookAtError::EyeAtLook));
+            assert_eq!(Transform::look_at(p, q, DVec3::splat(3.0)), Err(LookAtError::UpParallel));
+            assert_eq!(Transform::look_at(p, q, DVec3::ZERO), Err(LookAtError::ZeroUp));
+        }
+
+        #[test]
+        fn rotations_follow_pbrt() {
+            // pbrt-v3 transform.cpp: Rotate(90, z) takes x to y.
+            let quarter = Transform::rotate(90.0, DVec3::new(0.0, 0.0, 7.0)).unwrap();
+            assert_eq!(quarter.vector(DVec3::X), DVec3::Y);
+            let third = Transform::rotate(120.0, DVec3::ONE).unwrap();
+            near(third.vector(DVec3::X), DVec3::Y);
+            assert_eq!(Transform::rotate(10.0, DVec3::ZERO), None);
+        }
+
+        #[test]
+        fn every_transformation_has_its_inverse() {
+            let sheared =
+                DMat4::from_cols_array(&[2., 0., 1., 0., 3., 4., 0., 0., 0., 5., 1., 0., 7., 8., 9., 1.]);
+            let all = [
+                Transform::translate(DVec3::new(3.0, -4.0, 5.0)),
+                Transform::scale(DVec3::new(-2.0, 0.5, 7.0)).unwrap(),
+                Transform::rotate(40.0, DVec3::new(1.0, 2.0, 3.0)).unwrap(),
+                Transform::look_at(DVec3::new(3.0, 4.0, 5.0), DVec3::X, DVec3::Y).unwrap(),
+                Transform::from_matrix(sheared).unwrap(),
+            ];
+            let product = all.into_iter().reduce(|a, b| a * b).unwrap();
+            for Transform { m, inv } in all.into_iter().chain([product, product.inverse()]) {
+                assert!((m * inv).abs_diff_eq(DMat4::IDENTITY, 1e-12), "{m} {inv}");
+            }
+        }
+
+        #[test]
+        fn only_singular_matrices_are_refused() {
+            assert!(Transform::from_matrix(DMat4::ZERO).is_none());
+            let flat =
+                DMat4::from_cols_array(&[1., 2., 3., 0., 2., 4., 6., 0., 0., 1., 0., 0., 0., 0., 0., 1.]);
+            assert!(Transform::from_matrix(flat).is_none());
+            for size in [1e-60, 1e-6, 1.0, 1e60] {
+                let scale = Transform::from_matrix(DMat4::from_scale(DVec3::splat(size))).unwrap();
+                assert!((scale.inv.x_axis.x * size - 1.0).abs() < 1e-15);
+                assert!(!scale.swaps_handedness());
+                let mirror = Transform::scale(DVec3::new(-size, size, size)).unwrap();
+                assert!(mirror.swaps_handedness());
+            }
         }
     }
+    mod angle {
+        use super::super::*;
 
-    #[test]
-    fn only_singular_matrices_are_refused() {
-        assert!(Transform::from_matrix(DMat4::ZERO).is_none());
-        let flat = DMat4::from_cols_array(&[1., 2., 3., 0., 2., 4., 6., 0., 0., 1., 0., 0., 0., 0., 0., 1.]);
-        assert!(Transform::from_matrix(flat).is_none());
-        for size in [1e-60, 1e-6, 1.0, 1e60] {
-            let scale = Transform::from_matrix(DMat4::from_scale(DVec3::splat(size))).unwrap();
-            assert!((scale.inv.x_axis.x * size - 1.0).abs() < 1e-15);
-            assert!(!scale.swaps_handedness());
-            let mirror = Transform::scale(DVec3::new(-size, size, size)).unwrap();
-            assert!(mirror.swaps_handedness());
+        #[test]
+        fn radians_are_doubted() {
+            for degrees in COMMON {
+                let rounded = (degrees.to_radians() * 1e4).round() / 1e4;
+                assert!(doubt("fov", degrees.to_radians()).is_some() && doubt("fov", -rounded).is_some());
+                assert_eq!(doubt("fov", degrees), None);
+            }
+            for shorter in ["0.785", "1.57", "3.14", "6.28"] {
+                assert!(doubt("fov", shorter.parse().unwrap()).is_some(), "{shorter}");
+            }
+            let is_note =
+                |given| doubt("fov", given).is_some_and(|(severity, ..)| severity == Severity::Note);
+            assert!(is_note(1.0) && is_note(0.3) && !is_note(0.785));
+            for given in [0.0, 0.8, 1.0, 1.5, 3.0, 3.1, 5.0, f64::INFINITY, f64::NAN] {
+                assert_eq!(doubt("the angle", given), None);
+            }
+            assert!(doubt("fov", 0.7).unwrap().2.ends_with("0.7 rad is 40.1 degrees"));
+            assert_eq!(doubt("fov", 2.0), None);
+            let (_, message, help) = doubt("the angle", -90_f64.to_radians()).unwrap();
+            assert!(
+                message.starts_with("the angle is -1.57")
+                    && message.ends_with(" degrees: this looks like radians")
+            );
+            assert!(
+                help.starts_with("angles are in degrees: -1.57") && help.ends_with(" rad is -90 degrees")
+            );
         }
     }
 }

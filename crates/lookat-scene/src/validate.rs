@@ -1,63 +1,48 @@
 //! Whether a scene built in code keeps the promises of a scene.
 
-mod material;
-mod shape;
-mod texture;
-mod view;
-
 use std::collections::HashSet;
-use std::error::Error;
-use std::fmt;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 use lookat_image::MipMap;
 
-use crate::sampler::MOST_NESTED;
+use crate::camera::FOV;
+use crate::film::{MAX_SIDE, SCALE_RANGE};
+use crate::filter::{ALPHA_RANGE, MITCHELL_RANGE, RADIUS_RANGE, TAU_RANGE};
+use crate::integrator::LARGEST_DEPTH;
+use crate::params::value::MOST_NESTED;
+use crate::shape::Limits;
 use crate::transform::in_range;
-use crate::{Emission, Light, Primitive, Scene, Shape, color};
-use material::{has_textures, is_bounded, is_material};
-use shape::{is_curve, is_quadric};
-use texture::is_texture;
-use view::view_faults;
+use crate::{
+    Camera, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, Film, Filter, FilterKind, ImageFilter,
+    Integrator, Lens, Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix, Octaves,
+    Primitive, Projection, Quadric, QuadricForm, Sampler, SamplerKind, Scene, Shape, Texture, Value, Varying,
+    View, color,
+};
 
 /// A promise that a scene breaks.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Invalid {
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {message}")]
+pub struct InvalidField {
     /// The field, for example `world.primitives[2].shape`.
     pub field: String,
     /// What is wrong with it.
     pub message: &'static str,
 }
 
-impl fmt::Display for Invalid {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}: {}", self.field, self.message)
-    }
-}
-
-impl Error for Invalid {}
-
 /// All promises that a scene breaks.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Faults(pub Vec<Invalid>);
+#[derive(Debug, Clone, Default, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.0.iter().map(InvalidField::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct InvalidScene(pub Vec<InvalidField>);
 
-impl Faults {
+impl InvalidScene {
     fn check(&mut self, is_right: bool, field: &str, message: &'static str) {
         if !is_right {
-            self.0.push(Invalid { field: field.to_owned(), message });
+            self.0.push(InvalidField { field: field.to_owned(), message });
         }
     }
 }
-
-impl fmt::Display for Faults {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let lines: Vec<String> = self.0.iter().map(Invalid::to_string).collect();
-        f.write_str(&lines.join("\n"))
-    }
-}
-
-impl Error for Faults {}
 
 impl Scene {
     /// Checks the promises of a scene, which one built in code may break: transformations are invertible, lengths and counts are
@@ -68,10 +53,10 @@ impl Scene {
     /// # Errors
     ///
     /// All broken promises.
-    pub fn validate(&self) -> Result<(), Faults> {
-        let mut found = Faults::default();
+    pub fn validate(&self) -> Result<(), InvalidScene> {
+        let mut found = InvalidScene::default();
         view_faults(&self.view, &mut found);
-        let list = |primitives: &[Primitive], place: &str, found: &mut Faults| {
+        let list = |primitives: &[Primitive], place: &str, found: &mut InvalidScene| {
             for (index, primitive) in primitives.iter().enumerate() {
                 primitive_faults(primitive, &format!("{place}primitives[{index}]"), found);
             }
@@ -101,7 +86,7 @@ fn has_samples(samples: u32) -> bool {
     (1..=MOST_NESTED as u32).contains(&samples)
 }
 
-fn primitive_faults(primitive: &Primitive, place: &str, found: &mut Faults) {
+fn primitive_faults(primitive: &Primitive, place: &str, found: &mut InvalidScene) {
     let is_right = match &primitive.shape {
         Shape::Quadric(quadric) => is_quadric(quadric),
         Shape::Curve(curve) => is_curve(curve),
@@ -112,7 +97,7 @@ fn primitive_faults(primitive: &Primitive, place: &str, found: &mut Faults) {
     let is_right = primitive.shape.is_mirrored().is_none_or(|is_mirrored| is_mirrored == primitive.mirrored);
     found.check(is_right, &format!("{place}.mirrored"), "the transformation of the shape says otherwise");
     let (material, field) = (&primitive.material, format!("{place}.material"));
-    let is_visited = is_bounded(material);
+    let is_visited = !matches!(&material.kind, MaterialKind::Mix(mix) if mix.parts() > Mix::MOST);
     found.check(is_visited, &field, "a mix has too many parts");
     found.check(!is_visited || is_material(material), &field, "a color, an index or a part is out of range");
     found.check(!is_visited || has_textures(material), &field, TEXTURE);
@@ -156,6 +141,198 @@ fn is_light(light: &Light) -> bool {
 /// True if no texel is negative, infinite or no number.
 fn is_map(map: &MipMap<Vec3>) -> bool {
     map.mean().is_finite() && map.texels().iter().all(|texel| texel.min_element() >= 0.0)
+}
+
+/// Adds the promises that a view breaks.
+fn view_faults(view: &View, found: &mut InvalidScene) {
+    found.check(view.camera.world_from_camera.in_range(), "view.camera.world_from_camera", NO_TRANSFORM);
+    found.check(is_camera(&view.camera), "view.camera", "its numbers are out of range");
+    found.check(is_film(&view.film), "view.film", "its size, crop window or limits are out of range");
+    found.check(is_filter(&view.filter), "view.filter", "its numbers are out of range");
+    found.check(
+        is_sampler(&view.sampler),
+        "view.sampler",
+        "there are no samples, too many, or not as many as cells",
+    );
+    found.check(is_integrator(&view.integrator), "view.integrator", "its numbers are out of range");
+}
+
+fn is_integrator(integrator: &Integrator) -> bool {
+    let is_depth = |depth: u32| depth <= LARGEST_DEPTH as u32;
+    match *integrator {
+        Integrator::Path { max_depth, roulette_threshold, .. } => {
+            is_depth(max_depth) && roulette_threshold.is_finite()
+        }
+        Integrator::DirectLighting { max_depth, .. } => is_depth(max_depth),
+        Integrator::AmbientOcclusion { samples, .. } => has_samples(samples),
+    }
+}
+
+fn is_length(x: f64) -> bool {
+    x > 0.0 && x.is_finite()
+}
+
+fn is_camera(camera: &Camera) -> bool {
+    let has_angle = match camera.projection {
+        Projection::Perspective { fov } => FOV.range.contains(fov),
+        Projection::Orthographic { .. } | Projection::Environment => true,
+    };
+    let size = camera.screen.max - camera.screen.min;
+    let has_lens = |lens: Lens| is_length(lens.radius) && is_length(lens.focal_distance);
+    has_angle && size.is_finite() && size.x != 0.0 && size.y != 0.0 && camera.lens.is_none_or(has_lens)
+}
+
+fn is_sampler(sampler: &Sampler) -> bool {
+    let has_cells = match sampler.kind {
+        SamplerKind::Stratified { cells: [across, down], .. } => {
+            across > 0 && across.checked_mul(down).is_some_and(|cells| cells >= sampler.samples_per_pixel)
+        }
+        SamplerKind::Random | SamplerKind::Sobol { .. } => true,
+    };
+    has_cells && (1..=MAX_SAMPLES).contains(&sampler.samples_per_pixel)
+}
+
+fn is_film(film: &Film) -> bool {
+    let (crop, [width, height]) = (film.crop, film.resolution);
+    let has_pixels = crop.x0 < crop.x1 && crop.x1 <= width && crop.y0 < crop.y1 && crop.y1 <= height;
+    let has_size = width.max(height) <= MAX_SIDE && crop.area() <= MAX_PIXELS;
+    has_pixels && has_size && SCALE_RANGE.contains(film.scale) && film.max_sample_luminance > 0.0
+}
+
+fn is_filter(filter: &Filter) -> bool {
+    let has_shape = match filter.kind {
+        FilterKind::Box | FilterKind::Triangle => true,
+        FilterKind::Gaussian { alpha } => ALPHA_RANGE.contains(alpha),
+        FilterKind::Mitchell { b, c } => [b, c].iter().all(|x| MITCHELL_RANGE.contains(*x)),
+        FilterKind::Sinc { tau } => TAU_RANGE.contains(tau),
+    };
+    has_shape && filter.radius.to_array().iter().all(|x| RADIUS_RANGE.contains(*x))
+}
+
+pub(super) fn is_curve(curve: &Curve) -> bool {
+    let [first, last] = curve.widths;
+    let has_normals = match &curve.kind {
+        CurveKind::Flat | CurveKind::Cylinder => true,
+        CurveKind::Ribbon(normals) => {
+            normals.len() == curve.segments.len() + 1 && normals.iter().all(|n| n.is_normalized())
+        }
+    };
+    has_normals
+        && !curve.segments.is_empty()
+        && curve.split_depth <= Curve::MOST_SPLITS
+        && first >= 0.0
+        && last >= 0.0
+        && first + last > 0.0
+        && curve.world_from_object.in_range()
+        && curve.is_in_range()
+}
+
+fn is_quadric(quadric: &Quadric) -> bool {
+    let Quadric { form, phi_max, world_from_object } = *quadric;
+    let limits = Limits::new(&world_from_object);
+    let is_length = |x: f64| limits.lengths().contains(&x);
+    let has_form = match form {
+        QuadricForm::Sphere(f) => {
+            is_length(f.radius) && -f.radius <= f.z_min && f.z_min < f.z_max && f.z_max <= f.radius
+        }
+        QuadricForm::Disk(f) => {
+            let is_ring = 0.0 <= f.inner_radius && f.inner_radius < f.radius;
+            is_length(f.radius) && is_ring && limits.contain(&[f.height])
+        }
+        QuadricForm::Cylinder(f) => {
+            is_length(f.radius) && f.z_min < f.z_max && limits.contain(&[f.z_min, f.z_max])
+        }
+        QuadricForm::Cone(f) => is_length(f.radius) && is_length(f.height),
+        QuadricForm::Paraboloid(f) => {
+            let has_height = f.z_min < f.z_max && f.z_max > 0.0 && limits.contain(&[f.z_min, f.z_max]);
+            is_length(f.radius) && has_height && f.is_curved()
+        }
+        QuadricForm::Hyperboloid(f) => {
+            let is_off_axis = [f.p1, f.p2].iter().any(|p| p.truncate() != DVec2::ZERO);
+            let are_near = [f.p1, f.p2].iter().all(|p| limits.contain(&p.to_array()));
+            are_near && is_off_axis && f.p1.z != f.p2.z && f.p2.z != 0.0
+        }
+    };
+    has_form && phi_max > 0.0 && phi_max <= TAU && world_from_object.in_range()
+}
+
+/// True if the textures of a material, and of the parts of a mix, have numbers in range and are not too many.
+fn has_textures(material: &Material) -> bool {
+    material.kind.colors().into_iter().all(is_texture)
+        && material.kind.numbers().into_iter().chain(material.bump()).all(is_texture)
+        && parts(material).iter().all(|part| has_textures(part))
+}
+
+/// True if reflectances and indices of refraction that are constant are in range, and so are the parts of a mix.
+fn is_material(material: &Material) -> bool {
+    let kind = &material.kind;
+    let is_share = |share: &Texture<Vec3>| share.constant().is_none_or(|color| color.min_element() >= 0.0);
+    let is_surface = |part: &Arc<Material>| !matches!(part.kind, MaterialKind::None) && is_material(part);
+    (matches!(kind, MaterialKind::Metal(_)) || kind.colors().into_iter().all(is_share))
+        && kind.index().and_then(Texture::constant).is_none_or(|index| index > 0.0)
+        && parts(material).iter().all(is_surface)
+}
+
+/// The parts of a mix.
+fn parts(material: &Material) -> &[Arc<Material>] {
+    if let MaterialKind::Mix(mix) = &material.kind { &mix.materials } else { &[] }
+}
+
+/// True if all numbers of a texture, and of the textures below it, are in range, and if those are not too many.
+fn is_texture<T: Value>(texture: &Texture<T>) -> bool {
+    let node = match texture {
+        Texture::Constant(value) => return value.is_finite(),
+        // Not even visited: it can be deeper than the stack.
+        Texture::Varying(_) if texture.is_too_long() => return false,
+        Texture::Varying(node) => node,
+    };
+    let (parts, weight) = node.texture().parts();
+    is_varying(node.texture()) && parts.into_iter().all(is_texture) && weight.is_none_or(is_texture)
+}
+
+/// True if the numbers of a texture itself are in range.
+fn is_varying<T: Value>(varying: &Varying<T>) -> bool {
+    match varying {
+        Varying::Scale(_) | Varying::Mix { .. } => true,
+        Varying::ImageMap(image) => {
+            let is_filter = match image.filter {
+                ImageFilter::Trilinear => true,
+                ImageFilter::Ellipse { max_anisotropy } => {
+                    ImageFilter::ANISOTROPY_RANGE.contains(max_anisotropy)
+                }
+            };
+            is_filter && is_mapping(&image.mapping) && T::from_texel(image.map.mean()).is_finite()
+        }
+        Varying::Bilerp(bilerp) => {
+            is_mapping(&bilerp.mapping)
+                && bilerp.corners.as_flattened().iter().all(|corner| corner.is_finite())
+        }
+        Varying::Uv(mapping) | Varying::Dots(Dots { mapping, .. }) => is_mapping(mapping),
+        Varying::Checkerboard(Checkerboard { cells: Cells::Plane { mapping, .. }, .. }) => {
+            is_mapping(mapping)
+        }
+        Varying::Checkerboard(Checkerboard { cells: Cells::Space { texture_from_world }, .. })
+        | Varying::Windy { texture_from_world } => texture_from_world.in_range(),
+        Varying::Fbm(octaves) | Varying::Wrinkled(octaves) => is_octaves(octaves),
+        Varying::Marble(marble) => {
+            is_octaves(&marble.octaves) && marble.scale.is_finite() && marble.variation.is_finite()
+        }
+    }
+}
+
+fn is_octaves(octaves: &Octaves) -> bool {
+    let Octaves { texture_from_world, count, roughness } = octaves;
+    texture_from_world.in_range() && *count <= Octaves::MOST && Octaves::ROUGHNESS_RANGE.contains(*roughness)
+}
+
+fn is_mapping(mapping: &Mapping) -> bool {
+    match mapping {
+        Mapping::Uv { scale, offset } => scale.is_finite() && offset.is_finite(),
+        Mapping::Spherical { texture_from_world } | Mapping::Cylindrical { texture_from_world } => {
+            texture_from_world.in_range()
+        }
+        Mapping::Planar { axes, offset } => axes.iter().all(|axis| axis.is_finite()) && offset.is_finite(),
+    }
 }
 
 #[cfg(test)]

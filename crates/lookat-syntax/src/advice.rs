@@ -1,7 +1,9 @@
-//! Help for grammar mistakes that are more than a misspelling.
+//! Help for unknown words: the nearest known name, words of other programs, and marks of other languages.
+
+use std::sync::LazyLock;
 
 use crate::Directive;
-use crate::synonyms::directive_advice;
+use crate::directive::NAME;
 use crate::token::{Input, is_unseen};
 
 /// Directives that pbrt-v4 added.
@@ -43,54 +45,149 @@ fn foreign(word: Input) -> Option<&'static str> {
 
 /// The meaning of the quoted string after a keyword or after a part of a Texture, and an example.
 pub(crate) fn quoted_after(keyword: Input) -> (&'static str, &'static str) {
-    const TEXTURE: &str = "Texture \"wood\" \"spectrum\" \"imagemap\"";
-    match keyword {
-        b"Texture" => ("name", TEXTURE),
-        b"the name of a Texture" => ("type of values", TEXTURE),
-        b"the value type of a Texture" => ("type", TEXTURE),
-        b"Shape" => ("type", "Shape \"sphere\""),
-        b"Material" => ("type", "Material \"matte\""),
-        b"LightSource" => ("type", "LightSource \"point\""),
-        b"AreaLightSource" => ("type", "AreaLightSource \"diffuse\""),
-        b"Camera" => ("type", "Camera \"perspective\""),
-        b"Film" => ("type", "Film \"image\""),
-        b"Sampler" => ("type", "Sampler \"halton\""),
-        b"Integrator" => ("type", "Integrator \"path\""),
-        b"PixelFilter" => ("type", "PixelFilter \"box\""),
-        b"Accelerator" => ("type", "Accelerator \"bvh\""),
-        b"MakeNamedMaterial" => ("name", "MakeNamedMaterial \"red\" \"string type\" \"matte\""),
-        b"NamedMaterial" => ("name", "NamedMaterial \"red\""),
-        b"ObjectBegin" => ("name", "ObjectBegin \"tree\""),
-        b"ObjectInstance" => ("name", "ObjectInstance \"tree\""),
-        b"CoordinateSystem" => ("name", "CoordinateSystem \"lamp\""),
-        b"CoordSysTransform" => ("name", "CoordSysTransform \"lamp\""),
-        b"Include" => ("name", "Include \"part.pbrt\""),
-        b"MediumInterface" => ("name", "MediumInterface \"inside\" \"outside\""),
-        // MakeNamedMedium.
-        _ => ("name", "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\""),
-    }
+    let (keyword, part) = match keyword {
+        b"the name of a Texture" => (b"Texture".as_slice(), Some("type of values")),
+        b"the value type of a Texture" => (b"Texture".as_slice(), Some("type")),
+        _ => (keyword, None),
+    };
+    let (arguments, example) =
+        Directive::form(keyword).map_or((NAME, ""), |form| (form.arguments, form.example));
+    let what = if arguments.starts_with("\"type\"") { "type" } else { "name" };
+    (part.unwrap_or(what), example)
 }
 
 /// The message for a value after a directive that takes no parameters.
 pub(crate) fn surplus(directive: &Directive) -> Option<String> {
-    let takes = match directive {
-        Directive::NamedMaterial(_) => "a name only; parameters belong to MakeNamedMaterial",
-        Directive::ObjectBegin(_)
-        | Directive::ObjectInstance(_)
-        | Directive::CoordinateSystem(_)
-        | Directive::CoordSysTransform(_) => "a name only",
-        Directive::MediumInterface { .. } => "one name or two",
-        Directive::ActiveTransform(_) => "All, StartTime or EndTime, and nothing else",
-        Directive::Identity
-        | Directive::ReverseOrientation
-        | Directive::WorldBegin
-        | Directive::WorldEnd
-        | Directive::AttributeBegin
-        | Directive::AttributeEnd
-        | Directive::TransformBegin
-        | Directive::TransformEnd
-        | Directive::ObjectEnd => "no values",
+    let form = Directive::form(directive.keyword().as_bytes())?;
+    let takes = match (form.keyword, form.arguments) {
+        ("NamedMaterial", _) => "a name only; parameters belong to MakeNamedMaterial",
+        ("MediumInterface", _) => "one name or two",
+        ("ActiveTransform", _) => "All, StartTime or EndTime, and nothing else",
+        (_, NAME) => "a name only",
+        (_, "") => "no values",
         _ => return None,
     };
-    Some(format!("{} takes {takes}", directive.keyword()))
+    Some(format!("{} takes {takes}", form.keyword))
+}
+
+/// What to write instead of a word from elsewhere that stands in place of a directive.
+pub fn directive_advice(word: &str) -> Option<&'static str> {
+    synonym(word).map(|synonym| synonym.advice)
+}
+
+pub(crate) fn synonym(word: &str) -> Option<&'static Synonym> {
+    let plain: String = word.to_ascii_lowercase().replace(['_', '-', ' '], "");
+    SYNONYMS.iter().find(|synonym| synonym.words.contains(&&plain[..]))
+}
+
+/// Directives of older versions that pbrt-v3 does without.
+pub(crate) fn is_gone(word: &str) -> bool {
+    matches!(word, "Renderer" | "VolumeIntegrator" | "SearchPath")
+}
+
+/// Words that mean a directive.
+pub(crate) struct Synonym {
+    words: Vec<&'static str>,
+    /// The directive with the same arguments, or an empty text.
+    pub directive: &'static str,
+    pub advice: &'static str,
+}
+
+/// The lines of `synonyms.txt`, which describes itself.
+static SYNONYMS: LazyLock<Vec<Synonym>> = LazyLock::new(|| {
+    let synonym = |line: &'static str| {
+        let (words, rest) = line.split_once(" ->")?;
+        let (directive, advice) = rest.split_once(": ")?;
+        Some(Synonym { words: words.split(' ').collect(), directive: directive.trim(), advice })
+    };
+    include_str!("synonyms.txt").lines().filter_map(synonym).collect()
+});
+
+/// The name in `known` nearest to `name`, by the optimal string alignment distance without case. `None` if more than a
+/// third of its letters are changed, missing, added or swapped with a neighbor.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // A file can contain names of any length.
+    let cut = |name: &str| name.to_lowercase().chars().take(64).collect::<String>();
+    let (lower, letters) = (cut(name), name.chars().count());
+    let slips = |candidate: &str| candidate.chars().count().max(2) / 3;
+    known
+        .into_iter()
+        .filter(|candidate| *candidate != name && !candidate.is_empty())
+        .filter(|candidate| candidate.chars().count().abs_diff(letters) <= slips(candidate))
+        .map(|candidate| (strsim::osa_distance(&lower, &cut(candidate)), candidate))
+        .filter(|(edits, candidate)| *edits <= slips(candidate))
+        .min_by_key(|(edits, _)| *edits)
+        .map(|(_, candidate)| candidate)
+}
+
+/// The only name in `known` that starts with `name`, without case. `None` if several names do, or if `name` has fewer
+/// than three letters.
+pub fn begun<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    const FEWEST: usize = 3;
+    let begins = |candidate: &&str| {
+        candidate.len() > name.len()
+            && candidate.get(..name.len()).is_some_and(|start| start.eq_ignore_ascii_case(name))
+    };
+    let mut longer = known.into_iter().filter(begins);
+    longer.next().filter(|_| name.chars().count() >= FEWEST && longer.next().is_none())
+}
+
+/// True if two names have the same digits in the same order. `wood1` is not a misspelling of `wood2`.
+pub fn same_digits(a: &str, b: &str) -> bool {
+    let digits = |name: &str| name.bytes().filter(u8::is_ascii_digit).collect::<Vec<u8>>();
+    digits(a) == digits(b)
+}
+
+#[cfg(test)]
+mod tests {
+    mod synonyms {
+        use super::super::*;
+        use crate::Directive;
+
+        #[test]
+        fn words_are_written_as_they_are_looked_up() {
+            assert!(SYNONYMS.len() > 30);
+            for Synonym { words, directive: keyword, advice } in &*SYNONYMS {
+                assert!(keyword.is_empty() || Directive::KEYWORDS.contains(keyword), "{keyword}");
+                assert!(!advice.is_empty() && advice.contains(keyword), "{words:?}");
+                for word in words {
+                    assert!(
+                        word.bytes().all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit()),
+                        "{word}"
+                    );
+                }
+            }
+            assert!(directive_advice("PointLight").is_some_and(|advice| advice.contains("LightSource")));
+        }
+    }
+    mod nearest {
+        use super::super::{begun, nearest};
+
+        #[test]
+        fn finds_slips_and_refuses_strangers() {
+            let known = ["sphere", "trianglemesh", "plymesh", "disk", "cone"];
+            let check = |name, expected| assert_eq!(nearest(name, known), expected, "{name}");
+            check("sphrere", Some("sphere"));
+            check("Sphere", Some("sphere"));
+            check("triangelmesh", Some("trianglemesh"));
+            check("plymehs", Some("plymesh"));
+            check("dsik", Some("disk"));
+            check("teapot", None);
+            check("", None);
+        }
+
+        #[test]
+        fn finds_the_only_name_that_is_begun() {
+            let known = ["perspective", "orthographic", "orbit", "environment"];
+            let check = |name, expected| assert_eq!(begun(name, known), expected, "{name}");
+            check("persp", Some("perspective"));
+            check("Ortho", Some("orthographic"));
+            check("or", None);
+            check("orb", Some("orbit"));
+            check("pe", None);
+            check("environment", None);
+            check("\u{e9}\u{e9}\u{e9}", None);
+            assert_eq!(begun("ort", ["orthographic", "ortho"]), None);
+        }
+    }
 }

@@ -3,8 +3,10 @@
 use crate::advice::{advice, quoted_after};
 use crate::grammar::{Commas, Reader};
 use crate::param::Values;
-use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, shown, word};
-use crate::words::{ends_list, is_declaration, is_keyword, unclosed};
+use crate::token::{
+    Input, Parsing, SyntaxError, blank, ends_list, found, is_declaration, is_keyword, number, quoted, shown,
+    unclosed, word,
+};
 use crate::{ActiveTransform, Directive, Entity, EntityKind, Spanned, Text};
 
 /// The values of a transformation.
@@ -43,7 +45,7 @@ impl<'a> Reader<'a> {
                 let (input, rest) = self.params(input);
                 (input, Directive::Include { file, rest })
             }
-            _ => match EntityKind::ALL.into_iter().find(|kind| kind.keyword().as_bytes() == keyword) {
+            _ => match EntityKind::ALL.iter().copied().find(|kind| kind.keyword().as_bytes() == keyword) {
                 Some(kind) => {
                     let (rest, entity) = self.entity(input, keyword)?;
                     (rest, Directive::Entity(kind, entity))
@@ -102,8 +104,8 @@ impl<'a> Reader<'a> {
         Ok((input, directive(values)))
     }
 
-    fn miscounted(&self, at: Input<'a>, keyword: Input<'a>, wanted: usize, given: usize) -> Fault<'a> {
-        let fault = Fault::new(at, format!("{} takes {wanted} numbers, found {given}", shown(keyword)));
+    fn miscounted(&self, at: Input<'a>, keyword: Input<'a>, wanted: usize, given: usize) -> SyntaxError<'a> {
+        let fault = SyntaxError::new(at, format!("{} takes {wanted} numbers, found {given}", shown(keyword)));
         fault.help(match keyword {
             b"Translate" => "write the distances along x, y and z: Translate 0 0 1",
             b"Scale" => "write the factors along x, y and z: Scale 1 1 1",
@@ -141,7 +143,7 @@ impl<'a> Reader<'a> {
         // The keyword as written, which may be misspelled.
         let (_, here) = word(self.statement)?;
         let missing = || {
-            Fault::new(here, format!("a quoted {what} is missing after {}", shown(keyword)))
+            SyntaxError::new(here, format!("a quoted {what} is missing after {}", shown(keyword)))
                 .help(format!("write it like {example}"))
         };
         if what == "type" && is_declaration(input) {
@@ -166,7 +168,7 @@ impl<'a> Reader<'a> {
             return Ok((input, Spanned { value: String::new(), span: self.span(here) }));
         }
         let fault =
-            Fault::new(at, format!("expected a quoted {what} after {}, found {found}", shown(keyword)));
+            SyntaxError::new(at, format!("expected a quoted {what} after {}, found {found}", shown(keyword)));
         // A bare word that is not a keyword is a name without its quotes.
         let text = shown(at);
         if at.first().is_some_and(u8::is_ascii_alphabetic) {
@@ -194,7 +196,7 @@ impl<'a> Reader<'a> {
             _ => {
                 let message =
                     format!("expected All, StartTime or EndTime after ActiveTransform, found {found}");
-                return Fault::new(at, message).fail();
+                return SyntaxError::new(at, message).fail();
             }
         };
         Ok((&input[at.len()..], Directive::ActiveTransform(which)))

@@ -1,6 +1,4 @@
-//! Problems of a file as data. The program decides how to print them.
-
-use crate::Span;
+//! Problems of a file as data, and places in source text. The program decides how to print them.
 
 /// The severity of a problem. `docs/architecture.md` has the rule that decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -103,3 +101,43 @@ impl Diagnostic {
         std::iter::once(self.span()).chain(self.places.iter().copied())
     }
 }
+
+/// The file of a [`Span`]. The caller of [`crate::parse`] chooses the numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FileId(pub u32);
+
+/// A half-open range of bytes in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Span {
+    /// The file.
+    pub file: FileId,
+    /// Offset of the first byte.
+    pub start: u32,
+    /// Offset after the last byte.
+    pub end: u32,
+}
+
+impl Span {
+    /// From the start of `self` to the end of `other`, which lies in the same file.
+    pub fn to(self, other: Span) -> Span {
+        Span { file: self.file, start: self.start, end: other.end.max(self.start) }
+    }
+}
+
+/// A value and its place in the source. Equality compares the values alone.
+#[derive(Debug, Clone)]
+pub struct Spanned<T> {
+    /// The value.
+    pub value: T,
+    /// Its place.
+    pub span: Span,
+}
+
+impl<T: PartialEq> PartialEq for Spanned<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+
+/// A quoted string, without its quotes and with its escapes decoded. The span includes the quotes.
+pub type Text = Spanned<String>;

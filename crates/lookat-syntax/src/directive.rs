@@ -1,4 +1,4 @@
-//! The statements of a scene file as written, before any name or default is resolved.
+//! The statements of a scene file as written, before any name or default is resolved, and the form of each directive.
 
 use crate::{Param, Span, Text};
 
@@ -111,9 +111,30 @@ pub struct Entity {
     pub params: Vec<Param>,
 }
 
-/// The directives that consist of an [`Entity`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum EntityKind {
+macro_rules! entity_kinds {
+    ($($(#[$doc:meta])* $kind:ident,)*) => {
+        /// The directives that consist of an [`Entity`].
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum EntityKind {$(
+            $(#[$doc])*
+            $kind,
+        )*}
+
+        impl EntityKind {
+            /// Every kind.
+            pub const ALL: &[EntityKind] = &[$(EntityKind::$kind),*];
+
+            /// The keyword of the directive.
+            pub fn keyword(self) -> &'static str {
+                match self {
+                    $(EntityKind::$kind => stringify!($kind),)*
+                }
+            }
+        }
+    };
+}
+
+entity_kinds! {
     /// The camera model.
     Camera,
     /// The size and the file of the picture.
@@ -138,42 +159,6 @@ pub enum EntityKind {
     AreaLightSource,
     /// A participating medium with a name.
     MakeNamedMedium,
-}
-
-impl EntityKind {
-    /// Every kind.
-    pub const ALL: [EntityKind; 12] = [
-        EntityKind::Camera,
-        EntityKind::Film,
-        EntityKind::PixelFilter,
-        EntityKind::Sampler,
-        EntityKind::Integrator,
-        EntityKind::Accelerator,
-        EntityKind::Shape,
-        EntityKind::Material,
-        EntityKind::MakeNamedMaterial,
-        EntityKind::LightSource,
-        EntityKind::AreaLightSource,
-        EntityKind::MakeNamedMedium,
-    ];
-
-    /// The keyword of the directive.
-    pub fn keyword(self) -> &'static str {
-        match self {
-            EntityKind::Camera => "Camera",
-            EntityKind::Film => "Film",
-            EntityKind::PixelFilter => "PixelFilter",
-            EntityKind::Sampler => "Sampler",
-            EntityKind::Integrator => "Integrator",
-            EntityKind::Accelerator => "Accelerator",
-            EntityKind::Shape => "Shape",
-            EntityKind::Material => "Material",
-            EntityKind::MakeNamedMaterial => "MakeNamedMaterial",
-            EntityKind::LightSource => "LightSource",
-            EntityKind::AreaLightSource => "AreaLightSource",
-            EntityKind::MakeNamedMedium => "MakeNamedMedium",
-        }
-    }
 }
 
 impl Directive {
@@ -229,4 +214,93 @@ impl Directive {
             _ => None,
         }
     }
+}
+
+// The directives of pbrt-v3: how a scene writes each, and what it does.
+
+/// A directive as documentation shows it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DirectiveForm {
+    /// The keyword.
+    pub keyword: &'static str,
+    /// What a scene writes after the keyword; empty for nothing.
+    pub arguments: &'static str,
+    /// What it does, in a sentence without a period.
+    pub meaning: &'static str,
+    /// An example; empty where messages need none.
+    pub example: &'static str,
+}
+
+impl DirectiveForm {
+    const fn like(self, example: &'static str) -> DirectiveForm {
+        DirectiveForm { example, ..self }
+    }
+}
+
+const fn form(keyword: &'static str, arguments: &'static str, meaning: &'static str) -> DirectiveForm {
+    DirectiveForm { keyword, arguments, meaning, example: "" }
+}
+
+pub(crate) const NAME: &str = "\"name\"";
+const TYPE: &str = "\"type\" parameters";
+const MATRIX: &str = "[m00 m10 m20 m30 m01 ... m33]";
+
+impl Directive {
+    /// Every directive of pbrt-v3. The CTM is the current transformation matrix.
+    #[rustfmt::skip]
+    pub const FORMS: [DirectiveForm; 37] = [
+        form("Identity", "", "resets the current transformation matrix (CTM)"),
+        form("Translate", "x y z", "moves what follows; before Camera, maps the world to the camera: moves the world, not the camera").like("Translate 0 0 1"),
+        form("Scale", "x y z", "scales what follows; before Camera, scales the world that the camera sees").like("Scale 1 1 1"),
+        form("Rotate", "angle x y z", "rotates what follows by an angle in degrees around an axis; before Camera, rotates the world, not the camera").like("Rotate 45 0 1 0"),
+        form("LookAt", "ex ey ez lx ly lz ux uy uz", "places the camera at e, which looks at l with u up; write it before Camera; in the world block, maps what follows to the space of such a camera"),
+        form("Transform", MATRIX, "replaces the CTM by a matrix, column by column; before Camera, the matrix maps the world to the camera: the inverse of the matrices of Blender and glTF"),
+        form("ConcatTransform", MATRIX, "multiplies the CTM by a matrix, column by column; before Camera, the CTM maps the world to the camera"),
+        form("CoordinateSystem", NAME, "names the CTM").like("CoordinateSystem \"lamp\""),
+        form("CoordSysTransform", NAME, "makes a named transformation the CTM").like("CoordSysTransform \"lamp\""),
+        form("ActiveTransform", "All, StartTime or EndTime", "selects the times whose CTM the next transformations change"),
+        form("TransformTimes", "start end", "sets the times of the two CTMs of a moving scene"),
+        form("TransformBegin", "", "saves the CTM until TransformEnd"),
+        form("TransformEnd", "", "restores the CTM of TransformBegin"),
+        form("AttributeBegin", "", "saves the CTM, material, area light, media and orientation until AttributeEnd"),
+        form("AttributeEnd", "", "restores what AttributeBegin saved"),
+        form("ObjectBegin", NAME, "starts the definition of an object: the shapes until ObjectEnd").like("ObjectBegin \"tree\""),
+        form("ObjectEnd", "", "ends the definition of an object"),
+        form("ObjectInstance", NAME, "places a copy of an object").like("ObjectInstance \"tree\""),
+        form("ReverseOrientation", "", "flips the normals of the shapes that follow"),
+        form("WorldBegin", "", "ends the options, resets the CTM and begins the lights and shapes"),
+        form("WorldEnd", "", "ends the lights and shapes"),
+        form("NamedMaterial", NAME, "gives a material of MakeNamedMaterial to the shapes that follow").like("NamedMaterial \"red\""),
+        form("MediumInterface", "\"inside\" \"outside\"", "names the media on the sides of the shapes that follow; \"\" is empty space").like("MediumInterface \"inside\" \"outside\""),
+        form("Texture", "\"name\" \"float or spectrum\" \"type\" parameters", "defines a texture, which parameters of materials name").like("Texture \"wood\" \"spectrum\" \"imagemap\""),
+        form("Include", "\"file\"", "reads another file at this place").like("Include \"part.pbrt\""),
+        form("Camera", TYPE, "the camera, which stands at the inverse of the CTM").like("Camera \"perspective\""),
+        form("Film", TYPE, "the size and the file of the picture").like("Film \"image\""),
+        form("PixelFilter", TYPE, "the filter that turns samples into pixels").like("PixelFilter \"box\""),
+        form("Sampler", TYPE, "the sample points, and their number in each pixel").like("Sampler \"halton\""),
+        form("Integrator", TYPE, "the light transport algorithm").like("Integrator \"path\""),
+        form("Accelerator", TYPE, "the structure that finds the shapes on a ray").like("Accelerator \"bvh\""),
+        form("Shape", TYPE, "adds a shape with the current transformation and material").like("Shape \"sphere\""),
+        form("Material", TYPE, "sets the material of the shapes that follow").like("Material \"matte\""),
+        form("MakeNamedMaterial", "\"name\" parameters", "defines a material for NamedMaterial and for mix").like("MakeNamedMaterial \"red\" \"string type\" \"matte\""),
+        form("LightSource", TYPE, "adds a light without a shape").like("LightSource \"point\""),
+        form("AreaLightSource", TYPE, "makes the shapes that follow emit light").like("AreaLightSource \"diffuse\""),
+        form("MakeNamedMedium", "\"name\" parameters", "defines a medium for MediumInterface").like("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\""),
+    ];
+
+    /// The form of a keyword.
+    pub(crate) fn form(keyword: &[u8]) -> Option<&'static DirectiveForm> {
+        Directive::FORMS.iter().find(|form| form.keyword.as_bytes() == keyword)
+    }
+
+    /// Every keyword of pbrt-v3.
+    pub const KEYWORDS: [&'static str; Directive::FORMS.len()] = {
+        let mut keywords = [""; Directive::FORMS.len()];
+        let mut index = 0;
+        while index < keywords.len() {
+            keywords[index] = Directive::FORMS[index].keyword;
+            index += 1;
+        }
+        keywords
+    };
 }

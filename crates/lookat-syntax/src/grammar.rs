@@ -1,10 +1,8 @@
 //! The grammar: bytes to statements. After an error, reading continues at the next directive, so that one run finds
 //! every mistake.
 
-use crate::advice::{V4_DIRECTIVES, advice, surplus};
-use crate::synonyms::{is_gone, synonym};
-use crate::token::{Fault, Input, Parsing, blank, found, number, shown, word};
-use crate::words::is_keyword;
+use crate::advice::{V4_DIRECTIVES, advice, is_gone, surplus, synonym};
+use crate::token::{Input, Parsing, SyntaxError, blank, found, is_keyword, number, shown, word};
 use crate::{Diagnostic, Directive, FileId, ParamType, Span, Statement, Values, nearest};
 
 /// The result of [`parse`], or one block of a [`Parser`].
@@ -56,9 +54,9 @@ pub fn number_bytes(text: &[u8]) -> u64 {
 }
 
 /// The memory of a parameter with one value, in bytes.
-const PARAM_BYTES: u64 = 256;
+pub(crate) const PARAM_BYTES: u64 = 256;
 /// The memory of a string in a list, in bytes.
-const STRING_BYTES: u64 = 64;
+pub(crate) const STRING_BYTES: u64 = 64;
 
 /// The memory of what a directive adds to the scene, without parameters, in bytes.
 fn scene_bytes(directive: &Directive) -> u64 {
@@ -253,17 +251,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Counts a parameter. True if it exceeds the memory limit.
-    pub(crate) fn exhausts_param(&mut self, at: Input<'a>) -> bool {
-        self.exhausts(PARAM_BYTES, at)
-    }
-
-    /// Counts a string of a list. True if it exceeds the memory limit.
-    pub(crate) fn exhausts_string(&mut self, at: Input<'a>) -> bool {
-        self.exhausts(STRING_BYTES, at)
-    }
-
-    fn exhausts(&mut self, bytes: u64, at: Input<'a>) -> bool {
+    /// Counts the bytes that a part of the text adds to the scene. True if they exceed the memory limit.
+    pub(crate) fn exhausts(&mut self, bytes: u64, at: Input<'a>) -> bool {
         if self.bytes + bytes > self.most_bytes {
             self.broken_end = true;
             self.exhausted.get_or_insert(self.span(&at[..at.len().min(1)]));
@@ -287,7 +276,7 @@ impl<'a> Reader<'a> {
         self.span(start[..start.len() - rest.len()].trim_ascii_end())
     }
 
-    pub(crate) fn report(&mut self, fault: Fault<'a>) {
+    pub(crate) fn report(&mut self, fault: SyntaxError<'a>) {
         // After the memory limit, a fault is only a consequence of unread text.
         if self.exhausted.is_some() {
             return;
@@ -321,11 +310,11 @@ impl<'a> Reader<'a> {
     }
 
     /// The fault of a value in the place of a directive.
-    fn stray(&self, start: Input<'a>, before: Option<&Statement>) -> Fault<'a> {
+    fn stray(&self, start: Input<'a>, before: Option<&Statement>) -> SyntaxError<'a> {
         let (at, found) = found(start);
         let is_number = number(at).is_ok();
         let found = if is_number { format!("the number {}", shown(at)) } else { found };
-        let fault = Fault::new(at, format!("expected a directive, found {found}"));
+        let fault = SyntaxError::new(at, format!("expected a directive, found {found}"));
         // A value on a later line does not belong to that directive.
         let is_beside = |before: &&Statement| {
             let between = &self.text[before.span.end as usize..self.offset(start)];
@@ -357,29 +346,29 @@ impl<'a> Reader<'a> {
                 let (rest, _) = self.entity(input, keyword)?;
                 self.diagnostics.truncate(reported);
                 let all = &self.statement[..self.statement.len() - rest.len()];
-                Fault { at: all.trim_ascii_end(), ..fault }.replace_with("").fail()
+                SyntaxError { at: all.trim_ascii_end(), ..fault }.replace_with("").fail()
             }
             _ => fault.fail(),
         }
     }
 
-    pub(crate) fn unknown_directive(&mut self, keyword: Input<'a>) -> Fault<'a> {
+    pub(crate) fn unknown_directive(&mut self, keyword: Input<'a>) -> SyntaxError<'a> {
         let name = shown(keyword);
         if V4_DIRECTIVES.contains(&name.as_str()) {
             self.v4_marks.push(self.span(keyword));
-            return Fault::new(keyword, format!("{name} is a directive of pbrt-v4, not of pbrt-v3"))
+            return SyntaxError::new(keyword, format!("{name} is a directive of pbrt-v4, not of pbrt-v3"))
                 .help("lookat reads the pbrt-v3 format only");
         }
         self.unknown += 1;
-        let fault = Fault::new(keyword, format!("unknown directive `{name}`"));
+        let fault = SyntaxError::new(keyword, format!("unknown directive `{name}`"));
         if self.unknown > MAX_UNKNOWN {
             return fault.help("further unknown directives are not reported; is this a pbrt-v3 scene?");
         }
-        match synonym(&name) {
-            Some((_, "", advice)) => return fault.help(*advice),
+        if let Some(synonym) = synonym(&name) {
+            let error = fault.help(synonym.advice);
             // The type and the parameters stay.
-            Some((_, directive, advice)) => return fault.help(*advice).replace_with(*directive),
-            None => {}
+            let is_renamed = !synonym.directive.is_empty();
+            return if is_renamed { error.replace_with(synonym.directive) } else { error };
         }
         if let Some(known) = nearest(&name, Directive::KEYWORDS) {
             return fault.help(format!("did you mean `{known}`?")).replace_with(known);
@@ -388,5 +377,59 @@ impl<'a> Reader<'a> {
             Some(advice) => fault.help(advice),
             None => fault,
         }
+    }
+}
+
+/// The bytes to read on each side of the place; the larger ones only for a long directive.
+const REACHES: [usize; 4] = [1 << 12, 1 << 16, 1 << 20, u32::MAX as usize];
+
+/// The directive at a place of a text. Reads the lines around it alone. `None` where there is none, and for one that
+/// cannot be read in full.
+pub fn statement_at(text: &[u8], at: Span) -> Option<Statement> {
+    REACHES.iter().find_map(|reach| {
+        let before = text.get(..(at.start as usize).saturating_sub(*reach))?;
+        // No comment goes on in another line.
+        let start = before.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        let end = (at.end as usize).saturating_add(*reach).min(text.len());
+        let statements = parse_from(at.file, &text[..end], start).statements;
+        let holds = |found: &Statement| found.span.start <= at.start && at.end <= found.span.end;
+        let number = statements.iter().position(holds)?;
+        // The last one may go on behind the end.
+        let is_whole = number + 1 < statements.len() || end == text.len();
+        statements.into_iter().nth(number).filter(|found| is_whole && !found.faulty)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{FileId, parse};
+
+    #[test]
+    fn a_part_of_the_text_gives_the_same_directives_as_all_of_it() {
+        let numbers = "0.25 1 ".repeat(3000);
+        let mesh = format!("Shape \"trianglemesh\" \"point P\" [ {numbers}\n{numbers} ]");
+        let text = format!(
+            "\u{feff}LookAt 0 0 1 0 0 0 0 1 0 # Material \"no\n{mesh}\n\
+             Material \"matte\" # plain\n  \"rgb Kd\" [1 0 0] {mesh} Shape \"sphere\"\n\
+             MakeNamedMaterial \"a\" \"string type\" \"glass\" {}LightSource \"point\"",
+            "# more\n".repeat(100_000),
+        );
+        let parsed = parse(FileId(3), text.as_bytes());
+        assert!(parsed.diagnostics.is_empty() && parsed.statements.len() == 7);
+        for statement in &parsed.statements {
+            for at in [statement.keyword, statement.span] {
+                let found = statement_at(text.as_bytes(), at).unwrap();
+                assert_eq!((&found, found.span), (statement, statement.span));
+            }
+        }
+        let comment = text.find("Material \"no").unwrap() as u32;
+        assert_eq!(
+            statement_at(text.as_bytes(), Span { file: FileId(3), start: comment, end: comment + 1 }),
+            None
+        );
+        let faulty = b"Material \"matte\" \"rgb Kd\" [1 0 LightSource \"point\"";
+        assert_eq!(statement_at(faulty, Span { file: FileId(0), start: 0, end: 4 }), None);
+        assert_eq!(statement_at(b"", Span { file: FileId(0), start: 7, end: 9 }), None);
     }
 }

@@ -6,24 +6,25 @@ use nom::combinator::opt;
 use nom::error::{ErrorKind, ParseError};
 use nom::{IResult, Parser};
 
-use crate::Span;
-use crate::decimal::{decimal, parts};
+pub(crate) use crate::numbers::{Input, ends_number, is_blank, is_delimiter};
+use crate::numbers::{decimal, parts};
+use crate::param::ParamType;
+use crate::{Directive, Span};
 
-pub(crate) type Input<'a> = &'a [u8];
-pub(crate) type Parsing<'a, T> = IResult<Input<'a>, T, Fault<'a>>;
+pub(crate) type Parsing<'a, T> = IResult<Input<'a>, T, SyntaxError<'a>>;
 
 /// A violation of the grammar. `at` is the part of the input to underline.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Fault<'a> {
+pub(crate) struct SyntaxError<'a> {
     pub at: Input<'a>,
     pub message: String,
     pub help: Option<String>,
     pub replacement: Option<String>,
 }
 
-impl<'a> Fault<'a> {
+impl<'a> SyntaxError<'a> {
     pub fn new(at: Input<'a>, message: impl Into<String>) -> Self {
-        Fault { at, message: message.into(), help: None, replacement: None }
+        SyntaxError { at, message: message.into(), help: None, replacement: None }
     }
 
     pub fn help(mut self, help: impl Into<String>) -> Self {
@@ -42,23 +43,14 @@ impl<'a> Fault<'a> {
     }
 }
 
-impl<'a> ParseError<Input<'a>> for Fault<'a> {
+impl<'a> ParseError<Input<'a>> for SyntaxError<'a> {
     fn from_error_kind(input: Input<'a>, _: ErrorKind) -> Self {
-        Fault::new(&input[..0], "unexpected text")
+        SyntaxError::new(&input[..0], "unexpected text")
     }
 
     fn append(_: Input<'a>, _: ErrorKind, other: Self) -> Self {
         other
     }
-}
-
-pub(crate) fn is_blank(byte: u8) -> bool {
-    matches!(byte, b' ' | b'\t' | b'\r' | b'\n')
-}
-
-/// True for bytes that end a word. A `#` inside a word does not start a comment, as in pbrt-v3.
-pub(crate) fn is_delimiter(byte: u8) -> bool {
-    is_blank(byte) || matches!(byte, b'"' | b'[' | b']')
 }
 
 /// Skips white space and comments.
@@ -123,14 +115,14 @@ pub(crate) fn quoted(input: Input) -> Parsing<String> {
             None | Some(b'\n') => {
                 let line = &input[..=at.min(inner.len())];
                 let line = line.strip_suffix(b"\r").unwrap_or(line);
-                return Fault::new(line, "the string is not closed")
+                return SyntaxError::new(line, "the string is not closed")
                     .help("add the closing quote on the same line")
                     .fail();
             }
             Some(b'"') => break,
             Some(b'\\') => {
                 let Some(decoded) = inner.get(at + 1).and_then(|byte| unescape(*byte)) else {
-                    return Fault::new(&inner[at..inner.len().min(at + 2)], "unknown escape in a string")
+                    return SyntaxError::new(&inner[at..inner.len().min(at + 2)], "unknown escape in a string")
                         .help(r#"the escapes are \" \\ \' \n \r \t \b \f; in a file name, write a backslash as / or \\"#)
                         .fail();
                 };
@@ -176,12 +168,6 @@ pub(crate) fn number(input: Input) -> Parsing<f64> {
     }
 }
 
-/// True if a number can end before `rest`.
-#[inline]
-pub(crate) fn ends_number(rest: Input) -> bool {
-    rest.first().is_none_or(|byte| is_delimiter(*byte) || *byte == b',')
-}
-
 /// The number that a word means if its comma is a decimal comma. `None` if the word is no such number.
 pub(crate) fn with_point(word: Input) -> Option<Vec<u8>> {
     let comma = word.iter().position(|byte| *byte == b',')?;
@@ -196,7 +182,7 @@ pub(crate) fn with_point(word: Input) -> Option<Vec<u8>> {
 fn no_number<T>(input: Input) -> Parsing<T> {
     match parts(input) {
         Some((.., length)) if ends_number(&input[length..]) => {
-            Fault::new(&input[..length], "the number is too large")
+            SyntaxError::new(&input[..length], "the number is too large")
                 .help("the largest number is about 1.8e308")
                 .fail()
         }
@@ -210,18 +196,18 @@ fn not_a_number<T>(input: Input) -> Parsing<T> {
     let lower = String::from_utf8_lossy(at).to_lowercase();
     let bare = lower.trim_start_matches(['-', '+']);
     if bare.starts_with("nan") || bare.starts_with("inf") {
-        return Fault::new(at, format!("{found} is not a finite number"))
+        return SyntaxError::new(at, format!("{found} is not a finite number"))
             .help("programs print nan and inf when a computation fails: correct the program that wrote this file")
             .fail();
     }
     if bare.starts_with(|c: char| c.is_ascii_digit() || c == '.') && at.len() > 1 {
-        return Fault::new(at, format!("{found} is not a number"))
+        return SyntaxError::new(at, format!("{found} is not a number"))
             .help(
                 "write digits with an optional point and exponent, such as -1.5e-3, and a space after the number",
             )
             .fail();
     }
-    let fault = Fault::new(at, format!("expected a number, found {found}"));
+    let fault = SyntaxError::new(at, format!("expected a number, found {found}"));
     if let Some(meant) = with_point(at) {
         let help = "write the decimal separator as a point, not as a comma";
         return fault.help(help).replace_with(shown(&meant)).fail();
@@ -268,6 +254,31 @@ pub fn value_span(text: &[u8], list: Span, index: usize) -> Span {
         }
         Err(_) => list,
     }
+}
+
+pub(crate) fn is_keyword(word: Input) -> bool {
+    Directive::KEYWORDS.iter().any(|keyword| keyword.as_bytes() == word)
+}
+
+/// True if no value can follow: at the end of the file, a bracket or a keyword.
+pub(crate) fn ends_list(word: Input) -> bool {
+    word.is_empty() || matches!(word, b"[" | b"]") || is_keyword(word)
+}
+
+/// True if the input starts with a parameter declaration such as `"float fov"`.
+pub(crate) fn is_declaration(input: Input) -> bool {
+    let Ok((_, text)) = quoted(input) else { return false };
+    let mut words = text.split_ascii_whitespace();
+    words.next().is_some_and(|ty| ParamType::from_spelling(ty).is_some()) && words.count() == 1
+}
+
+/// The fault of a list that opens at `open` and lacks its closing bracket before `rest`.
+pub(crate) fn unclosed<'a>(open: Input<'a>, rest: Input<'a>) -> SyntaxError<'a> {
+    let (at, found) = found(rest);
+    if at.is_empty() {
+        return SyntaxError::new(open, "the file ends inside this list").help("add the closing `]`");
+    }
+    SyntaxError::new(open, "this list is not closed").help(format!("add `]` before {found}"))
 }
 
 #[cfg(test)]

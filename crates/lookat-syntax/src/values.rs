@@ -1,12 +1,13 @@
 //! The grammar of parameters and their values.
 
-use crate::grammar::{Commas, Reader};
-use crate::lists;
+use crate::grammar::{Commas, PARAM_BYTES, Reader, STRING_BYTES};
 use crate::param::{Param, ParamType, Values};
-use crate::quotes::unopened;
-use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, shown, word};
-use crate::words::{ends_list, is_declaration, unclosed};
-use crate::{Diagnostic, LongList, Spanned, Text, nearest};
+use crate::recovery::unopened;
+use crate::token::{
+    Input, Parsing, SyntaxError, blank, ends_list, found, is_declaration, number, quoted, shown, unclosed,
+    word,
+};
+use crate::{Diagnostic, LongList, Spanned, Text, nearest, numbers};
 
 /// The most bad values that are reported for one list.
 const FAULTS_PER_LIST: usize = 5;
@@ -19,7 +20,7 @@ impl<'a> Reader<'a> {
         loop {
             let next = blank(input).map_or(input, |(next, ())| next);
             let next = self.after_stray(next);
-            if self.exhausts_param(next) {
+            if self.exhausts(PARAM_BYTES, next) {
                 return (&input[input.len()..], params);
             }
             let declaration = match next.first() {
@@ -157,7 +158,7 @@ impl<'a> Reader<'a> {
         };
         let (end, more) = self.more_numbers(rest)?;
         if let (after, true) = self.after_values(end)? {
-            let fault = Fault::new(&input[..input.len() - end.len()], "unexpected value before `[`");
+            let fault = SyntaxError::new(&input[..input.len() - end.len()], "unexpected value before `[`");
             self.report(fault.help("delete it"));
             return Ok((after, 1 + more));
         }
@@ -166,7 +167,7 @@ impl<'a> Reader<'a> {
         }
         if !self.has_decimal_commas(values) && more > 0 {
             let all = &input[..input.len() - end.len()];
-            let fault = Fault::new(all, "several values without brackets");
+            let fault = SyntaxError::new(all, "several values without brackets");
             let text = String::from_utf8_lossy(all);
             self.report(fault.help("put them in brackets").replace_with(format!("[{text}]")));
         }
@@ -243,7 +244,7 @@ impl<'a> Reader<'a> {
         let (mut count, mut faults) = (0, 0);
         loop {
             let quick;
-            (input, quick) = lists::plain(input, values, count);
+            (input, quick) = numbers::plain(input, values, count);
             count += quick;
             (input, _) = self.separator(input)?;
             match input.first() {
@@ -298,7 +299,7 @@ impl<'a> Reader<'a> {
             Values::Strings(list) => {
                 if input.first() == Some(&b'"') {
                     let (rest, text) = self.closed_string(input)?;
-                    if self.exhausts_string(input) {
+                    if self.exhausts(STRING_BYTES, input) {
                         return Ok((&input[input.len()..], ()));
                     }
                     list.push(text);
@@ -308,7 +309,7 @@ impl<'a> Reader<'a> {
                     return fault.fail();
                 }
                 let (at, found) = found(input);
-                let fault = Fault::new(at, format!("expected a quoted string, found {found}"));
+                let fault = SyntaxError::new(at, format!("expected a quoted string, found {found}"));
                 let is_plain = |byte: &u8| byte.is_ascii_graphic() && !b"[]\"#\\".contains(byte);
                 if at.is_empty() || !at.iter().all(is_plain) {
                     return fault.fail();
@@ -325,7 +326,7 @@ impl<'a> Reader<'a> {
         let (rest, value) = number(input)?;
         let at = &input[..input.len() - rest.len()];
         if value < f64::from(i32::MIN) || value > f64::from(i32::MAX) {
-            return Fault::new(at, format!("{} is out of range for an integer", shown(at)))
+            return SyntaxError::new(at, format!("{} is out of range for an integer", shown(at)))
                 .help("the range is -2147483648 to 2147483647")
                 .fail();
         }
@@ -387,7 +388,7 @@ fn boolean(input: Input) -> Parsing<bool> {
             "false" => Ok((rest, false)),
             _ => {
                 let text = shown(text.as_bytes());
-                let fault = Fault::new(at, format!("a bool is \"true\" or \"false\", not \"{text}\""));
+                let fault = SyntaxError::new(at, format!("a bool is \"true\" or \"false\", not \"{text}\""));
                 match text.to_ascii_lowercase() {
                     small if small == "true" || small == "false" => {
                         fault.help("write it in lower case").replace_with(format!("\"{small}\""))
@@ -399,7 +400,7 @@ fn boolean(input: Input) -> Parsing<bool> {
         };
     }
     let (at, found) = found(input);
-    let fault = Fault::new(at, format!("expected \"true\" or \"false\" in quotes, found {found}"));
+    let fault = SyntaxError::new(at, format!("expected \"true\" or \"false\" in quotes, found {found}"));
     let meant = match at {
         b"true" | b"1" => "\"true\"",
         b"false" | b"0" => "\"false\"",

@@ -1,15 +1,11 @@
 //! The command line.
 
 mod chart;
-mod focus;
-mod frames;
-mod live;
-mod memory;
-mod tone;
-mod view;
-mod view_server;
+mod options;
+mod rendering;
 
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
@@ -18,16 +14,12 @@ use clap::{Args, Parser, Subcommand};
 use lookat_render::Layers;
 use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
+pub use crate::args::chart::{Chart, Other};
+pub use crate::args::options::{Memory, Tone, ViewOverride, raise_limit, way_out};
+use crate::args::rendering::focus_place;
+pub use crate::args::rendering::{Animation, FocusPlace, Frames, LiveView, Parameter, Protocol};
+use crate::failure::Failure;
 use crate::metric::{Limit, Metric};
-pub use chart::{Chart, Other};
-pub use focus::FocusPlace;
-use focus::focus_place;
-pub use frames::{Animation, Frames, Parameter};
-pub use live::{LiveView, Protocol};
-pub use memory::{Memory, raise_limit, way_out};
-pub use tone::Tone;
-pub use view::ViewOverride;
-pub use view_server::View;
 
 /// The parsed command line.
 #[derive(Debug, Parser)]
@@ -92,10 +84,10 @@ pub struct Render {
     pub spp: Option<u32>,
     /// Sample each pixel until its error is at most this fraction of its brightness, such as 0.05, with at most
     /// --spp samples (65536 without --spp)
-    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = target_error)]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = number_in(1e-6..=1.0, "a number from 0.000001 to 1, as in 0.05 for 5 %"))]
     pub target_error: Option<f64>,
     /// Confidence level of --target-error for each pixel [default: 0.95]
-    #[arg(long, value_name = "SHARE", requires = "target_error", conflicts_with = "adaptive", allow_negative_numbers = true, value_parser = confidence)]
+    #[arg(long, value_name = "SHARE", requires = "target_error", conflicts_with = "adaptive", allow_negative_numbers = true, value_parser = number_in(0.5..=0.999999, "a number from 0.5 to 0.999999, as in 0.95 for 95 %"))]
     pub confidence: Option<f64>,
     /// Add samples to the whole picture for this long, or until it reaches --target-error or --spp
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
@@ -249,7 +241,7 @@ pub struct Compare {
     #[arg(long, value_name = "STOPS", requires = "picture", allow_negative_numbers = true, value_parser = stops)]
     pub exposure: Option<f64>,
     /// The smallest channel difference that share-above counts
-    #[arg(long, value_name = "VALUE", default_value_t = crate::metric::THRESHOLD, allow_negative_numbers = true, value_parser = threshold)]
+    #[arg(long, value_name = "VALUE", default_value_t = crate::metric::THRESHOLD, allow_negative_numbers = true, value_parser = number_in(0.0..=f32::MAX, "a number that is not negative"))]
     pub threshold: f32,
     #[command(flatten)]
     pub memory: Memory,
@@ -317,18 +309,25 @@ pub struct Verify {
     pub json: bool,
 }
 
-fn metric(text: &str) -> Result<Metric, String> {
-    Metric::from_name(text).ok_or_else(|| format!("the metrics are {}", Metric::names()))
+/// Finds a name among all, or fails with the list.
+fn named<T>(
+    found: Option<T>,
+    what: &str,
+    names: impl IntoIterator<Item = &'static str>,
+) -> Result<T, Failure> {
+    let names = || names.into_iter().collect::<Vec<_>>().join(", ");
+    found.ok_or_else(|| format!("the {what} are {}", names()).into())
 }
 
-fn layers(text: &str) -> Result<Layers, String> {
-    Layers::named(text).ok_or_else(|| {
-        let names: Vec<&str> = Layers::names().collect();
-        format!("the layers are {}", names.join(", "))
-    })
+fn metric(text: &str) -> Result<Metric, Failure> {
+    named(Metric::from_name(text), "metrics", Metric::names())
 }
 
-fn limit(text: &str) -> Result<Limit, String> {
+fn layers(text: &str) -> Result<Layers, Failure> {
+    named(Layers::named(text), "layers", Layers::names())
+}
+
+fn limit(text: &str) -> Result<Limit, Failure> {
     let (name, value) = text.split_once('=').ok_or("expected METRIC=VALUE, as in rmse=0.01")?;
     let value: f64 = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
     if value.is_nan() {
@@ -339,7 +338,7 @@ fn limit(text: &str) -> Result<Limit, String> {
         return Err("noise-p is a probability: use a limit above 0 and below 1".into());
     }
     if value < 0.0 && !metric.is_likeness() {
-        return Err(format!("the limit of {name} must be at least 0"));
+        return Err(format!("the limit of {name} must be at least 0").into());
     }
     Ok(Limit { metric, value })
 }
@@ -355,61 +354,56 @@ pub struct Report {
     pub json: bool,
 }
 
-fn resolution(text: &str) -> Result<[u32; 2], String> {
+fn resolution(text: &str) -> Result<[u32; 2], Failure> {
     let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=MAX_SIDE).contains(side));
     text.split_once(['x', 'X'])
         .and_then(|(width, height)| Some([side(width)?, side(height)?]))
-        .ok_or_else(|| format!("expected width and height from 1 to {MAX_SIDE} pixels, as in 640x480"))
+        .ok_or_else(|| format!("expected width and height from 1 to {MAX_SIDE} pixels, as in 640x480").into())
+}
+
+/// A number of the command line.
+trait Number: FromStr + PartialOrd + Copy + Send + Sync + 'static {}
+
+impl<T: FromStr + PartialOrd + Copy + Send + Sync + 'static> Number for T {}
+
+/// Parses a number in a range.
+fn number_in<T: Number>(
+    range: RangeInclusive<T>,
+    expected: &str,
+) -> impl Fn(&str) -> Result<T, Failure> + Clone + use<T> {
+    let expected = format!("expected {expected}");
+    move |text| text.parse().ok().filter(|number| range.contains(number)).ok_or(expected.as_str().into())
 }
 
 /// Parses a whole number from `least` to `most`.
-fn whole<T>(least: T, most: T) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
-where
-    T: FromStr + PartialOrd + Display + Copy + Send + Sync + 'static,
-{
-    move |text| {
-        let count = text.parse().ok().filter(|count| (least..=most).contains(count));
-        count.ok_or_else(|| format!("expected a whole number from {least} to {most}"))
-    }
+fn whole<T: Number + Display>(least: T, most: T) -> impl Fn(&str) -> Result<T, Failure> + Clone + use<T> {
+    number_in(least..=most, &format!("a whole number from {least} to {most}"))
 }
 
-fn seed(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
+fn seed(text: &str) -> Result<u64, Failure> {
+    whole(0, u64::MAX)(text)
 }
 
-fn target_error(text: &str) -> Result<f64, String> {
-    let share = text.parse().ok().filter(|share: &f64| (1e-6..=1.0).contains(share));
-    share.ok_or_else(|| "expected a number from 0.000001 to 1, as in 0.05 for 5 %".into())
+fn seconds(text: &str) -> Result<Duration, Failure> {
+    number_in(0.001..=1e8, "seconds, from 0.001 to 1e8")(text).map(Duration::from_secs_f64)
 }
 
-fn confidence(text: &str) -> Result<f64, String> {
-    let share = text.parse().ok().filter(|share: &f64| (0.5..=0.999999).contains(share));
-    share.ok_or_else(|| "expected a number from 0.5 to 0.999999, as in 0.95 for 95 %".into())
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok().filter(|seconds: &f64| (0.001..=1e8).contains(seconds));
-    seconds.map(Duration::from_secs_f64).ok_or_else(|| "expected seconds, from 0.001 to 1e8".into())
-}
-
-fn rays(text: &str) -> Result<u64, String> {
+fn rays(text: &str) -> Result<u64, Failure> {
     // With fewer rays, a case may miss its limit by chance.
     let count = text.parse().ok().filter(|count: &f64| (1e3..=1e9).contains(count) && count.fract() == 0.0);
-    count.map(|count| count as u64).ok_or_else(|| "expected a whole number from 1000 to 1e9".into())
+    count.map(|count| count as u64).ok_or("expected a whole number from 1000 to 1e9".into())
 }
 
-fn threshold(text: &str) -> Result<f32, String> {
-    let value = text.parse().ok().filter(|value: &f32| value.is_finite() && *value >= 0.0);
-    value.ok_or_else(|| "expected a number that is not negative".into())
+fn stops(text: &str) -> Result<f64, Failure> {
+    number_in(-100.0..=100.0, "a number from -100 to 100")(text)
 }
 
-fn stops(text: &str) -> Result<f64, String> {
-    let stops = text.parse().ok().filter(|stops: &f64| stops.abs() <= 100.0);
-    stops.ok_or_else(|| "expected a number from -100 to 100".into())
+fn share(text: &str) -> Result<f64, Failure> {
+    number_in(0.0..=1.0, "a number from 0 to 1")(text)
 }
 
 /// The edges of `--crop`: left, right, top and bottom.
-pub fn crop_edges(crop: Option<&[f64]>) -> Result<Option<[f64; 4]>, String> {
+pub fn crop_edges(crop: Option<&[f64]>) -> Result<Option<[f64; 4]>, Failure> {
     let edges = crop.and_then(|edges| <[f64; 4]>::try_from(edges).ok());
     match edges {
         Some([x0, x1, y0, y1]) if x0 >= x1 || y0 >= y1 => {
@@ -420,7 +414,29 @@ pub fn crop_edges(crop: Option<&[f64]>) -> Result<Option<[f64; 4]>, String> {
     }
 }
 
-fn share(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "expected a number from 0 to 1".to_string())?;
-    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("expected a number from 0 to 1".into()) }
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Only this computer can open the page, and only with the address that the command prints. Ctrl-C ends it."
+)]
+pub struct View {
+    /// The scene file
+    pub scene: PathBuf,
+    /// Compare with this picture: .exr, .pfm, .png, .tga, .jpg or .hdr
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// Port of the page at 127.0.0.1; 0 takes a free one
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub port: u16,
+    /// Open the page in the browser
+    #[arg(long)]
+    pub open: bool,
+    /// Editor command for the page's links; {file}, {line} and {column} stand for the place [default: VISUAL or
+    /// EDITOR, else a link to VS Code]
+    #[arg(long, value_name = "COMMAND")]
+    pub editor: Option<String>,
+    /// Number of threads [default: one per processor]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
+    pub threads: Option<u16>,
+    #[command(flatten)]
+    pub memory: Memory,
 }

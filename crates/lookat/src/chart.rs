@@ -18,10 +18,10 @@ use lookat_scene::{FilmOverride, LoadOptions, Scene, kinds};
 use crate::Failure;
 use crate::args::{self, Other, Report, way_out};
 use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
+use crate::readable::escaped;
 use crate::render::{charge_memory, progress_bar};
 use crate::source::{load_scene, read_image};
 use crate::standard_error::{self, Bar};
-use crate::visible::escaped;
 use crate::{interrupt, report};
 
 /// The output files.
@@ -113,7 +113,7 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
     let printed = crate::print(&text::results(&chart, &reference));
     let (folder, seconds) = (destination.folder().display(), started.elapsed().as_secs_f64());
     crate::say(&format!("{folder}: {}; {seconds:.1} s in all", FILE_NAMES.join(", ")));
-    Ok(printed.and(destination.result()).map(|()| status)?)
+    printed.and(destination.result()).map(|()| status)
 }
 
 /// The inputs of a measurement.

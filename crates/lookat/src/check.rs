@@ -4,21 +4,12 @@ use std::process::ExitCode;
 
 use lookat_scene::syntax::Severity;
 use lookat_scene::{LoadOptions, Loaded};
-use serde::Serialize;
 
 use crate::Failure;
 use crate::args::Check;
-use crate::report::{self, JsonDiagnostic};
+use crate::report::{self, SceneResult};
 use crate::sight;
 use crate::source::load_scene;
-
-#[derive(Serialize)]
-struct JsonResult<'a> {
-    scene: String,
-    diagnostics: Vec<JsonDiagnostic<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unread: Option<usize>,
-}
 
 /// Runs the command.
 pub fn check(arguments: &Check) -> ExitCode {
@@ -34,17 +25,15 @@ pub fn check(arguments: &Check) -> ExitCode {
         let mut loaded = load_scene(path, &options, arguments.report);
         let looked = if arguments.view { look(&mut loaded, arguments) } else { Ok(()) };
         if let Err(failure) = &looked {
-            crate::say(&format!("error: {}", failure.message));
-            status = status.max(failure.status);
+            crate::say(&format!("error: {failure}"));
+            status = status.max(failure.status());
         }
         if report::has_errors(&loaded) {
             status = status.max(report::failure(&loaded));
         }
         if arguments.report.json {
-            let scene = path.display().to_string();
             let unread = arguments.fast.then_some(loaded.unread);
-            let result =
-                JsonResult { scene, diagnostics: report::json(&loaded.diagnostics, &loaded.sources), unread };
+            let result = SceneResult { unread, ..SceneResult::new(path, &loaded) };
             lost |= crate::print_json(&result).is_err();
         } else {
             report::print(&loaded, arguments.quiet);
@@ -64,7 +53,9 @@ fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), Failure> {
     let mut prepared = sight::prepare(loaded, scene)?;
     let mut advice = sight::advise(loaded, scene, &mut prepared);
     if arguments.report.strict {
-        advice.iter_mut().for_each(|warning| warning.severity = Severity::Error);
+        for warning in &mut advice {
+            warning.severity = Severity::Error;
+        }
     }
     loaded.diagnostics.extend(advice);
     Ok(())

@@ -1,21 +1,22 @@
-//! `lookat compare`: the difference between two pictures.
+//! `lookat compare`: the difference between two pictures, and whether noise explains it.
 
+use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
 use lookat_image::{
-    AlignError, Aligned, Format, Image, MemoryBudget, PanelOptions, PictureFile, Precision, Window, align,
-    common_window, write_panel,
+    Agreement, AlignError, Aligned, Format, Image, MemoryBudget, PanelOptions, PictureFile, Precision, Test,
+    Window, align, common_window, mean, write_panel,
 };
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 
 use crate::args::{Compare, way_out};
-use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number, why_not};
-use crate::noise;
+use crate::failure::Failure;
+use crate::metric::{COLORS, Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::output::{check_folder, check_inputs, write_result};
+use crate::readable::visible;
 use crate::source::open_layer;
-use crate::visible::visible;
 
 /// Runs the command.
 pub fn compare(arguments: &Compare) -> ExitCode {
@@ -33,25 +34,109 @@ pub struct Rules<'a> {
 }
 
 /// Two pictures, and how they differ.
+#[derive(Serialize)]
 pub struct Comparison<'a> {
+    /// Number of compared pixels.
+    pixels: u64,
+    /// Number of pixels in only one picture.
+    left_out: u64,
+    /// For each picture: number of infinite or NaN `pixels`, and `x`, `y` of the first.
+    not_finite: BTreeMap<&'a str, NotFinite>,
+    /// The metrics by [name](comparing.md#metrics).
+    metrics: BTreeMap<&'static str, f64>,
+    /// Names of the metrics over their `--max`.
+    beyond_max: Vec<&'static str>,
+    /// True if the exit status is 1.
+    differs: bool,
+    /// The result of the [noise tests](comparing.md#the-tests), or null.
+    noise: Option<Noise>,
+    /// Why there is no result of the noise tests, or null.
+    noise_unknown: Option<String>,
+    #[serde(skip)]
     names: [&'a str; 2],
+    #[serde(skip)]
     rules: Rules<'a>,
+    #[serde(skip)]
     pair: &'a Aligned,
-    /// For each picture, the number of non-finite pixels and the first of them.
-    faults: [Option<(usize, [i32; 2])>; 2],
+    #[serde(skip)]
     measurement: Measurement,
-    /// The metrics that exceed a limit.
-    beyond: Vec<Metric>,
+}
+
+#[derive(Serialize)]
+struct NotFinite {
+    pixels: usize,
+    x: i32,
+    y: i32,
+}
+
+/// The result of the noise tests.
+#[derive(Serialize)]
+struct Noise {
+    /// Whether noise explains the differences; null if [undecided](comparing.md#rare-light).
+    agree: Option<bool>,
+    /// The level of the tests.
+    significance: f64,
+    /// The p-value.
+    p: f64,
+    /// The p-value without possible rare light.
+    p_without_rare: f64,
+    /// Whether the reference has error layers.
+    expected_has_error_layers: bool,
+    /// Tests of the channel means.
+    means: Vec<NoiseTest>,
+    /// Tests by the scatter of pixel differences.
+    paired: Vec<NoiseTest>,
+    /// Tests of the tiles that differ.
+    differing_tiles: Vec<NoiseTest>,
+    /// For each `channel`: number of `pixels`, `ratio` of the differences to the noise, `p`.
+    pixels: Vec<PixelNoise>,
+    /// The smallest difference of the mean that the tests would find.
+    visible_in_mean: f64,
+    /// The smallest difference of a tile that the tests would find.
+    visible_in_tile: f64,
+    /// The differences found, the worst of each kind, in words.
+    #[serde(skip)]
+    lines: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct NoiseTest {
+    /// `red`, `green` or `blue`.
+    channel: &'static str,
+    /// The left edge of the window.
+    x: i32,
+    /// Its top edge.
+    y: i32,
+    /// Its width.
+    width: u32,
+    /// Its height.
+    height: u32,
+    /// The mean difference.
+    difference: f64,
+    /// The standard error of the difference.
+    standard_error: f64,
+    /// The p-value.
+    p: f64,
+    /// The tail index of the pixels, or null if it is infinite.
+    tail_index: f64,
+}
+
+#[derive(Serialize)]
+struct PixelNoise {
+    channel: &'static str,
+    pixels: usize,
+    ratio: f64,
+    p: f64,
 }
 
 /// Compares and prints. Returns the exit status.
-fn run(arguments: &Compare) -> Result<u8, String> {
+fn run(arguments: &Compare) -> Result<u8, Failure> {
     if let Some(file) = &arguments.picture {
         check_folder(file)?;
         check_inputs(file, [&arguments.actual, &arguments.expected])?;
         if Format::from_path(file) != Some(Format::Png) {
             let file = file.display();
-            return Err(format!("cannot write {file}: the name of this picture must end in .png"));
+            return Err(format!("cannot write {file}: the name of this picture must end in .png").into());
         }
     }
     let pair = &load(arguments)?;
@@ -65,18 +150,15 @@ fn run(arguments: &Compare) -> Result<u8, String> {
         threshold: arguments.threshold,
     };
     let comparison = Comparison::new(names.each_ref().map(String::as_str), pair, rules)?;
-    let printed = if arguments.json {
-        crate::print_json(&comparison.as_json())
-    } else {
-        crate::print(&comparison.as_text())
-    };
-    printed.and(drawn).map(|()| match comparison.differs() {
+    let printed =
+        if arguments.json { crate::print_json(&comparison) } else { crate::print(&comparison.as_text()) };
+    printed.and(drawn).map(|()| match comparison.differs {
         false if comparison.measurement.is_undecided(&arguments.max) => crate::TROUBLE,
         differs => u8::from(differs),
     })
 }
 
-fn load(arguments: &Compare) -> Result<Aligned, String> {
+fn load(arguments: &Compare) -> Result<Aligned, Failure> {
     let is_exr = |path: &Path| Format::from_path(path) == Some(Format::Exr);
     if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
         return Err("--layer chooses a part of an EXR file, but neither picture is an EXR file".into());
@@ -84,7 +166,7 @@ fn load(arguments: &Compare) -> Result<Aligned, String> {
     let memory = &arguments.memory.budget();
     let files = [open(&arguments.actual, arguments, memory)?, open(&arguments.expected, arguments, memory)?];
     let window = common_window(files.each_ref().map(PictureFile::placement));
-    let window = window.map_err(|error| error.to_string())?;
+    let window = window?;
     check_memory(window, window.area().saturating_mul(PIXEL_BYTES), memory)?;
     let [actual, expected] = files.map(|file| file.read().map_err(|error| error.to_string()));
     let (actual, expected) = (actual?, expected?);
@@ -102,10 +184,10 @@ fn load(arguments: &Compare) -> Result<Aligned, String> {
 }
 
 /// Fails without enough memory to compare these pixels.
-pub fn check_memory(window: Window, bytes: u64, memory: &MemoryBudget) -> Result<(), String> {
+pub fn check_memory(window: Window, bytes: u64, memory: &MemoryBudget) -> Result<(), Failure> {
     let Window { width, height, .. } = window;
     let refused = |shortage| format!("comparing {width} x {height} pixels: {}", way_out(shortage));
-    memory.reserve(bytes).map(drop).map_err(refused)
+    Ok(memory.reserve(bytes).map(drop).map_err(refused)?)
 }
 
 /// Measured bytes for each compared pixel: both pictures, and the working copies of FLIP and SSIM.
@@ -122,7 +204,7 @@ pub fn pixel_bytes(pair: &Aligned) -> u64 {
 }
 
 /// Opens the chosen layer. A file without layers counts as this layer.
-fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<PictureFile<'a>, String> {
+fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<PictureFile<'a>, Failure> {
     if path == Path::new("-") {
         return Err("compare does not read standard input: give the name of a file".into());
     }
@@ -130,11 +212,11 @@ fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<P
         Some(layer) if Format::from_path(path) == Some(Format::Exr) => open_layer(path, layer, memory),
         _ => PictureFile::open(path, memory),
     };
-    file.map_err(|error| error.to_string())
+    Ok(file?)
 }
 
 /// Draws both pictures and their difference.
-fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> {
+fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), Failure> {
     let [actual, expected] = [&arguments.actual, &arguments.expected].map(|path| path.display().to_string());
     let options = PanelOptions { actual, expected, exposure: arguments.exposure };
     write_result(file, |path| write_panel(pair, &options, path))
@@ -157,7 +239,7 @@ fn pixels_are(count: usize) -> String {
 
 impl<'a> Comparison<'a> {
     /// Measures. Fails if a limit cannot be measured.
-    pub fn new(names: [&'a str; 2], pair: &'a Aligned, rules: Rules<'a>) -> Result<Comparison<'a>, String> {
+    pub fn new(names: [&'a str; 2], pair: &'a Aligned, rules: Rules<'a>) -> Result<Comparison<'a>, Failure> {
         let faults = [&pair.actual, &pair.expected].map(|pixels| not_finite(pixels, pair));
         let broken = faults.iter().any(Option::is_some);
         let limited = |metric: Metric| rules.limits.iter().any(|limit| limit.metric == metric);
@@ -171,28 +253,33 @@ impl<'a> Comparison<'a> {
         let measurement =
             measure(pair, rules.threshold, &|metric| !broken && asked(metric) && !blind(metric));
         if let (Some(reason), false) = (measurement.lacks(rules.limits), broken) {
-            return Err(reason);
+            return Err(reason.into());
         }
         let beyond = measurement.beyond(rules.limits);
-        Ok(Comparison { names, rules, pair, faults, measurement, beyond })
-    }
-
-    /// True if a limit is exceeded or a pixel is not finite.
-    fn differs(&self) -> bool {
-        !self.beyond.is_empty() || self.faults.iter().any(Option::is_some)
-    }
-
-    fn limits(&self) -> &[Limit] {
-        self.rules.limits
+        let significance = significance(rules.limits);
+        let tested = measurement.agreement.as_ref();
+        let broken_pictures = names.into_iter().zip(faults).filter_map(|(name, fault)| Some((name, fault?)));
+        Ok(Comparison {
+            pixels: pair.window.area(),
+            left_out: pair.left_out,
+            not_finite: broken_pictures
+                .map(|(name, (pixels, [x, y]))| (name, NotFinite { pixels, x, y }))
+                .collect(),
+            metrics: measurement.metrics.iter().map(|line| (line.metric.name(), line.value)).collect(),
+            differs: broken || !beyond.is_empty(),
+            beyond_max: beyond.into_iter().map(Metric::name).collect(),
+            noise: tested.and_then(|it| Some(Noise::new(it.as_ref().ok()?, significance))),
+            noise_unknown: tested.and_then(|it| it.as_ref().err()).map(|reason| why_not(*reason)),
+            names,
+            rules,
+            pair,
+            measurement,
+        })
     }
 
     /// Whether noise explains the differences. `None` if nobody can tell.
     pub fn agrees(&self) -> Option<bool> {
-        self.measurement.agrees(self.significance())
-    }
-
-    fn significance(&self) -> f64 {
-        noise::significance(self.limits())
+        self.noise.as_ref()?.agree
     }
 
     /// As the command prints it.
@@ -205,16 +292,13 @@ impl<'a> Comparison<'a> {
                 "{path} is compared with the {width} x {height} pixels that start at x {x}, y {y}"
             );
         }
-        if self.pair.left_out > 0 {
-            let count = self.pair.left_out;
+        if self.left_out > 0 {
+            let count = self.left_out;
             let _ = writeln!(text, "{count} pixels are in only one of the pictures and are ignored");
         }
-        for (i, fault) in self.faults.iter().enumerate() {
-            if let Some((count, [x, y])) = fault {
-                let path = visible(self.names[i]);
-                let pixels = pixels_are(*count);
-                let _ = writeln!(text, "{path}: {pixels} infinite or not a number; first at x {x}, y {y}");
-            }
+        for (name, NotFinite { pixels, x, y }) in &self.not_finite {
+            let (path, pixels) = (visible(name), pixels_are(*pixels));
+            let _ = writeln!(text, "{path}: {pixels} infinite or not a number; first at x {x}, y {y}");
         }
         for (i, count) in clipped(self.pair).into_iter().enumerate().filter(|(_, count)| *count > 0) {
             let path = visible(self.names[i]);
@@ -226,49 +310,132 @@ impl<'a> Comparison<'a> {
         }
         for line in &self.measurement.metrics {
             let (name, meaning) = (line.metric.name(), line.metric.meaning());
-            let mark = if self.beyond.contains(&line.metric) { "  <- exceeds --max" } else { "" };
+            let mark = if self.beyond_max.contains(&name) { "  <- exceeds --max" } else { "" };
             let remark =
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));
         }
-        let is_broken = self.faults.iter().any(Option::is_some);
-        if self.rules.only.contains(&Metric::Ssim) && !is_broken {
+        if self.rules.only.contains(&Metric::Ssim) && self.not_finite.is_empty() {
             text.extend(self.measurement.why_without(Metric::Ssim).map(|reason| reason + "\n"));
         }
-        match &self.measurement.agreement {
-            Some(Ok(agreement)) => text += &noise::as_text(self.pair, agreement, self.significance()),
-            Some(Err(reason)) => {
-                let reason = why_not(*reason);
-                let _ = writeln!(text, "noise           cannot be distinguished from bias: {reason}");
-            }
-            None => {}
+        if let Some(noise) = &self.noise {
+            text += &noise.as_text(self.pair);
+        }
+        if let Some(reason) = &self.noise_unknown {
+            let _ = writeln!(text, "noise           cannot be distinguished from bias: {reason}");
         }
         text
     }
+}
 
-    fn as_json(&self) -> Value {
-        // JSON has no infinity, so the PSNR of equal pictures is null.
-        let metrics = self.measurement.metrics.iter();
-        let metrics: Map<String, Value> =
-            metrics.map(|line| (line.metric.name().into(), json!(line.value))).collect();
-        let broken: Map<String, Value> = (0..2)
-            .filter_map(|i| {
-                let (count, [x, y]) = self.faults[i]?;
-                Some((self.names[i].into(), json!({"pixels": count, "x": x, "y": y})))
-            })
-            .collect();
-        let noise = self.measurement.agreement.as_ref();
-        let unknown = noise.and_then(|noise| noise.as_ref().err());
-        let noise = noise.and_then(|noise| noise.as_ref().ok());
-        json!({
-            "pixels": self.pair.window.area(),
-            "left_out": self.pair.left_out,
-            "not_finite": broken,
-            "metrics": metrics,
-            "beyond_max": self.beyond.iter().map(|metric| metric.name()).collect::<Vec<_>>(),
-            "differs": self.differs(),
-            "noise_unknown": unknown.map(|reason| why_not(*reason)),
-            "noise": noise.map(|agreement| noise::as_json(agreement, self.significance())),
-        })
+/// The default probability of a false alarm.
+pub const SIGNIFICANCE: f64 = 0.01;
+
+/// The probability of a false alarm: the limit of noise-p, or [`SIGNIFICANCE`].
+pub fn significance(limits: &[Limit]) -> f64 {
+    let limit = limits.iter().find(|limit| limit.metric == Metric::NoiseP);
+    limit.map_or(SIGNIFICANCE, |limit| limit.value)
+}
+
+impl Noise {
+    fn new(agreement: &Agreement, significance: f64) -> Noise {
+        let tests = |tests: &[Test]| tests.iter().map(NoiseTest::new).collect();
+        let pixels = agreement.pixels.iter().map(|it| PixelNoise {
+            channel: COLORS[it.channel],
+            pixels: it.pixels,
+            ratio: it.ratio,
+            p: it.p,
+        });
+        let agree = agreement.holds(significance);
+        let verdict = match agree {
+            Some(true) => format!("agree: noise explains the differences (significance {significance})"),
+            Some(false) => {
+                format!("differ: noise does not explain the differences (significance {significance})")
+            }
+            None => format!("undecided: {}", undecided(agreement, significance)),
+        };
+        Noise {
+            agree,
+            significance,
+            p: agreement.p,
+            p_without_rare: agreement.p_without_rare,
+            expected_has_error_layers: agreement.expected_is_known,
+            means: tests(&agreement.means),
+            paired: tests(&agreement.paired),
+            differing_tiles: tests(&agreement.differing_tiles(significance)),
+            pixels: pixels.collect(),
+            visible_in_mean: agreement.visible_in_mean(significance),
+            visible_in_tile: agreement.visible_in_tile(significance),
+            lines: std::iter::once(verdict).chain(differences(agreement, significance)).collect(),
+        }
     }
+
+    fn as_text(&self, pair: &Aligned) -> String {
+        let mut lines = self.lines.clone();
+        if pair.actual == pair.expected {
+            lines[0] = "agree: the pictures are identical".into();
+        }
+        if self.agree == Some(true) {
+            let share = |bias: f64| match mean(&pair.expected).abs() {
+                0.0 => number(bias),
+                mean => format!("{:.2} % of the mean value", 100.0 * bias / mean),
+            };
+            let [mean, tile] = [self.visible_in_mean, self.visible_in_tile].map(share);
+            lines.push(format!("smallest detectable bias: {mean}, {tile} within a 16 x 16 tile"));
+        }
+        if !self.expected_has_error_layers {
+            lines.push(
+                "the expected picture has no error layers: its noise is estimated from the differences"
+                    .into(),
+            );
+        }
+        let subjects = std::iter::once("noise").chain(std::iter::repeat(""));
+        subjects.zip(lines).map(|(subject, line)| format!("{subject:15} {line}\n")).collect()
+    }
+}
+
+impl NoiseTest {
+    fn new(test: &Test) -> NoiseTest {
+        let Test { channel, window, difference, standard_error, p, tail_index, .. } = *test;
+        let (channel, Window { x, y, width, height }) = (COLORS[channel], window);
+        NoiseTest { channel, x, y, width, height, difference, standard_error, p, tail_index }
+    }
+}
+
+/// Why there is no verdict, and how to get one.
+pub fn undecided(agreement: &Agreement, significance: f64) -> String {
+    let index = agreement.tail_index(significance);
+    format!(
+        "only a few pixels differ, and the reference is brighter there (tail index {index:.2}): samples may rarely hit this \
+         light; render more samples per pixel"
+    )
+}
+
+/// The differences found, the worst of each kind.
+pub fn differences(agreement: &Agreement, significance: f64) -> Vec<String> {
+    let level = agreement.level_of_whole(significance);
+    let difference = |test: &Test| {
+        let Test { channel, difference, standard_error, .. } = test;
+        format!("{} {difference:+.3e}, standard error {standard_error:.1e}", COLORS[*channel])
+    };
+    let worst = |tests: &[Test]| {
+        tests.iter().filter(|test| test.p < level).min_by(|a, b| a.p.total_cmp(&b.p)).map(&difference)
+    };
+    let tiles = agreement.differing_tiles(significance);
+    let places = |tests: &[Test]| {
+        let corners: HashSet<[i32; 2]> = tests.iter().map(|test| [test.window.x, test.window.y]).collect();
+        corners.len()
+    };
+    let (some, all) = (places(&tiles), places(&agreement.tiles));
+    let mean = worst(&agreement.means).or_else(|| worst(&agreement.paired));
+    let tile = tiles.first().map(|worst| {
+        let (x, y) = (worst.window.x, worst.window.y);
+        format!("tiles: {some} of {all} differ; worst at x {x}, y {y}: {}", difference(worst))
+    });
+    let pixels =
+        agreement.pixels.iter().filter(|test| test.p < level).max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    let pixels = pixels.map(|test| {
+        format!("pixels: {} differs by {:.2} times its noise", COLORS[test.channel], test.ratio.sqrt())
+    });
+    mean.map(|mean| format!("mean: {mean}")).into_iter().chain(tile).chain(pixels).collect()
 }

@@ -8,9 +8,9 @@ use lookat_scene::PixelBounds;
 use serde_json::Value;
 
 use crate::args::{Convert, crop_edges, way_out};
-use crate::finished::{NewPicture, check_unfinished};
+use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
-use crate::output::{check_inputs, check_output, write_result};
+use crate::output::{NewPicture, check_inputs, check_output, check_unfinished, write_result};
 use crate::source::open_layer;
 
 /// Runs the command.
@@ -18,7 +18,7 @@ pub fn convert(arguments: &Convert) -> ExitCode {
     crate::exit_code(run(arguments).map(|()| 0))
 }
 
-fn run(arguments: &Convert) -> Result<(), String> {
+fn run(arguments: &Convert) -> Result<(), Failure> {
     let Convert { input, output, tone, quiet, .. } = arguments;
     if input == Path::new("-") {
         return Err("convert does not read standard input: give the name of a file".into());
@@ -58,7 +58,8 @@ fn run(arguments: &Convert) -> Result<(), String> {
             "{} has several layers; choose one with --layer: {}",
             input.display(),
             image.layers.join(", ")
-        ));
+        )
+        .into());
     }
     write_result(output, |path| image.write(path))?;
     if !quiet {
@@ -76,21 +77,21 @@ fn samples_per_pixel(metadata: &str) -> Option<f64> {
 }
 
 /// Charges a copy of the picture, which cropping and writing take.
-fn charge_copy(image: &Image, memory: &MemoryBudget) -> Result<lookat_image::Charge, String> {
+fn charge_copy(image: &Image, memory: &MemoryBudget) -> Result<lookat_image::Charge, Failure> {
     let Window { width, height, .. } = image.data_window;
     let refused = |shortage| format!("converting {width} x {height} pixels: {}", way_out(shortage));
-    memory.reserve(image.bytes()).map_err(refused)
+    Ok(memory.reserve(image.bytes()).map_err(refused)?)
 }
 
 /// The part of the data window in the given part of the display window.
-fn cropped(placement: Placement, edges: [f64; 4]) -> Result<Window, String> {
+fn cropped(placement: Placement, edges: [f64; 4]) -> Result<Window, Failure> {
     let Placement { data_window: data, display_window: full, .. } = placement;
     let bounds = PixelBounds::of_fractions(edges, full.size());
     let (width, height) = (bounds.width(), bounds.height());
     let (x, y) = (full.x.saturating_add_unsigned(bounds.x0), full.y.saturating_add_unsigned(bounds.y0));
     data.intersection(Window { x, y, width, height }).ok_or_else(|| {
         let Window { width, height, .. } = full;
-        format!("the crop window contains no pixel of {width} x {height}")
+        format!("the crop window contains no pixel of {width} x {height}").into()
     })
 }
 
@@ -115,7 +116,7 @@ mod tests {
             let placement = Placement { data_window, display_window: FULL, has_windows: true };
             let found = cropped(placement, edges);
             let sides = |Window { x, y, width, height }| [x.into(), y.into(), width.into(), height.into()];
-            assert_eq!(found.map(sides), expected.map_err(String::from));
+            assert_eq!(found.map(sides), expected.map_err(Failure::from));
         };
         check(FULL, [0.25, 0.75, 0.5, 1.0], Ok([2, 2, 4, 2]));
         check(DATA, [0.0, 0.5, 0.0, 0.5], Ok([2, 1, 2, 1]));

@@ -1,46 +1,143 @@
 //! `lookat inspect`: the size, features and cost of a scene.
 
-mod text;
-mod view;
+mod lines;
+mod shown;
 
 use std::collections::HashMap;
 use std::process::ExitCode;
 
 use lookat_render::{
-    Choice, Elements, Inspection, SampleDimensions, Settings, film_bytes, preparation_bytes,
+    Choice, Elements, Inspection, SampleDimensions, Settings, Surfaces, film_bytes, preparation_bytes,
 };
 use lookat_scene::syntax::number_bytes;
-use lookat_scene::{
-    FilterKind, Integrator, LightChoice, LoadOptions, Loaded, Memory, Projection, Scene, Sources,
-};
+use lookat_scene::{FilterKind, Integrator, LightChoice, LoadOptions, Loaded, Projection, Scene};
 use serde::Serialize;
-use serde_json::{Value, json};
 
-use crate::Failure;
 use crate::args::Inspect;
-use crate::report::{self, JsonDiagnostic};
-use crate::sight::Sight;
+use crate::inspect::shown::View;
+use crate::readable::visible;
+use crate::report::{self, SceneResult};
 use crate::source::load_scene;
-use crate::visible::visible;
+use crate::{Failure, sight};
 
-/// The JSON output.
+/// What a scene needs. The text output is made from it.
 #[derive(Serialize)]
-struct JsonResult<'a> {
-    scene: String,
-    diagnostics: Vec<JsonDiagnostic<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    needs: Option<Value>,
+pub struct Needs {
+    /// The picture and its samples.
+    film: Film,
+    /// The camera.
+    camera: Camera,
+    /// The integrator's `name`, and `depth`: the most surfaces of a path.
+    integrator: Named,
+    /// Sample dimensions.
+    numbers: Numbers,
+    /// The contents of the world.
+    world: Elements,
+    /// The contents of each object that has instances.
+    objects: Vec<Elements>,
+    /// True if a mesh may have holes.
+    has_cutouts: bool,
+    /// False if the world is so small that rays test every shape without a BVH.
+    asks_tree: bool,
+    /// The materials, or null if the integrator does not use them.
+    surfaces: Option<Surfaces>,
+    /// The kinds of all lights.
+    lights: Vec<&'static str>,
+    /// Number of skies that only BSDF samples find.
+    constant_skies: usize,
+    /// How a surface chooses lights.
+    light_choice: &'static str,
+    /// Memory in bytes.
+    memory: Memory,
+    /// What the picture shows.
+    view: View,
+    /// The SIMD instructions in use: AVX-512, AVX2, SSE2 or NEON.
+    simd: &'static str,
+    /// Unused features, in words.
+    #[serde(rename = "not_paid_for")]
+    unused: Vec<&'static str>,
+    #[serde(skip)]
+    choice_in_words: &'static str,
 }
 
-/// The facts about a scene.
-struct Inspected<'s> {
-    scene: &'s Scene,
-    inspection: Inspection,
-    memory: Memory,
-    /// The memory limit that `render` needs, without options.
-    render_bytes: u64,
-    sight: Sight<'s>,
-    sources: &'s Sources,
+#[derive(Serialize)]
+struct Film {
+    /// Width and height of the full picture.
+    resolution: [u32; 2],
+    /// Width and height of the rendered part.
+    crop: [u32; 2],
+    /// Samples per pixel.
+    samples_per_pixel: u32,
+    /// Samples in total.
+    samples: u64,
+    /// The name of the filter.
+    filter: &'static str,
+    /// True if a sample counts for several pixels.
+    shares_samples: bool,
+}
+
+#[derive(Serialize)]
+struct Camera {
+    /// `perspective`, `orthographic` or `environment`.
+    projection: &'static str,
+    /// True if rays start on a lens.
+    has_lens: bool,
+    /// The `radius` and `focal_distance` of the lens, or null.
+    lens: Option<Lens>,
+}
+
+#[derive(Serialize)]
+struct Lens {
+    radius: f64,
+    focal_distance: f64,
+}
+
+#[derive(Serialize)]
+struct Named {
+    name: &'static str,
+    depth: u32,
+}
+
+#[derive(Serialize)]
+struct Numbers {
+    /// Dimensions of the film.
+    film: u32,
+    /// Dimensions of the lens.
+    lens: u32,
+    /// The dimensions at each surface: what they are `of`, how many `numbers`, and the range of surfaces, `from` (included) `to` (excluded).
+    surface: Vec<AtSurface>,
+    /// The most dimensions of a sample.
+    most: u64,
+}
+
+#[derive(Serialize)]
+struct AtSurface {
+    of: &'static str,
+    numbers: u32,
+    from: u32,
+    to: u32,
+}
+
+#[derive(Serialize)]
+struct Memory {
+    /// The film, without error layers.
+    film: u64,
+    /// Shapes, without their meshes.
+    shapes: usize,
+    /// Object instances.
+    instances: usize,
+    /// Meshes.
+    meshes: usize,
+    /// BVHs.
+    trees: u64,
+    /// The number of pictures.
+    pictures: usize,
+    /// Pictures.
+    picture_bytes: usize,
+    /// The text of the scene. A file that is included twice counts once.
+    text: u64,
+    /// The smallest `--max-memory` for `render` without options.
+    render: u64,
 }
 
 /// Runs the command.
@@ -52,147 +149,124 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
         ..LoadOptions::default()
     };
     let loaded = load_scene(&arguments.scene, &options, arguments.report);
-    if let Some(Err(message)) = loaded.scene.as_ref().map(|scene| arguments.view.check_use(scene)) {
-        return crate::exit_code(Err(message));
-    }
-    let name = arguments.scene.display().to_string();
-    let found = match loaded.scene.as_ref().map(|scene| Inspected::new(scene, &loaded)).transpose() {
-        Ok(found) => found,
-        Err(failure) => return crate::exit_code(Err(failure)),
+    let needs = loaded.scene.as_ref().map(|scene| {
+        arguments.view.check_use(scene)?;
+        Needs::new(scene, &loaded)
+    });
+    let needs = match needs.transpose() {
+        Ok(needs) => needs,
+        Err(failure) => return crate::exit_code(Err::<u8, Failure>(failure)),
     };
+    let status = if needs.is_some() { 0 } else { report::failure(&loaded) };
     let printed = if arguments.report.json {
-        let needs = found.as_ref().map(Inspected::json);
-        crate::print_json(&JsonResult {
-            scene: name,
-            diagnostics: report::json(&loaded.diagnostics, &loaded.sources),
-            needs,
-        })
+        let result = SceneResult { needs, ..SceneResult::new(&arguments.scene, &loaded) };
+        crate::print_json(&result)
     } else {
         report::print(&loaded, false);
-        found.as_ref().map_or(Ok(()), |found| crate::print(&found.text(&visible(&name))))
+        let name = visible(&arguments.scene.display().to_string());
+        needs.map_or(Ok(()), |needs| crate::print(&needs.text(&name)))
     };
-    ExitCode::from(match (printed, found) {
-        (Err(_), _) => crate::lost(),
-        (Ok(()), Some(_)) => 0,
-        (Ok(()), None) => report::failure(&loaded),
-    })
+    ExitCode::from(if printed.is_ok() { status } else { crate::lost() })
 }
 
-impl<'s> Inspected<'s> {
-    fn new(scene: &'s Scene, loaded: &'s Loaded) -> Result<Self, Failure> {
-        let render_bytes = render_bytes(loaded, scene);
-        let prepared = crate::sight::prepare(loaded, scene)?;
-        let inspection = lookat_render::inspect(&prepared, &scene.view);
-        let sight = crate::sight::look(loaded, scene, prepared.facts(&scene.view));
-        Ok(Inspected {
-            scene,
-            inspection,
-            memory: scene.world.memory(),
-            render_bytes,
-            sight,
-            sources: &loaded.sources,
-        })
-    }
-
-    /// The BVHs of the world and of all objects.
-    fn trees(&self) -> impl Iterator<Item = &Elements> {
-        std::iter::once(&self.inspection.world).chain(&self.inspection.objects)
-    }
-
-    /// The bytes of the text of the scene. A file that is included again is in memory once.
-    fn text_bytes(&self) -> u64 {
-        let texts: HashMap<_, _> =
-            self.sources.files.iter().map(|file| (&file.path, file.text.len() as u64)).collect();
-        texts.values().sum()
-    }
-
-    /// The most sample dimensions of one camera sample.
-    fn most_numbers(&self) -> u64 {
-        let all = |draw: &SampleDimensions| u64::from(draw.count) * draw.surfaces.len() as u64;
-        2 + u64::from(self.lens_numbers()) + self.inspection.dimensions.iter().map(all).sum::<u64>()
-    }
-
-    fn lens_numbers(&self) -> u32 {
-        if self.inspection.has_lens { 2 } else { 0 }
-    }
-
-    /// The features that the scene does not use.
-    fn not_paid_for(&self) -> Vec<&'static str> {
-        let it = &self.inspection;
-        let is_path = matches!(self.scene.view.integrator, Integrator::Path { .. });
-        let has = |draw: &str| it.dimensions.iter().any(|drawn| drawn.purpose == draw);
-        let mut absent = vec![
-            (!it.has_lens, "lens samples"),
-            (!it.shares_samples, "samples of several pixels"),
-            (it.world.nodes == 0, "a tree"),
-            (it.world.instances == 0, "instances"),
-            (!it.has_cutouts, "holes"),
-        ];
-        match &it.surfaces {
-            None => absent.push((true, "materials, textures and lights")),
-            Some(surfaces) => absent.extend([
-                (surfaces.most_lobes < 2, "lobe selection"),
-                (surfaces.coordinates == 0, "texture coordinates"),
-                (surfaces.footprints == 0, "texture footprints"),
-                (surfaces.bumps == 0, "bumps"),
-                (it.lights.is_empty(), "shadow rays"),
-                (it.choice == Choice::Nothing, "light selection"),
-                (is_path && !has("roulette"), "roulette"),
-            ]),
-        }
-        absent.into_iter().filter(|(is_absent, _)| *is_absent).map(|(_, what)| what).collect()
-    }
-
-    fn json(&self) -> Value {
-        let Inspected { scene, inspection: it, memory, .. } = self;
-        let elements = |elements: &Elements| {
-            json!({
-                "triangles": elements.triangles, "quadrics": elements.quadrics,
-                "curve_pieces": elements.curve_pieces, "instances": elements.instances,
-                "nodes": elements.nodes, "depth": elements.depth, "bytes": elements.bytes,
-            })
+impl Needs {
+    fn new(scene: &Scene, loaded: &Loaded) -> Result<Needs, Failure> {
+        let render = render_bytes(loaded, scene);
+        let prepared = sight::prepare(loaded, scene)?;
+        let it = lookat_render::inspect(&prepared, &scene.view);
+        let unused = unused_features(scene, &it);
+        let sight = sight::look(loaded, scene, prepared.facts(&scene.view));
+        let view = View::new(&sight, &loaded.sources);
+        // A file that is included again is in memory once.
+        let files = loaded.sources.files.iter();
+        let texts: HashMap<_, _> = files.map(|file| (&file.path, file.text.len() as u64)).collect();
+        let trees = std::iter::once(&it.world).chain(&it.objects).map(|tree| tree.bytes as u64).sum();
+        let memory = scene.world.memory();
+        let (film, camera) = (&scene.view.film, &scene.view.camera);
+        let samples_per_pixel = scene.view.sampler.samples_per_pixel;
+        let lens = if it.has_lens { 2 } else { 0 };
+        let all = |used: &SampleDimensions| u64::from(used.count) * used.surfaces.len() as u64;
+        let at_surface = |SampleDimensions { purpose, count, surfaces }: &SampleDimensions| AtSurface {
+            of: purpose,
+            numbers: *count,
+            from: surfaces.start,
+            to: surfaces.end,
         };
-        let draws = |draw: &SampleDimensions| json!({ "of": draw.purpose, "numbers": draw.count, "from": draw.surfaces.start, "to": draw.surfaces.end });
-        let samples = scene.view.sampler.samples_per_pixel;
-        json!({
-            "film": {
-                "resolution": scene.view.film.resolution,
-                "crop": [scene.view.film.crop.width(), scene.view.film.crop.height()],
-                "samples_per_pixel": samples,
-                "samples": scene.view.film.crop.area() * u64::from(samples),
-                "filter": filter_name(scene), "shares_samples": it.shares_samples,
+        let [light_choice, choice_in_words] = light_choice(it.choice);
+        Ok(Needs {
+            film: Film {
+                resolution: film.resolution,
+                crop: [film.crop.width(), film.crop.height()],
+                samples_per_pixel,
+                samples: film.crop.area() * u64::from(samples_per_pixel),
+                filter: filter_name(scene),
+                shares_samples: it.shares_samples,
             },
-            "camera": {
-                "projection": projection_name(scene), "has_lens": it.has_lens,
-                "lens": scene.view.camera.lens.map(|lens| json!({
-                    "radius": lens.radius, "focal_distance": lens.focal_distance,
-                })),
+            camera: Camera {
+                projection: projection_name(scene),
+                has_lens: it.has_lens,
+                lens: camera
+                    .lens
+                    .map(|lens| Lens { radius: lens.radius, focal_distance: lens.focal_distance }),
             },
-            "integrator": { "name": integrator_name(scene), "depth": it.depth },
-            "numbers": {
-                "film": 2, "lens": self.lens_numbers(),
-                "surface": it.dimensions.iter().map(draws).collect::<Vec<_>>(), "most": self.most_numbers(),
+            integrator: Named { name: integrator_name(scene), depth: it.depth },
+            numbers: Numbers {
+                film: 2,
+                lens,
+                most: 2 + u64::from(lens) + it.dimensions.iter().map(all).sum::<u64>(),
+                surface: it.dimensions.iter().map(at_surface).collect(),
             },
-            "world": elements(&it.world),
-            "objects": it.objects.iter().map(elements).collect::<Vec<_>>(),
-            "has_cutouts": it.has_cutouts,
-            "asks_tree": it.uses_bvh,
-            "surfaces": it.surfaces.as_ref().map(|surfaces| json!({
-                "kinds": surfaces.kinds, "most_lobes": surfaces.most_lobes,
-                "specular": surfaces.specular, "coordinates": surfaces.coordinates,
-                "footprints": surfaces.footprints, "bumps": surfaces.bumps,
-            })),
-            "lights": it.lights, "constant_skies": it.constant_skies, "light_choice": choice_name(it.choice),
-            "memory": {
-                "film": it.film_bytes, "shapes": memory.shapes, "instances": memory.instances, "meshes": memory.meshes, "trees": self.trees().map(|tree| tree.bytes).sum::<usize>(),
-                "pictures": memory.pictures, "picture_bytes": memory.picture_bytes,
-                "text": self.text_bytes(), "render": self.render_bytes,
+            memory: Memory {
+                film: it.film_bytes,
+                shapes: memory.shapes,
+                instances: memory.instances,
+                meshes: memory.meshes,
+                trees,
+                pictures: memory.pictures,
+                picture_bytes: memory.picture_bytes,
+                text: texts.values().sum(),
+                render,
             },
-            "view": view::json(&self.sight, self.sources),
-            "simd": lookat_render::simd(),
-            "not_paid_for": self.not_paid_for(),
+            world: it.world,
+            objects: it.objects,
+            has_cutouts: it.has_cutouts,
+            asks_tree: it.uses_bvh,
+            surfaces: it.surfaces,
+            lights: it.lights,
+            constant_skies: it.constant_skies,
+            light_choice,
+            choice_in_words,
+            view,
+            simd: lookat_render::simd(),
+            unused,
         })
     }
+}
+
+/// The features that the scene does not use.
+fn unused_features(scene: &Scene, it: &Inspection) -> Vec<&'static str> {
+    let is_path = matches!(scene.view.integrator, Integrator::Path { .. });
+    let has = |draw: &str| it.dimensions.iter().any(|used| used.purpose == draw);
+    let mut absent = vec![
+        (!it.has_lens, "lens samples"),
+        (!it.shares_samples, "samples of several pixels"),
+        (it.world.nodes == 0, "a tree"),
+        (it.world.instances == 0, "instances"),
+        (!it.has_cutouts, "holes"),
+    ];
+    match &it.surfaces {
+        None => absent.push((true, "materials, textures and lights")),
+        Some(surfaces) => absent.extend([
+            (surfaces.most_lobes < 2, "lobe selection"),
+            (surfaces.coordinates == 0, "texture coordinates"),
+            (surfaces.footprints == 0, "texture footprints"),
+            (surfaces.bumps == 0, "bumps"),
+            (it.lights.is_empty(), "shadow rays"),
+            (it.choice == Choice::Nothing, "light selection"),
+            (is_path && !has("roulette"), "roulette"),
+        ]),
+    }
+    absent.into_iter().filter(|(is_absent, _)| *is_absent).map(|(_, what)| what).collect()
 }
 
 /// The memory limit that rendering a scene needs. Most of it is in use for a short time: while numbers of the text are read, or the BVH
@@ -213,7 +287,8 @@ fn filter_name(scene: &Scene) -> &'static str {
     }
 }
 
-fn projection_name(scene: &Scene) -> &'static str {
+/// The type of the camera in a scene file.
+pub fn projection_name(scene: &Scene) -> &'static str {
     match scene.view.camera.projection {
         Projection::Perspective { .. } => "perspective",
         Projection::Orthographic { .. } => "orthographic",
@@ -229,13 +304,18 @@ fn integrator_name(scene: &Scene) -> &'static str {
     }
 }
 
-fn choice_name(choice: Choice) -> &'static str {
+/// How lights are chosen: a name, and words that end a list of lights.
+fn light_choice(choice: Choice) -> [&'static str; 2] {
     match choice {
-        Choice::Unused => "unused",
-        Choice::Nothing => "none",
-        Choice::All => "all",
-        Choice::One(LightChoice::Uniform) => "uniform",
-        Choice::One(LightChoice::Power) => "power",
-        Choice::One(LightChoice::Spatial) => "spatial",
+        Choice::Unused => ["unused", ""],
+        Choice::Nothing => ["none", ""],
+        Choice::All => ["all", "; all are sampled at each surface"],
+        Choice::One(LightChoice::Uniform) => {
+            ["uniform", "; one is chosen at each surface, with equal probabilities"]
+        }
+        Choice::One(LightChoice::Power) => ["power", "; one is chosen at each surface, by power"],
+        Choice::One(LightChoice::Spatial) => {
+            ["spatial", "; one is chosen at each surface, by the light it sends there"]
+        }
     }
 }

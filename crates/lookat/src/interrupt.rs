@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use lookat_image::exit;
 
-use crate::lock::lock;
+use crate::writer::lock;
 
 /// The exit status after all of them, as for a program ended by SIGINT.
 pub const STATUS: u8 = 130;
@@ -88,7 +88,9 @@ pub fn watch() {
             crate::wait_for_messages();
             exit(STATUS.into());
         }
-        notice.into_iter().for_each(crate::say);
+        if let Some(notice) = notice {
+            crate::say(notice);
+        }
     };
     if let Err(error) = on_signal(interrupt) {
         let error = lookat_image::io_reason(&error);
@@ -132,9 +134,10 @@ fn on_signal(mut interrupt: impl FnMut(Request) + Send + 'static) -> io::Result<
             SIGHUP | SIGXCPU => Request::OnlyStop,
             _ => Request::Stop,
         };
-        signals
-            .into_iter()
-            .for_each(|mut signals| signals.forever().for_each(|signal| interrupt(request(signal))));
+        let Ok(mut signals) = signals else { return };
+        for signal in signals.forever() {
+            interrupt(request(signal));
+        }
     };
     std::thread::Builder::new().spawn(watch)?;
     told.recv().map_err(io::Error::other)?

@@ -7,17 +7,24 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::Tone;
-use crate::command_line::quoted;
+use crate::readable::{digits, percent, quoted};
 
 /// The light of a picture and its tone mapping, as JSON.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct JsonLight {
+    /// The median luminance, without exposure.
     median: f32,
+    /// The largest luminance, without exposure.
     largest: f32,
+    /// The share of the pixels without light.
     black: f64,
+    /// The share of the pixels with a channel above 1 after exposure and tone curve.
     clipped: f64,
+    /// Number of infinite or NaN pixels.
     not_finite_pixels: u64,
+    /// The exposure of this file, in stops.
     exposure: f64,
+    /// The exposure that shows the picture, if it is nearly black or overexposed.
     #[serde(skip_serializing_if = "Option::is_none")]
     advised_exposure: Option<f64>,
 }
@@ -81,8 +88,8 @@ impl JsonLight {
     /// Prints the line about light. With `advise`, also the exposure that shows a picture that is nearly black or mostly
     /// clipped.
     pub fn print(&self, file: &Path, advise: bool) {
-        let [median, largest] = [self.median, self.largest].map(short);
-        let [black, clipped] = [self.black, self.clipped].map(percent);
+        let [median, largest] = [self.median, self.largest].map(|it| digits(it.into(), 2));
+        let [black, clipped] = [self.black, self.clipped].map(|share| percent(share, 1));
         let not_finite = match self.not_finite_pixels {
             0 => String::new(),
             1 => "; 1 pixel is not finite".into(),
@@ -97,47 +104,20 @@ impl JsonLight {
         ));
         let Some(stops) = self.advised_exposure.filter(|_| advise) else { return };
         let state = if stops > self.exposure { "nearly black" } else { "overexposed" };
-        crate::say(&match is_eight_bit(file) {
-            true => format!("the picture is {state}: try --exposure {stops}"),
-            false => {
-                let [from, to] = [file, &file.with_extension("png")].map(|path| quoted(path.as_os_str()));
-                format!(
-                    "saved unchanged; the picture is {state}: try lookat convert {from} {to} --exposure {stops}"
-                )
-            }
+        crate::say(&if is_eight_bit(file) {
+            format!("the picture is {state}: try --exposure {stops}")
+        } else {
+            let [from, to] = [file, &file.with_extension("png")].map(|path| quoted(path.as_os_str()));
+            format!(
+                "saved unchanged; the picture is {state}: try lookat convert {from} {to} --exposure {stops}"
+            )
         });
-    }
-}
-
-/// A number with two digits.
-fn short(value: f32) -> String {
-    let rounded: f64 = format!("{value:.1e}").parse().unwrap_or_default();
-    match rounded {
-        0.0 | 1e-3..1e5 => format!("{rounded}"),
-        _ => format!("{rounded:e}"),
-    }
-}
-
-/// A share in percent, which rounding shows as 0 or 100 only if it is.
-fn percent(share: f64) -> String {
-    match 100.0 * share {
-        percent if percent > 0.0 && percent < 0.1 => "under 0.1 %".into(),
-        percent if percent > 99.9 && percent < 100.0 => "over 99.9 %".into(),
-        percent => format!("{} %", (10.0 * percent).round() / 10.0),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short() {
-        let numbers = [0.0, 0.2149, 3.44, 1234.0, 9.99e4, 1e5, 8.64e-7, 0.000_999].map(short);
-        assert_eq!(numbers, ["0", "0.21", "3.4", "1200", "1e5", "1e5", "8.6e-7", "0.001"]);
-        let shares = [0.0, 1e-6, 0.003, 0.12345, 0.5, 0.999_99, 1.0].map(percent);
-        assert_eq!(shares, ["0 %", "under 0.1 %", "0.3 %", "12.3 %", "50 %", "over 99.9 %", "100 %"]);
-    }
 
     #[test]
     fn metadata_keeps_what_it_has() {

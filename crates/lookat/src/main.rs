@@ -3,20 +3,17 @@
 mod args;
 mod chart;
 mod check;
-mod command_line;
 mod compare;
 mod convert;
-mod directive_text;
 mod explain;
-mod finished;
+mod failure;
 mod inspect;
 mod interrupt;
 mod light;
 mod live;
-mod lock;
 mod metric;
-mod noise;
 mod output;
+mod readable;
 mod render;
 mod report;
 mod sight;
@@ -26,7 +23,6 @@ mod standard_error;
 mod usage;
 mod verify;
 mod view;
-mod visible;
 mod writer;
 
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -35,8 +31,10 @@ use std::process::ExitCode;
 use std::sync::mpsc;
 
 use clap::Parser as _;
-use visible::{escaped, visible, visible_lines};
-use writer::{Writer, write_parts};
+
+use crate::failure::{Failure, exit_code};
+use crate::readable::{escaped, visible, visible_lines};
+use crate::writer::{Writer, write_parts};
 
 /// The exit status for wrong usage, and for errors outside scene files.
 const TROUBLE: u8 = 2;
@@ -87,54 +85,19 @@ fn start_threads(command: &args::Command) {
     }
 }
 
-/// Why a command ends without its result.
-struct Failure {
-    message: String,
-    /// The exit status.
-    status: u8,
-}
-
-impl Failure {
-    /// The scene does not fit the memory limit.
-    fn too_large(message: String) -> Failure {
-        Failure { message, status: report::SCENE_FAULT }
-    }
-}
-
-impl From<String> for Failure {
-    fn from(message: String) -> Failure {
-        Failure { message, status: TROUBLE }
-    }
-}
-
-impl From<&str> for Failure {
-    fn from(message: &str) -> Failure {
-        message.to_owned().into()
-    }
-}
-
-/// The exit status of a command. Prints its error message.
-fn exit_code(result: Result<u8, impl Into<Failure>>) -> ExitCode {
-    ExitCode::from(result.unwrap_or_else(|failure| {
-        let Failure { message, status } = failure.into();
-        say(&format!("error: {message}"));
-        status
-    }))
-}
-
 /// Waits until all messages are written; after a signal, not on a pipe that nobody reads.
 fn wait_for_messages() {
     standard_error::wait(|| interrupt::flow().is_break());
 }
 
 /// Prints one line of JSON to standard output.
-fn print_json(value: &impl serde::Serialize) -> Result<(), String> {
+fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
     print(&(escaped(&serde_json::to_string(value).unwrap_or_default()) + "\n"))
 }
 
 /// Prints text to standard output. Ends the program if the reader, such as `head`, has closed the pipe. If standard error is detached,
 /// gives up on a terminal that does not read, and after a signal also on a pipe.
-fn print(text: &str) -> Result<(), String> {
+fn print(text: &str) -> Result<(), Failure> {
     let text = visible_lines(text);
     if !standard_error::is_detached() {
         return write_out(&text, &|| ());
@@ -148,23 +111,20 @@ fn print(text: &str) -> Result<(), String> {
     let Ok(writer) = writer else { return write_out(&text, &|| ()) };
     writer.put(|queue| queue.push_back(text));
     writer.wait(|| std::io::stdout().is_terminal() || interrupt::flow().is_break());
-    told.try_recv().unwrap_or_else(|_| Err(UNWRITTEN.into()))
+    told.try_recv().unwrap_or(Err(Failure::Unwritten))
 }
 
-fn write_out(text: &str, progress: &dyn Fn()) -> Result<(), String> {
+fn write_out(text: &str, progress: &dyn Fn()) -> Result<(), Failure> {
     let mut out = std::io::stdout();
     match write_parts(&mut out, text.as_bytes(), progress).and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => lookat_image::exit(TROUBLE.into()),
-        written => written.map_err(|_| UNWRITTEN.into()),
+        written => written.map_err(|_| Failure::Unwritten),
     }
 }
 
-/// The error message if the output cannot be written.
-const UNWRITTEN: &str = "cannot write the result";
-
 /// Reports lost output. Returns the exit status.
 fn lost() -> u8 {
-    say(&format!("error: {UNWRITTEN}"));
+    say(&format!("error: {}", Failure::Unwritten));
     TROUBLE
 }
 

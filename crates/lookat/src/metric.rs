@@ -47,8 +47,8 @@ impl Metric {
         Metric::ALL.iter().find(|(_, known, _)| *known == name).map(|(metric, ..)| *metric)
     }
 
-    pub fn names() -> String {
-        Metric::ALL.map(|(_, name, _)| name).join(", ")
+    pub fn names() -> [&'static str; 14] {
+        Metric::ALL.map(|(_, name, _)| name)
     }
 
     pub fn name(self) -> &'static str {

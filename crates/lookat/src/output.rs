@@ -1,34 +1,42 @@
-//! Output files: checked before the computation, and written to another folder if their own fails.
+//! Output files: checked before the computation, and written to another folder if their own fails. Finished pictures are not replaced
+//! without `--force`.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs::OpenOptions;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use lookat_image::{Format, ImageError, io_reason, write_target};
+use lookat_image::{Format, ImageError, MemoryBudget, PictureFile, Window, io_reason, write_target};
+use serde::Deserialize;
+
+use crate::failure::Failure;
 
 /// Fails if a picture of this width and height cannot be written.
-pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
+pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), Failure> {
     let name = file.display();
     let Some(format) = Format::from_path(file) else {
         if file.is_dir() {
             let path = file.join("picture.exr");
-            return Err(format!("cannot write {name}: it is a folder; write {}", path.display()));
+            return Err(format!("cannot write {name}: it is a folder; write {}", path.display()).into());
         }
-        return Err(format!("{name}: lookat writes {}; choose the format by the extension", Format::NAMES));
+        return Err(
+            format!("{name}: lookat writes {}; choose the format by the extension", Format::NAMES).into()
+        );
     };
     let most = format.most_side();
     if size.iter().any(|side| *side > most) {
-        return Err(format!("cannot write {name}: this format has at most {most} pixels per side"));
+        return Err(format!("cannot write {name}: this format has at most {most} pixels per side").into());
     }
     check_folder(file)
 }
 
 /// Fails if a result would replace one of its inputs.
-pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), String> {
-    match is_among(file, inputs) {
-        true => Err(format!("cannot write {}: this file is an input; choose another name", file.display())),
-        false => Ok(()),
+pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), Failure> {
+    if is_among(file, inputs) {
+        Err(format!("cannot write {}: this file is an input; choose another name", file.display()).into())
+    } else {
+        Ok(())
     }
 }
 
@@ -66,34 +74,25 @@ impl Identity {
 
 /// Fails unless this file can be written: its folder accepts files, its name is valid, and it is not a folder itself.
 /// Leaves no file behind.
-pub fn check_folder(file: &Path) -> Result<(), String> {
+pub fn check_folder(file: &Path) -> Result<(), Failure> {
     if file.is_dir() {
-        return cannot(file, "it is a folder");
+        return Err(Failure::write(file, "it is a folder"));
     }
     // A `Path` ignores a slash at its end, but the file system does not.
     let name = file.file_name().unwrap_or_default();
     if !file.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes()) {
         let path = file.with_file_name(name);
-        return cannot(file, &format!("it ends in a separator; write {}", path.display()));
+        return Err(Failure::write(file, format!("it ends in a separator; write {}", path.display())));
     }
-    let (target, folder) = write_target(file).or_else(|error| cannot(file, &io_reason(&error)))?;
+    let (target, folder) = write_target(file).map_err(|error| Failure::io("write", file, &error))?;
     if !folder.is_dir() {
-        return cannot(
-            file,
-            &match folder.ancestors().find(|parent| parent.is_file()) {
-                Some(file) => format!("{} is a file, not a folder", file.display()),
-                None => format!("there is no folder {}", folder.display()),
-            },
-        );
+        let reason = match folder.ancestors().find(|parent| parent.is_file()) {
+            Some(file) => format!("{} is a file, not a folder", file.display()),
+            None => format!("there is no folder {}", folder.display()),
+        };
+        return Err(Failure::write(file, reason));
     }
-    match try_writing(&target, &folder) {
-        Ok(()) => Ok(()),
-        Err(error) => cannot(file, &io_reason(&error)),
-    }
-}
-
-fn cannot<T>(file: &Path, reason: &str) -> Result<T, String> {
-    Err(format!("cannot write {}: {reason}", file.display()))
+    try_writing(&target, &folder).map_err(|error| Failure::io("write", file, &error))
 }
 
 /// Tries the file operations that writing needs.
@@ -134,7 +133,7 @@ impl Destination {
         &mut self,
         name: &OsStr,
         write: impl Fn(&Path) -> Result<(), ImageError>,
-    ) -> Result<PathBuf, String> {
+    ) -> Result<PathBuf, Failure> {
         let file = self.folder.join(name);
         let Err(error) = write(&file) else { return Ok(file) };
         let places = [std::env::current_dir().unwrap_or_default(), std::env::temp_dir()];
@@ -147,7 +146,8 @@ impl Destination {
             let temporary = places[1].display();
             return Err(format!(
                 "{error}; writing to the working folder and to {temporary} also failed: the result is lost"
-            ));
+            )
+            .into());
         };
         self.folder = folder;
         self.refusal.get_or_insert(error.to_string());
@@ -155,34 +155,134 @@ impl Destination {
     }
 
     /// Fails if results are not in the requested folder. The error says where they are.
-    pub fn result(&self) -> Result<(), String> {
+    pub fn result(&self) -> Result<(), Failure> {
         let Some(refusal) = &self.refusal else { return Ok(()) };
-        Err(format!("{refusal}; the result is in {} instead", self.folder.display()))
+        Err(format!("{refusal}; the result is in {} instead", self.folder.display()).into())
     }
 }
 
 /// Writes one file. Fails if the file is not in the requested place; the error says where it is.
-pub fn write_result(file: &Path, write: impl Fn(&Path) -> Result<(), ImageError>) -> Result<(), String> {
+pub fn write_result(file: &Path, write: impl Fn(&Path) -> Result<(), ImageError>) -> Result<(), Failure> {
     let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
     destination.write(file.file_name().unwrap_or_default(), write)?;
     destination.result()
 }
 
 /// Creates a folder and its parents.
-pub fn make_folder(folder: &Path) -> Result<(), String> {
+pub fn make_folder(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|error| not_created(folder, &error))
 }
 
 /// Fails unless this folder exists or can be created. Leaves no folder behind.
-pub fn check_new_folder(folder: &Path) -> Result<(), String> {
+pub fn check_new_folder(folder: &Path) -> Result<(), Failure> {
     let parent = folder.ancestors().find(|parent| parent.exists()).unwrap_or(Path::new("."));
     tempfile::tempdir_in(parent).map(drop).map_err(|error| not_created(folder, &error))
 }
 
-fn not_created(folder: &Path, error: &io::Error) -> String {
+fn not_created(folder: &Path, error: &io::Error) -> Failure {
     let reason = match folder.ancestors().find(|parent| parent.is_file()) {
         Some(file) => format!("{} is a file", file.display()),
         None => io_reason(error),
     };
-    format!("cannot create the folder {}: {reason}", folder.display())
+    Failure::File { doing: "create the folder", path: folder.into(), reason }
+}
+
+/// A picture that is to be written.
+#[derive(Debug, Clone, Copy)]
+pub struct NewPicture {
+    /// Width and height.
+    pub size: [u32; 2],
+    /// The mean, or the most that it can have. `None` if nobody knows.
+    pub samples_per_pixel: Option<f64>,
+    /// True if noise decides the number of samples: then [`SLACK`] counts as the same number.
+    pub is_adaptive: bool,
+    /// True for the result of an interruption, which goes to a name for such results.
+    pub is_partial: bool,
+}
+
+/// The share by which numbers of samples differ between seeds.
+const SLACK: f64 = 0.05;
+
+/// What decides about an existing picture, of its metadata.
+#[derive(Deserialize)]
+struct Made {
+    samples_per_pixel: f64,
+    complete: bool,
+}
+
+/// Fails if the file is a finished picture and stays.
+pub fn check_unfinished(file: &Path, new: NewPicture, ways_out: &str) -> Result<(), Failure> {
+    match why_kept(file, new) {
+        None => Ok(()),
+        Some(why) => Err(format!("{} is not replaced: {why}; {ways_out}", file.display()).into()),
+    }
+}
+
+/// The file for a picture: the named one or, if that is a finished picture, one beside it with a number. Also why.
+pub fn free_file(file: PathBuf, new: NewPicture, inputs: &BTreeSet<PathBuf>) -> (PathBuf, Option<String>) {
+    let Some(why) = why_kept(&file, new) else { return (file, None) };
+    let is_free = |file: &PathBuf| !is_among(file, inputs) && why_kept(file, new).is_none();
+    let why = format!("{} is not replaced: {why}", file.display());
+    let beside = (2..u32::MAX).map(|number| marked(&file, &number.to_string())).find(is_free);
+    (beside.unwrap_or(file), Some(why))
+}
+
+/// Why an existing file must stay. `None` if there is none, or a new picture may replace it. Reads the header alone.
+fn why_kept(file: &Path, new: NewPicture) -> Option<String> {
+    // Programs that reserve a name leave an empty file.
+    if std::fs::metadata(file).map_or(true, |found| found.len() == 0) {
+        return None;
+    }
+    if let Some(format @ (Format::Pfm | Format::Tga)) = Format::from_path(file) {
+        let name = if format == Format::Pfm { "pfm" } else { "tga" };
+        return Some(format!("a {name} file stores no render settings"));
+    }
+    let opened = match PictureFile::open(file, &MemoryBudget::default()) {
+        Ok(opened) => opened,
+        Err(error) => return Some(error.to_string()),
+    };
+    let made = opened.metadata().and_then(|text| serde_json::from_str::<Made>(&text).ok());
+    let Some(made) = made else { return Some("another program made it".into()) };
+    if !made.complete && !new.is_partial {
+        return None;
+    }
+    let Window { width, height, .. } = opened.placement().data_window;
+    let [new_width, new_height] = new.size;
+    if u64::from(width) * u64::from(height) > u64::from(new_width) * u64::from(new_height) {
+        return Some(format!(
+            "it has {width} x {height} pixels, and the new picture {new_width} x {new_height}"
+        ));
+    }
+    let slack = if new.is_adaptive { SLACK } else { 0.0 };
+    let samples = format!("it has {} samples per pixel", rounded(made.samples_per_pixel));
+    match new.samples_per_pixel {
+        None => Some(format!("{samples}, and the number of the new picture is unknown")),
+        Some(new) if made.samples_per_pixel > new * (1.0 + slack) => {
+            Some(format!("{samples}, and the new picture {}", rounded(new)))
+        }
+        Some(_) => None,
+    }
+}
+
+/// A number of samples with two decimals.
+fn rounded(samples: f64) -> f64 {
+    (100.0 * samples).round() / 100.0
+}
+
+/// The name of a file with a mark before its ending: `a.exr` becomes `a.partial.exr`. As long as a file name may be.
+pub fn marked(file: &Path, mark: &str) -> PathBuf {
+    const LONGEST: usize = 255;
+    let ending = match file.extension() {
+        Some(extension) => format!(".{mark}.{}", extension.display()),
+        None => format!(".{mark}"),
+    };
+    let stem = file.file_stem().unwrap_or_default();
+    let mut name = stem.to_owned();
+    if stem.len() + ending.len() > LONGEST {
+        let mut stem = stem.to_string_lossy().into_owned();
+        while stem.len() + ending.len() > LONGEST && stem.pop().is_some() {}
+        name = stem.into();
+    }
+    name.push(ending);
+    file.with_file_name(name)
 }

@@ -2,11 +2,8 @@
 
 mod batch;
 mod fireflies;
-mod focus;
 mod frames;
-mod layers;
 mod progress;
-mod so_far;
 mod summary;
 mod written;
 
@@ -23,28 +20,21 @@ use lookat_render::{
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
 
-use crate::Failure;
 use crate::args::{Render, crop_edges, raise_limit};
-use crate::finished::{NewPicture, check_unfinished, marked};
-use crate::interrupt;
 use crate::light::note_linear;
 use crate::live::Live;
-use crate::output::{check_inputs, check_output};
-use crate::report;
-use crate::sight;
+use crate::output::{NewPicture, check_inputs, check_output, check_unfinished, marked};
+use crate::render::batch::{Job, jobs, render_again, render_each};
+use crate::render::fireflies::Fireflies;
+use crate::render::frames::{focus, render_frames};
+use crate::render::progress::Shown;
+pub use crate::render::progress::progress_bar;
+pub use crate::render::summary::{JsonPicture, Metadata};
+use crate::render::summary::{JsonTarget, Numbered, explain_black, narrow_filter, summarize};
+use crate::render::written::{Kept, Output, PARTIAL, SoFar};
+use crate::report::SceneResult;
 use crate::source::{load_scene, load_watched, replace_samples};
-use crate::standard_error;
-use batch::{Job, jobs, render_again, render_each};
-use fireflies::Fireflies;
-use focus::focus;
-use frames::render_frames;
-use layers::Numbered;
-use progress::Shown;
-pub use progress::progress_bar;
-use so_far::SoFar;
-pub use summary::Metadata;
-use summary::{JsonPicture, JsonResult, JsonTarget, explain_black, narrow_filter, summarize};
-use written::{Kept, Output, PARTIAL};
+use crate::{Failure, interrupt, report, sight, standard_error};
 
 /// True once there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
@@ -69,8 +59,8 @@ pub fn render(arguments: &Render) -> ExitCode {
             None => render_each(&jobs, &live),
         },
         Err(message) => {
-            let mut result = JsonResult::new(&arguments.scenes[0]);
-            let status = fail(message.into(), &mut result);
+            let mut result = SceneResult::without_scene(&arguments.scenes[0]);
+            let status = fail(message, &mut result);
             finish(arguments, &result, status)
         }
     })
@@ -118,9 +108,9 @@ fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
         report::print(&loaded, arguments.quiet);
     }
     let diagnostics = report::json(&loaded.diagnostics, &loaded.sources);
-    let mut result = JsonResult { diagnostics, ..JsonResult::new(path) };
+    let mut result = SceneResult { diagnostics, ..SceneResult::without_scene(path) };
     let mut advice = Vec::new();
-    let status = match (&loaded.scene, &loaded.misfit) {
+    let status = match (&loaded.scene, &loaded.override_error) {
         (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone().into(), &mut result),
         (None, _) => {
             if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {
@@ -128,7 +118,7 @@ fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
             }
             report::failure(&loaded)
         }
-        (Some(scene), _) => match pictures(arguments, scene, &loaded, live, (&mut result, &mut advice)) {
+        (Some(scene), _) => match pictures(arguments, scene, &loaded, live, &mut result, &mut advice) {
             Ok(true) => 0,
             Ok(false) => interrupt::STATUS,
             Err(failure) => fail(failure, &mut result),
@@ -144,7 +134,8 @@ fn pictures(
     scene: &Scene,
     loaded: &Loaded,
     live: &Live,
-    (result, advice): (&mut JsonResult, &mut Vec<Diagnostic>),
+    result: &mut SceneResult,
+    advice: &mut Vec<Diagnostic>,
 ) -> Result<bool, Failure> {
     if interrupt::flow().is_break() {
         return Ok(false);
@@ -159,29 +150,29 @@ fn pictures(
         result.frames = frames;
         return written;
     }
-    let Some((picture, written)) = picture(arguments, scene, loaded, None, (live, advice))? else {
+    let Some((picture, written)) = picture(arguments, scene, loaded, None, live, advice)? else {
         return Ok(true);
     };
     let is_complete = picture.complete;
     result.picture = Some(picture);
-    Ok(written.map(|()| is_complete)?)
+    written.map(|()| is_complete)
 }
 
 /// Prints the result as JSON, if requested. Returns the exit status.
-fn finish(arguments: &Render, result: &JsonResult, status: u8) -> u8 {
+fn finish(arguments: &Render, result: &SceneResult, status: u8) -> u8 {
     let lost = arguments.report.json && crate::print_json(result).is_err();
     if lost { crate::lost() } else { status }
 }
 
 /// Reports an error outside the scene.
-fn fail(Failure { message, status }: Failure, result: &mut JsonResult) -> u8 {
-    crate::say(&format!("error: {message}"));
-    result.error = Some(message);
-    status
+fn fail(failure: Failure, result: &mut SceneResult) -> u8 {
+    crate::say(&format!("error: {failure}"));
+    result.error = Some(failure.to_string());
+    failure.status()
 }
 
 /// Checks the arguments together, before loading the scene.
-fn check_arguments(arguments: &Render) -> Result<(), String> {
+fn check_arguments(arguments: &Render) -> Result<(), Failure> {
     if let (Some([width, height]), None) = (arguments.resolution, &arguments.crop)
         && u64::from(width) * u64::from(height) > MAX_PIXELS
     {
@@ -251,7 +242,7 @@ fn picture_file(arguments: &Render, loaded: &Loaded) -> PathBuf {
 }
 
 /// A written picture, and whether it is where it was asked for.
-type Written = (JsonPicture, Result<(), String>);
+type Written = (JsonPicture, Result<(), Failure>);
 
 /// Renders and writes the picture. `None` if the files of the scene have changed meanwhile.
 fn picture(
@@ -259,7 +250,8 @@ fn picture(
     scene: &Scene,
     loaded: &Loaded,
     prepared: Option<&mut Prepared>,
-    (live, advice): (&Live, &mut Vec<Diagnostic>),
+    live: &Live,
+    advice: &mut Vec<Diagnostic>,
 ) -> Result<Option<Written>, Failure> {
     let file = picture_file(arguments, loaded);
     // Check before hours of rendering, not after.
@@ -322,9 +314,10 @@ fn picture(
     }
     live.finish(&rendered.image);
     let is_told = !arguments.quiet && !arguments.report.json;
-    let luminances = match rendered.complete && !arguments.quiet {
-        true => fireflies::luminances(&rendered.image, &scene.view.film, rendered.statistics.least),
-        false => None,
+    let luminances = if rendered.complete && !arguments.quiet {
+        fireflies::luminances(&rendered.image, &scene.view.film, rendered.statistics.least)
+    } else {
+        None
     };
     let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();
     let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
@@ -336,7 +329,7 @@ fn picture(
     let black = light.is_some_and(|light| light.is_black(summary::residue(&scene)));
     let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
     let fireflies = luminances
-        .and_then(|luminances| Fireflies::find(&luminances, (&scene, prepared), &settings, &loaded.sources));
+        .and_then(|luminances| Fireflies::find(&luminances, &scene, prepared, &settings, &loaded.sources));
     let picture = JsonPicture {
         file: file.display().to_string(),
         width: rendered.image.data_window.width,
@@ -364,15 +357,19 @@ fn picture(
     if is_told {
         summarize(&picture, &rendered);
         let is_shown = rendered.complete && least > 0 && !black && narrow_filter(&rendered).is_none();
-        light.inspect(|light| light.print(&file, is_shown));
-        picture.fireflies.iter().flat_map(Fireflies::lines).for_each(|line: String| crate::say(&line));
+        if let Some(light) = light {
+            light.print(&file, is_shown);
+        }
+        for line in picture.fireflies.iter().flat_map(Fireflies::lines) {
+            crate::say(&line);
+        }
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);
         }
     }
     // A picture that shows nothing is never what was meant: --quiet does not hide it.
     if !arguments.report.json {
-        explain_black(&picture, &rendered, (&scene, prepared), &loaded.sources);
+        explain_black(&picture, &rendered, &scene, prepared, &loaded.sources);
     }
     live.wait();
     Ok(Some((picture, destination.result())))
@@ -385,7 +382,7 @@ pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) 
         let smaller = if film > rest { "; a crop window makes the film smaller" } else { "" };
         let [needed, film, rest, used, limit] =
             [used.saturating_add(needed), film, rest, used, limit].map(byte_words);
-        Failure::too_large(format!(
+        Failure::TooLarge(format!(
             "rendering needs {needed} of memory: {used} for the scene, {rest} for BVHs and lights, {film} for the film; {}{smaller}",
             raise_limit(&limit)
         ))
@@ -397,20 +394,22 @@ pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) 
 const ALIKE: &str = "--adaptive had no effect: it needs noise, at least 8 samples per pixel, and 512 pixels";
 
 /// Fails if the layers are impossible.
-fn check_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), String> {
+fn check_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), Failure> {
     let is_asked = arguments.error_layers || !arguments.layers.is_empty();
     if is_asked && Format::from_path(file) != Some(Format::Exr) {
         let layers = if arguments.error_layers { "error layers" } else { "layers" };
-        return Err(format!("{}: only an .exr file can store {layers}; choose one with -o", file.display()));
+        return Err(
+            format!("{}: only an .exr file can store {layers}; choose one with -o", file.display()).into()
+        );
     }
     let has_scene_samples = arguments.error_layers && arguments.target_error.is_none();
     let checked =
         if has_scene_samples { check_error_layers(scene.view.sampler.samples_per_pixel) } else { Ok(()) };
-    checked.map_err(|error| error + "; increase --spp")
+    Ok(checked.map_err(|error| format!("{error}; increase --spp"))?)
 }
 
 /// Fails without enough samples for error layers.
-pub fn check_error_layers(samples_per_pixel: u32) -> Result<(), String> {
+pub fn check_error_layers(samples_per_pixel: u32) -> Result<(), Failure> {
     let message = "error layers need at least 2 samples per pixel, preferably 16 or more";
     if samples_per_pixel < 2 { Err(message.into()) } else { Ok(()) }
 }

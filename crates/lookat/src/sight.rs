@@ -1,10 +1,7 @@
 //! Warnings about what a scene shows: where its camera is, what is in view, what is sharp and what is lit.
 
-mod focus;
-mod inverse;
 mod lights;
 mod placement;
-mod size;
 mod window;
 
 use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
@@ -14,7 +11,8 @@ use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, 
 
 use crate::Failure;
 use crate::args::way_out;
-use crate::directive_text::DirectiveText;
+use crate::readable::digits;
+use crate::source::DirectiveText;
 
 /// A scene and what it shows.
 pub struct Sight<'l> {
@@ -40,7 +38,7 @@ pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, Failure> {
         Ok(_charge) => Ok(Prepared::new(scene)),
         Err(shortage) => {
             let message = format!("the shapes and lights are too large: {}", way_out(shortage));
-            Err(Failure::too_large(message))
+            Err(Failure::TooLarge(message))
         }
     }
 }
@@ -84,7 +82,7 @@ pub fn advise_by(
                 sight.turned = turned(&scene.view, &look_at).map(|view| facts(&view));
             }
             (None, None) if is_own => {
-                let views = inverse::views(&scene.view).into_iter();
+                let views = placement::inverse_views(&scene.view).into_iter();
                 sight.inverses = views.map(|view| (view.clone(), facts(&view))).collect();
             }
             _ => {}
@@ -93,11 +91,12 @@ pub fn advise_by(
     let sight = &sight;
     // Without Camera, reading the scene gave a warning about the place of the default camera.
     let is_placed = sight.places.camera.is_some() || loaded.placement.is_some();
-    let first = size::giant(sight).or_else(|| window::other_order(sight)).or_else(|| window::small(sight));
+    let first =
+        placement::giant(sight).or_else(|| window::other_order(sight)).or_else(|| window::small(sight));
     if let Some(found) = first.or_else(|| is_placed.then(|| placement::odd(sight)).flatten()) {
         return vec![found];
     }
-    let others = window::stretched(sight).into_iter().chain(focus::blurred(sight));
+    let others = window::stretched(sight).into_iter().chain(window::blurred(sight));
     others.chain(lights::idle(sight)).collect()
 }
 
@@ -185,7 +184,8 @@ impl Sight<'_> {
         &self,
         warning: Diagnostic,
         place: Span,
-        (ty, name): (ParamType, &str),
+        ty: ParamType,
+        name: &str,
         words: &[String],
     ) -> Diagnostic {
         let edits = DirectiveText::at(self.sources, place).map(|text| text.set(ty, name, words));
@@ -232,14 +232,9 @@ impl Sight<'_> {
     }
 }
 
-/// A number with a few digits.
+/// A number with four digits.
 pub fn short(number: f64) -> String {
-    let digits = match number.abs() {
-        size if size == 0.0 || (0.01..1e5).contains(&size) => 3 - size.max(0.01).log10().floor() as i32,
-        _ => return format!("{number:.2e}"),
-    };
-    let text = format!("{number:.*}", digits.clamp(0, 6) as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    digits(number, 4)
 }
 
 /// Three numbers, as in a scene file.

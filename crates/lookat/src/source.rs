@@ -1,4 +1,4 @@
-//! Loads scenes from files or standard input.
+//! Loads scenes from files or standard input, and finds and changes directives in their text.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -8,10 +8,13 @@ use std::path::{Path, PathBuf};
 use bytes::Bytes;
 use lookat_image::{Image, ImageError, MemoryBudget, PictureFile, open_file};
 use lookat_render::Layer;
-use lookat_scene::syntax::Severity;
-use lookat_scene::{LoadCache, LoadOptions, Loaded, Stamped, load_again, load_opened};
+use lookat_scene::syntax::{
+    Directive, Entity, EntityKind, Fix, Param, ParamType, Severity, Span, Values, statement_at, value_span,
+};
+use lookat_scene::{LoadCache, LoadOptions, Loaded, Sources, Stamped, load_again, load_opened};
 
 use crate::args::Report;
+use crate::failure::Failure;
 
 /// Loads a scene. It can be standard input or a pipe, but the files that it names cannot. With `--strict`, turns warnings into errors.
 pub fn load_scene(path: &Path, options: &LoadOptions, report: Report) -> Loaded {
@@ -48,7 +51,7 @@ pub fn load_watched(
         None => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
     };
     let loaded = match cache {
-        Some(cache) => load_again(path, &open, cache, options),
+        Some((cache, stamp)) => load_again(path, &open, cache, stamp, options),
         None => load_opened(path, &open, options),
     };
     with_strictness(loaded, options, report)
@@ -62,9 +65,9 @@ pub fn replace_samples(loaded: &mut Loaded, samples_per_pixel: Option<u32>) {
 }
 
 /// Reads a picture and charges it for good.
-pub fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, String> {
+pub fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, Failure> {
     let read = PictureFile::open(file, memory).and_then(PictureFile::read);
-    let (image, charge) = read.map_err(|error| error.to_string())?;
+    let (image, charge) = read?;
     charge.keep();
     Ok(image)
 }
@@ -95,10 +98,7 @@ fn with_strictness(mut loaded: Loaded, options: &LoadOptions, report: Report) ->
 
 /// Opens a scene file. It can be a pipe, as in `lookat check <(./generate)`.
 fn open_scene(path: &Path) -> io::Result<Box<dyn Read>> {
-    match is_pipe(path) {
-        true => Ok(Box::new(File::open(path)?)),
-        false => Ok(Box::new(open_file(path)?)),
-    }
+    if is_pipe(path) { Ok(Box::new(File::open(path)?)) } else { Ok(Box::new(open_file(path)?)) }
 }
 
 /// True for standard input and a pipe: what has been read is gone.
@@ -116,4 +116,63 @@ fn is_pipe(path: &Path) -> bool {
 #[cfg(not(unix))]
 fn is_pipe(_: &Path) -> bool {
     false
+}
+
+pub struct DirectiveText<'s> {
+    text: &'s [u8],
+    pub kind: EntityKind,
+    pub entity: Entity,
+}
+
+impl<'s> DirectiveText<'s> {
+    /// The directive around a place. `None` if there is none, or one without parameters.
+    pub fn at(sources: &'s Sources, place: Span) -> Option<DirectiveText<'s>> {
+        let text = &sources.files.get(place.file.0 as usize)?.text[..];
+        match statement_at(text, place)?.directive {
+            Directive::Entity(kind, entity) => Some(DirectiveText { text, kind, entity }),
+            _ => None,
+        }
+    }
+
+    /// The parameter of this name that counts.
+    pub fn param(&self, name: &str) -> Option<&Param> {
+        self.entity.params.iter().rev().find(|param| param.name.value == name)
+    }
+
+    /// The changes that give a parameter these values, as words of the text. In a list of the same type, only the words that differ
+    /// change.
+    pub fn set(&self, ty: ParamType, name: &str, words: &[String]) -> Vec<Fix> {
+        let list = if let [word] = words { word.clone() } else { format!("[{}]", words.join(" ")) };
+        let replacement = format!("\"{} {name}\" {list}", ty.name());
+        match self.param(name) {
+            Some(param) if param.ty == ty && count(&param.values.value) == words.len() => {
+                words.iter().enumerate().filter_map(|(at, word)| self.replace(param, at, word)).collect()
+            }
+            Some(param) => vec![Fix { span: param.span(), replacement }],
+            None => {
+                let last = self.entity.params.last().map_or(self.entity.name.span, Param::span);
+                let span = Span { start: last.end, ..last };
+                vec![Fix { span, replacement: format!(" {replacement}") }]
+            }
+        }
+    }
+
+    /// The change of a value, if it differs.
+    fn replace(&self, param: &Param, at: usize, word: &str) -> Option<Fix> {
+        let span = value_span(self.text, param.values.span, at);
+        let before = std::str::from_utf8(&self.text[span.start as usize..span.end as usize]).ok()?;
+        let number = |word: &str| word.parse::<f64>().ok();
+        let is_same = before == word || number(before).is_some_and(|before| number(word) == Some(before));
+        (!is_same).then(|| Fix { span, replacement: word.to_owned() })
+    }
+}
+
+/// The words of a list of values.
+fn count(values: &Values) -> usize {
+    let each = match values {
+        Values::Pairs(_) => 2,
+        Values::Triples(_) => 3,
+        _ => 1,
+    };
+    each * values.len()
 }

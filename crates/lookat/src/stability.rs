@@ -9,6 +9,7 @@ use lookat_lab::stability::{ALL, Case, Found, Row, as_csv, cases};
 use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;
+use crate::failure::Failure;
 use crate::output::{Destination, check_folder, make_folder};
 
 /// Runs the command.
@@ -17,7 +18,7 @@ pub fn stability(arguments: &Stability) -> ExitCode {
 }
 
 /// Runs the cases. True if all pass.
-fn run(arguments: &Stability) -> Result<bool, String> {
+fn run(arguments: &Stability) -> Result<bool, Failure> {
     let cases = chosen(&arguments.case)?;
     if let Some(folder) = &arguments.output {
         make_folder(folder)?;
@@ -44,7 +45,7 @@ fn run(arguments: &Stability) -> Result<bool, String> {
 /// The tables of all cases.
 const TABLES: [&str; 2] = ["stability.csv", "stability.json"];
 
-fn write_tables(results: &[Found], destination: &mut Destination) -> Result<(), String> {
+fn write_tables(results: &[Found], destination: &mut Destination) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(results).map_err(|error| error.to_string())?;
     TABLES.iter().zip([as_csv(results), json + "\n"]).try_for_each(|(name, text)| {
         destination.write(name.as_ref(), |path| write_file(path, text.as_bytes())).map(drop)
@@ -52,7 +53,7 @@ fn write_tables(results: &[Found], destination: &mut Destination) -> Result<(), 
 }
 
 /// The cases with these names or family letters. All cases without names.
-fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
+fn chosen(names: &[String]) -> Result<Vec<Case>, Failure> {
     let all = cases();
     let is = |case: &Case, name: &str| {
         let letter = name.len() == 1 && case.id.starts_with(&name.to_uppercase());
@@ -60,11 +61,11 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
     };
     if let Some(unknown) = names.iter().find(|name| !all.iter().any(|case| is(case, name))) {
         if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
-            return Err(format!("unknown case `{unknown}`; did you mean `{near}`?"));
+            return Err(format!("unknown case `{unknown}`; did you mean `{near}`?").into());
         }
         crate::say("the cases are");
         all.iter().for_each(|case| crate::say(&format!("    {:4} {}", case.id, case.name)));
-        return Err(format!("unknown case `{unknown}`"));
+        return Err(format!("unknown case `{unknown}`").into());
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())

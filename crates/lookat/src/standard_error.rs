@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use indicatif::style::TemplateError;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::live::drawing::Drawing;
+use crate::live::protocol::Drawing;
 use crate::writer::{Writer, write_parts};
 
 /// Set by [`detach`].
@@ -158,7 +158,9 @@ fn write_items() -> impl FnMut(Item, &dyn Fn()) -> ControlFlow<()> + Send {
             Item::Bar { bar: Bar { style, .. }, position, message } => {
                 let bar = shown.get_or_insert_with(|| {
                     let bar = ProgressBar::new(1000);
-                    style().into_iter().for_each(|style| bar.set_style(style));
+                    if let Ok(style) = style() {
+                        bar.set_style(style);
+                    }
                     bar
                 });
                 bar.set_message(message);

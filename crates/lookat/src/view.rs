@@ -1,23 +1,13 @@
 //! `lookat view`: shows a scene in the browser, and follows its file.
 
 mod camera;
-mod describe;
-mod edit;
 mod editor;
 mod engine;
-mod files;
-mod gallery;
 mod http;
 mod messages;
-mod open;
 mod outbox;
-mod pace;
 mod reference;
-mod requests;
 mod server;
-mod socket;
-mod timed;
-mod unsaved;
 mod write;
 
 use std::net::{Ipv4Addr, TcpListener};
@@ -28,26 +18,25 @@ use std::sync::Arc;
 use lookat_image::{io_reason, open_file};
 
 use crate::args::View;
+use crate::failure::Failure;
 use crate::standard_error;
-use editor::Editor;
-use engine::Engine;
-use gallery::Gallery;
-use outbox::Hub;
-use reference::References;
-use requests::Requests;
-use server::Server;
+use crate::view::editor::Editor;
+use crate::view::engine::Engine;
+use crate::view::outbox::{Hub, Requests};
+use crate::view::reference::{Gallery, References};
+use crate::view::server::Server;
 
 /// Runs the command until a signal.
 pub fn view(arguments: &View) -> ExitCode {
     crate::exit_code(serve(arguments))
 }
 
-fn serve(arguments: &View) -> Result<u8, String> {
+fn serve(arguments: &View) -> Result<u8, Failure> {
     if arguments.scene == Path::new("-") {
         return Err("standard input can be read only once: name a file".into());
     }
     if let Err(error) = open_file(&arguments.scene) {
-        return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)));
+        return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)).into());
     }
     let editor = Editor::new(arguments)?;
     let memory = arguments.memory.budget();
@@ -56,7 +45,7 @@ fn serve(arguments: &View) -> Result<u8, String> {
         references.read();
     }
     if let Some(reason) = references.refused.take() {
-        return Err(reason);
+        return Err(reason.into());
     }
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(|error| {
         format!("cannot listen at 127.0.0.1:{}: {}; choose another --port", arguments.port, io_reason(&error))
@@ -64,7 +53,7 @@ fn serve(arguments: &View) -> Result<u8, String> {
     let (requests, hub, gallery) =
         (Arc::new(Requests::default()), Arc::new(Hub::default()), Arc::new(Gallery::default()));
     let server = Server::new(&listener, requests.clone(), hub.clone(), gallery.clone())?;
-    let engine = Engine::new(arguments, editor, requests, (hub, gallery), references);
+    let engine = Engine::new(arguments, editor, requests, hub, gallery, references);
     let address = server.address();
     server.start(listener)?;
     crate::print(&format!("{address}\n"))?;
@@ -73,7 +62,7 @@ fn serve(arguments: &View) -> Result<u8, String> {
     if arguments.open {
         // The browser may run until the user closes it.
         std::thread::spawn(move || {
-            if let Err(reason) = open::in_browser(&address) {
+            if let Err(reason) = editor::open_in_browser(&address) {
                 crate::say(&format!("warning: cannot open a browser: {reason}"));
             }
         });

@@ -3,11 +3,9 @@
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::ops::ControlFlow;
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
-
-use crate::lock::lock;
 
 /// The longest wait for a reader that takes nothing.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -129,6 +127,11 @@ impl<T> State<T> {
     fn is_idle(&self) -> bool {
         self.is_lost || !self.is_writing && self.queue.is_empty()
     }
+}
+
+/// Locks a mutex, also after a thread has panicked with it.
+pub fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ impl Disk {
         };
         let options = LoadOptions { max_memory, ..LoadOptions::default() };
         self.bytes.store(0, std::sync::atomic::Ordering::Relaxed);
-        let again = load_again(Path::new("a.pbrt"), &open, (cache, &stamp), &options);
+        let again = load_again(Path::new("a.pbrt"), &open, cache, &stamp, &options);
         let read = self.bytes();
         let fresh = load_opened(Path::new("a.pbrt"), &open, &options);
         self.bytes.store(read, std::sync::atomic::Ordering::Relaxed);
@@ -199,8 +199,7 @@ element face 3\nproperty list uchar int vertex_indices\nend_header
     let mut before = disk.load(&mut cache, None);
     let map = |loaded: &Loaded| {
         let world = &loaded.scene.as_ref().unwrap().world;
-        let textures = world.primitives[0].material.kind.textures();
-        let crate::AnyTexture::Color(crate::Texture::Varying(node)) = textures[0] else { panic!() };
+        let crate::Texture::Varying(node) = world.primitives[0].material.kind.colors()[0] else { panic!() };
         let Varying::ImageMap(image) = &node.texture else { panic!() };
         image.map.clone()
     };

@@ -37,11 +37,13 @@ fn mesh(name: &str) -> String {
 }
 
 #[test]
-fn a_mesh_file_is_read_once_and_placed_for_each_shape() {
-    let world =
-        format!("{} Translate 5 0 0 ObjectBegin \"o\" {0} ObjectEnd ObjectInstance \"o\"", mesh("a.ply"));
+fn a_mesh_file_is_placed_for_each_shape_and_kept_from_its_second_use_on() {
+    let world = format!(
+        "{} Translate 5 0 0 ObjectBegin \"o\" {0} {0} {0} ObjectEnd ObjectInstance \"o\"",
+        mesh("a.ply")
+    );
     let (loaded, files) = loaded(&world, &LoadOptions::default());
-    assert_eq!(files, [Path::new("a.ply")]);
+    assert_eq!(files, [Path::new("a.ply"); 2]);
     let world = loaded.scene.unwrap().world;
     let shapes = [&world.primitives[0], &world.instances[0].object.primitives[0]];
     let x = shapes.map(|primitive| match &primitive.shape {
@@ -66,7 +68,7 @@ fn shapes_with_wrong_files_are_left_out() {
 }
 
 #[test]
-fn pictures_replace_their_stand_ins_and_stay_shared() {
+fn pictures_are_shared() {
     let texture = "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.pfm\"
         Texture \"s\" \"spectrum\" \"scale\" \"texture tex1\" \"t\"
         Material \"matte\" \"texture Kd\" \"s\" Shape \"sphere\" Shape \"sphere\"

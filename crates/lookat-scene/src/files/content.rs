@@ -1,4 +1,4 @@
-//! The contents of files.
+//! The contents of files, and the formats of files that are not scenes.
 
 use std::io::{self, Read as _};
 use std::ops::Deref;
@@ -6,8 +6,7 @@ use std::path::Path;
 
 use bytes::Bytes;
 use lookat_image::{Charge, MemoryBudget};
-
-use super::large_pages::LargePages;
+use memmap2::MmapMut;
 
 /// A function that reads a whole file. Tests need no disk, and programs decide the meaning of `-`.
 pub type Read<'a> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'a;
@@ -29,12 +28,12 @@ pub(crate) enum Content {
 }
 
 impl Content {
-    /// All of it, if `memory` has room.
+    /// The whole contents, if `memory` has room.
     pub fn bytes(self, memory: &MemoryBudget) -> io::Result<Charged> {
         self.bytes_after(0, memory)
     }
 
-    /// The same, of a file that had so many bytes before.
+    /// The whole contents of a file that had `before` bytes when it was read last.
     pub fn bytes_after(self, before: usize, memory: &MemoryBudget) -> io::Result<Charged> {
         let mut charge = memory.reserve(0).map_err(io::Error::other)?;
         let bytes = match self {
@@ -139,4 +138,63 @@ impl Access<'_> {
             Access::Open(open) => open(path).map(Content::Stream),
         }
     }
+}
+
+/// The smallest array in large pages, in bytes.
+const LEAST: usize = 4 << 20;
+
+/// An array of zeros.
+pub struct LargePages(MmapMut);
+
+impl LargePages {
+    /// `None` for a small array, and where the system refuses or cannot be asked for large pages.
+    pub fn new(length: usize) -> Option<LargePages> {
+        if length < LEAST || !cfg!(target_os = "linux") {
+            return None;
+        }
+        let pages = MmapMut::map_anon(length).ok()?;
+        #[cfg(target_os = "linux")]
+        pages.advise(memmap2::Advice::HugePage).ok()?;
+        Some(LargePages(pages))
+    }
+
+    /// A part of the array. `None` if it goes beyond the end.
+    pub fn part(&mut self, start: usize, length: usize) -> Option<&mut [u8]> {
+        self.0.get_mut(start..start + length)
+    }
+}
+
+impl AsRef<[u8]> for LargePages {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+/// The start of a Git LFS pointer, which replaces a file in a repository.
+pub(crate) const LFS_POINTER: &[u8] = b"version https://git-lfs";
+pub(crate) const LFS_REASON: &str = "this is a Git LFS pointer: `git lfs pull` fetches the file";
+
+/// The format of a file that is not a scene, by its first bytes.
+pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
+    let known: [(&[u8], &str); 10] = [
+        (b"\x89PNG", "a PNG picture"),
+        (b"\xFF\xD8\xFF", "a JPEG picture"),
+        (b"\x76\x2F\x31\x01", "an OpenEXR picture"),
+        (b"\x1F\x8B", "gzip: unpack it first"),
+        (b"PK\x03\x04", "a ZIP archive: unpack it first"),
+        (b"\xFF\xFE", "UTF-16 text: save it as UTF-8"),
+        (b"\xFE\xFF", "UTF-16 text: save it as UTF-8"),
+        (b"ply", "a PLY mesh, which Shape \"plymesh\" names"),
+        (b"<", "XML or HTML"),
+        (LFS_POINTER, "a Git LFS pointer: `git lfs pull` fetches the file"),
+    ];
+    let by_magic = known.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, name)| *name);
+    // In UTF-16, every other byte of ASCII text is zero.
+    let is_utf16 = |pair: &[u8; 2]| matches!(pair, [0, letter] | [letter, 0] if !matches!(letter, 0 | 128..));
+    let (pairs, _) = bytes.as_chunks();
+    by_magic.or(match bytes {
+        [0, 0, ..] => Some("no text"),
+        _ if pairs.len() >= 8 && pairs[..8].iter().all(is_utf16) => Some("UTF-16 text: save it as UTF-8"),
+        _ => None,
+    })
 }

@@ -7,19 +7,19 @@ use glam::Vec3;
 use lookat_image::MemoryBudget;
 use lookat_syntax::{Entity, FileId, Span, Text};
 
-use super::kinds;
+use crate::camera::{self, ViewOverride};
 use crate::files::{Access, Files};
-use crate::film::{Film, FilmOverride};
+use crate::film::{self, Film, FilmOverride};
+use crate::kinds::kinds;
 use crate::names::Names;
 use crate::params::Params;
 use crate::picture::Pictures;
 use crate::report::Report;
-use crate::schema::{Effect, Kind, Parameter};
+use crate::schema::{Effect, Kind, Parameter, Range, number};
 use crate::symbols::SymbolKind;
-use crate::texture::{TextureParams, Textures, texture};
+use crate::texture::{Textures, texture};
 use crate::transform::Transform;
-use crate::view_override::ViewOverride;
-use crate::{camera, cutout, film, filter, integrator, light, material, sampler, shape};
+use crate::{filter, integrator, light, material, mesh, sampler, shape};
 
 /// The parameters that the constructor of a type reads, when none is given.
 fn read(kind: &Kind) -> Vec<&'static str> {
@@ -28,12 +28,14 @@ fn read(kind: &Kind) -> Vec<&'static str> {
     let mut report = Report::default();
     let span = Span { file: FileId(0), start: 0, end: 0 };
     let entity = Entity { name: Text { value: kind.name.into(), span }, params: Vec::new() };
-    let params = &mut Params::new(kind.directive, entity, &files, &mut report);
-    construct(kind, &mut TextureParams::new(params, &Textures::default()));
+    let textures = Textures::default();
+    let params = Params::new(kind.directive, entity, &files, &mut report);
+    let params = &mut params.with_textures(&textures);
+    construct(kind, params);
     params.asked()
 }
 
-fn construct(kind: &Kind, params: &mut TextureParams) {
+fn construct(kind: &Kind, params: &mut Params) {
     let (here, pictures) = (Transform::IDENTITY, &mut Pictures::default());
     match kind.directive {
         "Camera" => drop(camera::camera(params, here, &Film::new([1, 1]), &ViewOverride::default())),
@@ -43,7 +45,7 @@ fn construct(kind: &Kind, params: &mut TextureParams) {
         "Integrator" => drop(integrator::integrator(params)),
         "Shape" => {
             if ["trianglemesh", "plymesh"].contains(&kind.name) {
-                cutout::cutout(params);
+                mesh::cutout(params);
             }
             drop(shape::shape(params, None, here));
         }
@@ -82,4 +84,21 @@ fn constructors_read_what_the_schema_lists() {
         let more: Vec<&&str> = read.iter().filter(|name| !is_listed(name)).collect();
         assert!(more.is_empty() || !kind.instead.is_empty(), "{what} also reads {more:?}");
     }
+}
+
+#[test]
+fn ranges_have_words() {
+    let ranges = [Range::ALL, Range::above(0.0), Range::between(0.0, 180.0), Range::from_to(1e-6, 1e6)];
+    let words = ranges.map(Range::words);
+    assert_eq!(words, ["", "above 0", "above 0 and below 180", "from 1e-6 to 1e6"]);
+    let words = [Range::above_to(0.0, 180.0), Range::at_least(1.0), Range::below(90.0)].map(Range::words);
+    assert_eq!(words, ["above 0 and at most 180", "at least 1", "below 90"]);
+    assert_eq!(
+        [f64::from(1e18_f32), f64::from(0.1_f32), 0.1, -2.5].map(number),
+        ["1e18", "0.1", "0.1", "-2.5"]
+    );
+    assert_eq!(Range::from_to(1.0, 1073741824.0).words(), "from 1 to 1073741824");
+    assert!(Range::above_to(0.0, 1.0).contains(1.0) && !Range::above_to(0.0, 1.0).contains(0.0));
+    assert!(Range::from_to(0.0, 1.0).contains(1.0) && !Range::between(0.0, 1.0).contains(1.0));
+    assert!(!Range::ALL.contains(f64::NAN) && !Range::above(0.0).contains(f64::NAN));
 }

@@ -1,28 +1,27 @@
 //! Stand-ins for unsupported materials: the nearest supported material with the same mean color.
 
-mod diffusion;
-pub(super) mod disney;
-pub(super) mod fourier;
-pub(super) mod hair;
-mod media;
-pub(super) mod subsurface;
+use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::{MaterialKind, Matte, Roughness, Uber, share};
-use crate::schema::{ColorTexture, FloatTexture, Key};
-use crate::texture::{Texture, TextureParams, Value};
+use crate::material::{
+    Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, Uber, share, subsurface,
+};
+use crate::params::Params;
+use crate::params::value::{ColorTexture, FloatTexture, Name};
+use crate::schema::{Key, Keys, Unit};
+use crate::texture::{Texture, Value, product};
 
-pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
+pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
     let (replacement, material) = match params.kind() {
-        "disney" => disney::disney(params),
-        "hair" => ("\"matte\" with the same color", matte(hair::color(params))),
+        "disney" => disney(params),
+        "hair" => ("\"matte\" with the same color", matte(color(params))),
         "kdsubsurface" => ("\"uber\" with the same Kd and index", subsurface::of_color(params)),
         "subsurface" => (
             "\"uber\" with the same index and the diffuse color of the coefficients",
             subsurface::of_coefficients(params),
         ),
-        _ => fourier::fourier(params),
+        _ => fourier(params),
     };
     let message =
         format!("lookat does not support Material \"{}\": it renders {replacement} instead", params.kind());
@@ -31,18 +30,18 @@ pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
 }
 
 /// A number. Warns of a texture, and returns the default.
-fn constant(params: &mut TextureParams, key: &Key<FloatTexture>) -> f64 {
-    let texture = params.take_texture(key);
+fn constant(params: &mut Params, key: &Key<FloatTexture>) -> f64 {
+    let texture = params.take(key);
     constant_or(params, key.name, texture, key.default.0)
 }
 
 /// A color of 0 or more. Warns of a texture, and returns the default.
-fn constant_color(params: &mut TextureParams, key: &Key<ColorTexture>) -> Vec3 {
-    let texture = params.take_texture(key);
+pub(super) fn constant_color(params: &mut Params, key: &Key<ColorTexture>) -> Vec3 {
+    let texture = params.take(key);
     constant_or(params, key.name, texture, key.default.0).max(Vec3::ZERO)
 }
 
-fn constant_or<T: Value>(params: &mut TextureParams, name: &str, texture: Texture<T>, default: T) -> T {
+fn constant_or<T: Value>(params: &mut Params, name: &str, texture: Texture<T>, default: T) -> T {
     texture.constant().unwrap_or_else(|| {
         let message = format!("lookat ignores this texture of {name}: it uses the default value");
         params.warn(name, &message, &format!("write {name} without a texture"));
@@ -51,11 +50,11 @@ fn constant_or<T: Value>(params: &mut TextureParams, name: &str, texture: Textur
 }
 
 /// A polynomial in `x`. Its coefficients begin with the highest power.
-fn polynomial<const N: usize>(coefficients: [f64; N], x: f64) -> f64 {
+pub(super) fn polynomial<const N: usize>(coefficients: [f64; N], x: f64) -> f64 {
     coefficients.iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
-fn gray(value: f32) -> Texture<Vec3> {
+pub(super) fn gray(value: f32) -> Texture<Vec3> {
     Texture::Constant(Vec3::splat(value))
 }
 
@@ -64,72 +63,432 @@ fn matte(kd: Texture<Vec3>) -> MaterialKind {
 }
 
 /// A diffuse surface under a rough gloss of the given index.
-fn glossy(kd: Texture<Vec3>, ks: Texture<Vec3>, roughness: Roughness, eta: f64) -> Uber {
+pub(super) fn glossy(kd: Texture<Vec3>, ks: Texture<Vec3>, roughness: Roughness, eta: f64) -> Uber {
     let [kr, kt] = [gray(0.0), gray(0.0)];
     Uber { kd, ks, kr, kt, roughness, eta: Texture::Constant(eta), opacity: gray(1.0) }
 }
 
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
+// `disney` as metal, glass and a diffuse surface under a gloss, mixed by `metallic` and `spectrans`. With `thin`, the glass has
+// index 1, and a translucent sheet replaces the diffuse surface. `sheen`, `clearcoat`, tints, `flatness` and `scatterdistance`
+// are left out.
 
-    use super::*;
+/// An index so high that the surface reflects nearly all light in all directions, with the color of the metal.
+const INDEX_OF_METAL: f64 = 1e4;
 
-    /// The material of a sphere after a directive.
-    fn material(directive: &str) -> MaterialKind {
-        let scene = format!("WorldBegin\n{directive}\nShape \"sphere\"\nWorldEnd");
-        let read = |_: &Path| Ok(scene.clone().into_bytes());
-        let loaded = crate::load(Path::new("a.pbrt"), &read, &Default::default());
-        loaded.scene.unwrap().world.primitives[0].material.kind.clone()
+const DISNEY_COLOR: Key<ColorTexture> = Key::color_texture("color", 0.5, "the color");
+const METALLIC: Key<FloatTexture> =
+    Key::float_texture("metallic", 0.0, "the share of metal, clamped to 0 to 1");
+const DISNEY_ETA: Key<FloatTexture> =
+    Key::float_texture("eta", 1.5, "the index of refraction; 0 and less count as 1.5");
+const ROUGHNESS: Key<FloatTexture> =
+    Key::float_texture("roughness", 0.5, "the roughness, the square root of the width of the gloss");
+const ANISOTROPIC: Key<FloatTexture> =
+    Key::float_texture("anisotropic", 0.0, "how much wider the gloss is along u, clamped to 0 to 1");
+const SPEC_TRANS: Key<FloatTexture> =
+    Key::float_texture("spectrans", 0.0, "the share of glass in the rest, clamped to 0 to 1");
+const THIN: Key<bool> = Key::bool("thin", false, "true renders a thin sheet, false a solid");
+const DIFF_TRANS: Key<FloatTexture> = Key::float_texture(
+    "difftrans",
+    1.0,
+    "twice the fraction of diffuse light that a thin sheet transmits, clamped to 0 to 2",
+);
+
+const fn left_out(name: &'static str, default: f64, meaning: &'static str) -> Key<FloatTexture> {
+    Key::float_texture(name, default, meaning).not_rendered()
+}
+
+const SPECULAR_TINT: Key<FloatTexture> =
+    left_out("speculartint", 0.0, "how much the gloss takes on the color");
+const SHEEN: Key<FloatTexture> = left_out("sheen", 0.0, "the reflection of fabric at grazing angles");
+const SHEEN_TINT: Key<FloatTexture> = left_out("sheentint", 0.5, "how much the sheen takes on the color");
+const CLEARCOAT: Key<FloatTexture> = left_out("clearcoat", 0.0, "the strength of a second gloss");
+const CLEARCOAT_GLOSS: Key<FloatTexture> =
+    left_out("clearcoatgloss", 1.0, "the smoothness of the second gloss");
+const FLATNESS: Key<FloatTexture> =
+    left_out("flatness", 0.0, "the share of scattering inside a thin sheet in diffuse light");
+const SCATTER_DISTANCE: Key<ColorTexture> =
+    Key::color_texture("scatterdistance", 0.0, "the mean free path of light inside a solid").not_rendered();
+
+pub(in crate::material) const DISNEY_KEYS: Keys = &[
+    &DISNEY_COLOR,
+    &METALLIC,
+    &DISNEY_ETA,
+    &ROUGHNESS,
+    &ANISOTROPIC,
+    &SPEC_TRANS,
+    &THIN,
+    &DIFF_TRANS,
+    &SPECULAR_TINT,
+    &SHEEN,
+    &SHEEN_TINT,
+    &CLEARCOAT,
+    &CLEARCOAT_GLOSS,
+    &FLATNESS,
+    &SCATTER_DISTANCE,
+];
+
+pub(super) fn disney(params: &mut Params) -> (&'static str, MaterialKind) {
+    let color = share(params, &DISNEY_COLOR);
+    let [metallic, clear] = [&METALLIC, &SPEC_TRANS].map(|key| constant(params, key).clamp(0.0, 1.0));
+    let eta = constant(params, &DISNEY_ETA);
+    let eta = if eta > 0.0 { eta } else { DISNEY_ETA.default.0 };
+    let roughness = roughness(params);
+    let is_thin = params.take(&THIN);
+    let difftrans = params.take(&DIFF_TRANS);
+    let metal = glossy(gray(0.0), color.clone(), roughness.clone(), INDEX_OF_METAL);
+    let (clear_part, diffuse_part) = if is_thin {
+        (thin_glass(color.clone()), sheet(params, color, difftrans))
+    } else {
+        let diffuse = glossy(color.clone(), gray(1.0), roughness.clone(), eta);
+        (glass(color, roughness, eta), MaterialKind::Uber(Box::new(diffuse)))
+    };
+    let dielectric = mixed(clear_part, diffuse_part, clear);
+    let material = mixed(MaterialKind::Uber(Box::new(metal)), dielectric, metallic);
+    (name(metallic, clear, is_thin), material)
+}
+
+fn name(metallic: f64, clear: f64, is_thin: bool) -> &'static str {
+    match (metallic, clear, is_thin) {
+        (1.0, ..) => "\"uber\" with a metallic gloss of the same color and roughness",
+        (0.0, 0.0, false) => "\"uber\" with the same color, roughness and index",
+        (0.0, 1.0, false) => "\"glass\" with the same color, roughness and index",
+        (_, _, false) => "a mix of metal, glass and \"uber\" with the same color, roughness and index",
+        (0.0, 0.0, true) => "\"translucent\" with the same color",
+        (0.0, 1.0, true) => "smooth \"glass\" of index 1 with the same color",
+        (_, _, true) => "a mix of metal, glass of index 1 and \"translucent\" with the same color",
     }
+}
 
-    #[track_caller]
-    fn diffuse(directive: &str) -> Vec3 {
-        match material(directive) {
-            MaterialKind::Matte(matte) => matte.kd.constant().unwrap(),
-            MaterialKind::Uber(uber) => uber.kd.constant().unwrap(),
-            other => panic!("{other:?}"),
+/// Glass that colors transmitted light by the square root of `color`: light enters and leaves a solid.
+fn glass(color: Texture<Vec3>, roughness: Roughness, eta: f64) -> MaterialKind {
+    let kt = match color {
+        Texture::Constant(color) => Texture::Constant(color.map(f32::sqrt)),
+        varying => varying,
+    };
+    MaterialKind::Glass(Glass { kr: gray(1.0), kt, roughness, eta: Texture::Constant(eta) })
+}
+
+/// The clear part of a thin sheet: light passes straight through.
+fn thin_glass(color: Texture<Vec3>) -> MaterialKind {
+    let smooth = Roughness { u: Texture::Constant(0.0), v: None, remap: false };
+    glass(color, smooth, 1.0)
+}
+
+/// The diffuse part of a thin sheet: `difftrans` from 0 to 2 is twice the part that passes.
+fn sheet(params: &mut Params, kd: Texture<Vec3>, difftrans: Texture<f64>) -> MaterialKind {
+    let difftrans = constant_or(params, DIFF_TRANS.name, difftrans, DIFF_TRANS.default.0);
+    let passes = (0.5 * difftrans).clamp(0.0, 1.0) as f32;
+    let [ks, reflect, transmit] = [0.0, 1.0 - passes, passes].map(gray);
+    let roughness = Roughness { u: Texture::Constant(1.0), v: None, remap: false };
+    MaterialKind::Translucent(Translucent { kd, ks, reflect, transmit, roughness })
+}
+
+/// The width of the distribution of normals is the square of the roughness, wider along u where it is anisotropic.
+fn roughness(params: &mut Params) -> Roughness {
+    let roughness = params.take(&ROUGHNESS);
+    let aspect = (1.0 - 0.9 * constant(params, &ANISOTROPIC).clamp(0.0, 1.0)).sqrt();
+    match roughness {
+        Texture::Constant(width) => {
+            let [u, v] = [1.0 / aspect, aspect].map(|factor| (width * width * factor).min(f64::MAX));
+            let [u, v] = [u, v].map(Texture::Constant);
+            Roughness { u, v: Some(v), remap: false }
+        }
+        varying => {
+            let u = product(params, [varying.clone(), varying]);
+            Roughness { u, v: None, remap: false }
         }
     }
+}
 
-    #[test]
-    fn media_have_the_color_of_their_coefficients() {
-        let ketchup = diffuse("Material \"subsurface\" \"string name\" \"Ketchup\" \"float eta\" 1.3");
-        assert!(ketchup.x < 0.2 && ketchup.x > 10.0 * ketchup.z, "{ketchup}");
-        let black = diffuse("Material \"subsurface\" \"rgb sigma_s\" [0 0 0]");
-        assert_eq!(black, Vec3::ZERO);
-        let kd = diffuse("Material \"kdsubsurface\" \"rgb Kd\" [0.8 0.4 0.2]");
-        assert!(kd.y > 0.36 && kd.y < 0.4 && (kd.x - 2.0 * kd.y).abs() < 1e-6, "{kd}");
+/// A mix of two materials. `amount`: the weight of the first, 0 to 1.
+fn mixed(first: MaterialKind, second: MaterialKind, amount: f64) -> MaterialKind {
+    if amount == 0.0 {
+        return second;
     }
-
-    #[test]
-    fn hair_has_the_color_of_its_absorption() {
-        let color = Vec3::new(0.8, 0.4, 0.2);
-        assert_eq!(diffuse("Material \"hair\" \"rgb color\" [0.8 0.4 0.2]"), color);
-        // SigmaAFromReflectance of pbrt-v3, at its default beta_n of 0.3.
-        let f = 5.969 - 0.215 * 0.3 + 2.532 * 0.09 - 10.73 * 0.027 + 5.574 * 0.0081 + 0.245 * 0.00243_f32;
-        let [r, g, b] = color.to_array().map(|channel| (channel.ln() / f).powi(2));
-        let back = diffuse(&format!("Material \"hair\" \"rgb sigma_a\" [{r} {g} {b}]"));
-        assert!((back - color).abs().max_element() < 1e-4, "{back}");
-        let brown = diffuse("Material \"hair\"");
-        assert!(brown.x > brown.y && brown.y > brown.z && brown.x < 0.1, "{brown}");
+    if amount == 1.0 {
+        return first;
     }
+    let materials = [first, second].map(|kind| Arc::new(Material::new(kind, None)));
+    MaterialKind::Mix(Mix { materials, amount: gray(amount as f32) })
+}
 
-    #[test]
-    fn disney_is_metal_by_its_share() {
-        assert_eq!(diffuse("Material \"disney\" \"rgb color\" [1 0.5 0]"), Vec3::new(1.0, 0.5, 0.0));
-        let MaterialKind::Uber(metal) =
-            material("Material \"disney\" \"float metallic\" 1 \"rgb color\" [1 0.5 0]")
-        else {
-            panic!("metal is one material");
+// `hair` as a diffuse surface of the color of a mass of hair, by its absorption and the other way round, after Chiang et al.
+// 2016 (HairBSDF in materials/hair.cpp).
+
+const SIGMA_A: Key<ColorTexture> =
+    Key::color_texture("sigma_a", 0.0, "the absorption coefficient inside a hair")
+        .default_words("from color or the pigments");
+const HAIR_COLOR: Key<ColorTexture> =
+    Key::color_texture("color", 0.0, "the color of a mass of hair").default_words("none");
+const EUMELANIN: Key<FloatTexture> =
+    Key::float_texture("eumelanin", 1.3, "the concentration of the brown pigment")
+        .default_words("1.3; 0 with pheomelanin");
+const PHEOMELANIN: Key<FloatTexture> =
+    Key::float_texture("pheomelanin", 0.0, "the concentration of the red pigment");
+const BETA_N: Key<FloatTexture> = Key::float_texture("beta_n", 0.3, "the roughness around a hair");
+const BETA_M: Key<FloatTexture> =
+    Key::float_texture("beta_m", 0.3, "the roughness along a hair").not_rendered();
+const HAIR_ETA: Key<FloatTexture> =
+    Key::float_texture("eta", 1.55, "the index of refraction inside a hair").not_rendered();
+const ALPHA: Key<FloatTexture> =
+    Key::float_texture("alpha", 2.0, "the angle of the scales of a hair").unit(Unit::Degrees).not_rendered();
+
+pub(in crate::material) const HAIR_KEYS: Keys =
+    &[&SIGMA_A, &HAIR_COLOR, &EUMELANIN, &PHEOMELANIN, &BETA_N, &BETA_M, &HAIR_ETA, &ALPHA];
+
+pub(super) fn color(params: &mut Params) -> Texture<Vec3> {
+    let color = share(params, &HAIR_COLOR);
+    let absorption = absorption(params);
+    let beta = constant(params, &BETA_N);
+    if params.was_taken("color") && !params.was_taken("sigma_a") {
+        return color;
+    }
+    let of_beta = polynomial([0.245, 5.574, -10.73, 2.532, -0.215, 5.969], beta) as f32;
+    Texture::Constant(absorption.map(|channel| libm::expf(-channel.sqrt() * of_beta)))
+}
+
+/// The absorption inside a hair, by default of brown hair.
+fn absorption(params: &mut Params) -> Vec3 {
+    const OF_EUMELANIN: Vec3 = Vec3::new(0.419, 0.697, 1.37);
+    const OF_PHEOMELANIN: Vec3 = Vec3::new(0.187, 0.4, 1.05);
+    let [eumelanin, pheomelanin] =
+        [&EUMELANIN, &PHEOMELANIN].map(|key| constant(params, key).max(0.0) as f32);
+    let is_red = params.was_taken("pheomelanin") && !params.was_taken("eumelanin");
+    let eumelanin = if is_red { 0.0 } else { eumelanin };
+    let default = ColorTexture(eumelanin * OF_EUMELANIN + pheomelanin * OF_PHEOMELANIN);
+    constant_color(params, &Key { default, ..SIGMA_A })
+}
+
+// `fourier` as a diffuse surface of the mean color that its table of coefficients gives (FourierBSDFTable in
+// core/reflection.cpp).
+
+const FILE: Key<Name> =
+    Key::string("bsdffile", "the file of the scattering table; without it, the surface is gray");
+
+pub(in crate::material) const FOURIER_KEYS: Keys = &[&FILE];
+
+/// Shares of diffuse light.
+#[derive(Debug, PartialEq)]
+struct Albedo {
+    reflected: Vec3,
+    transmitted: Vec3,
+}
+
+pub(super) fn fourier(params: &mut Params) -> (&'static str, MaterialKind) {
+    let file = params.take(&FILE).and_then(|name| params.file_if_readable(&name));
+    let Some(albedo) = file.and_then(|bytes| albedo(&bytes)) else {
+        return ("gray \"matte\"", matte(gray(0.5)));
+    };
+    let reflected = Texture::Constant(albedo.reflected);
+    if albedo.transmitted.max_element() <= 0.0 {
+        return ("\"matte\" with the same mean color", matte(reflected));
+    }
+    let roughness = Roughness { u: Texture::Constant(1.0), v: None, remap: false };
+    let transmit = Texture::Constant(albedo.transmitted);
+    let [kd, ks] = [gray(1.0), gray(0.0)];
+    let sheet = Translucent { kd, ks, reflect: reflected, transmit, roughness };
+    ("\"translucent\" with the same mean color", MaterialKind::Translucent(sheet))
+}
+
+/// The numbers of a file, in order.
+struct Numbers<'b>(&'b [u8]);
+
+impl<'b> Numbers<'b> {
+    /// The next words. They stay in the file: it is large, and few of them are used.
+    fn words(&mut self, count: usize) -> Option<&'b [[u8; 4]]> {
+        let (taken, rest) = self.0.split_at_checked(count.checked_mul(4)?)?;
+        self.0 = rest;
+        Some(taken.as_chunks().0)
+    }
+}
+
+fn count(word: &[u8; 4]) -> Option<usize> {
+    usize::try_from(i32::from_le_bytes(*word)).ok()
+}
+
+/// The albedo of the front, the mean over directions. `None` of a file that is no such table.
+fn albedo(bytes: &[u8]) -> Option<Albedo> {
+    let mut numbers = Numbers(bytes.strip_prefix(b"SCATFUN\x01")?);
+    let header = numbers.words(6)?.iter().map(count).collect::<Option<Vec<_>>>()?;
+    let [flags, angles, coefficients, _, channels, bases] = header[..] else { return None };
+    // The only kind of table that pbrt-v3 takes.
+    if flags != 1 || ![1, 3].contains(&channels) || bases != 1 || angles < 2 {
+        return None;
+    }
+    // Three unused words, the index of refraction and four more unused words.
+    numbers.words(8)?;
+    let cosines = numbers.words(angles)?;
+    let cosine = |at: usize| f32::from_le_bytes(cosines[at]);
+    let pairs = angles.checked_mul(angles)?;
+    numbers.words(pairs)?;
+    let places = numbers.words(pairs.checked_mul(2)?)?;
+    let table = numbers.words(coefficients)?;
+    // The mean over the azimuth of what one pair of cosines scatters, times the cosine of the light.
+    let mean = |out: usize, light: usize| {
+        let [first, orders] = [0, 1].map(|at| count(&places[2 * (out * angles + light) + at]));
+        let (first, orders) = (first?, orders?);
+        let of = |channel: usize| {
+            let word = table.get(first + channel * orders);
+            if orders == 0 { Some(0.0) } else { word.map(|word| f32::from_le_bytes(*word)) }
         };
-        assert_eq!(metal.kd.constant(), Some(Vec3::ZERO));
-        assert_eq!(metal.ks.constant(), Some(Vec3::new(1.0, 0.5, 0.0)));
-        let MaterialKind::Mix(mix) =
-            material("Material \"disney\" \"float metallic\" 0.5 \"float spectrans\" 0.5")
-        else {
-            panic!("several shares are a mix");
-        };
-        assert_eq!((mix.parts(), mix.amount.constant()), (3, Some(Vec3::splat(0.5))));
+        let luminance = of(0)?;
+        if channels == 1 {
+            return Some(Vec3::splat(luminance));
+        }
+        let [red, blue] = [of(1)?, of(2)?];
+        // The file has luminance, red and blue.
+        Some(Vec3::new(red, 1.39829 * luminance - 0.100913 * blue - 0.297375 * red, blue))
+    };
+    let width = |at: usize| 0.5 * (cosine((at + 1).min(angles - 1)) - cosine(at.saturating_sub(1)));
+    let (mut reflected, mut transmitted) = (Vec3::ZERO, Vec3::ZERO);
+    for out in (0..angles).filter(|out| cosine(*out) > 0.0) {
+        for light in 0..angles {
+            // 2 cos is the density of directions from the front, 2 pi the integral over the azimuth of the light.
+            let weight = std::f32::consts::TAU * width(light) * 2.0 * cosine(out) * width(out);
+            let scattered = mean(out, light)? * weight;
+            // In such tables light that is reflected has the other sign.
+            let sum = if cosine(light) < 0.0 { &mut reflected } else { &mut transmitted };
+            *sum += scattered;
+        }
+    }
+    let in_range = |sum: Vec3| sum.is_finite().then(|| sum.clamp(Vec3::ZERO, Vec3::ONE));
+    Some(Albedo { reflected: in_range(reflected)?, transmitted: in_range(transmitted)? })
+}
+
+#[cfg(test)]
+mod tests {
+    mod stand_in {
+        use std::path::Path;
+
+        use super::super::*;
+
+        /// The material of a sphere after a directive.
+        fn material(directive: &str) -> MaterialKind {
+            let scene = format!("WorldBegin\n{directive}\nShape \"sphere\"\nWorldEnd");
+            let read = |_: &Path| Ok(scene.clone().into_bytes());
+            let loaded = crate::load(Path::new("a.pbrt"), &read, &Default::default());
+            loaded.scene.unwrap().world.primitives[0].material.kind.clone()
+        }
+
+        #[track_caller]
+        fn diffuse(directive: &str) -> Vec3 {
+            match material(directive) {
+                MaterialKind::Matte(matte) => matte.kd.constant().unwrap(),
+                MaterialKind::Uber(uber) => uber.kd.constant().unwrap(),
+                other => panic!("{other:?}"),
+            }
+        }
+
+        #[test]
+        fn media_have_the_color_of_their_coefficients() {
+            let ketchup = diffuse("Material \"subsurface\" \"string name\" \"Ketchup\" \"float eta\" 1.3");
+            assert!(ketchup.x < 0.2 && ketchup.x > 10.0 * ketchup.z, "{ketchup}");
+            let black = diffuse("Material \"subsurface\" \"rgb sigma_s\" [0 0 0]");
+            assert_eq!(black, Vec3::ZERO);
+            let kd = diffuse("Material \"kdsubsurface\" \"rgb Kd\" [0.8 0.4 0.2]");
+            assert!(kd.y > 0.36 && kd.y < 0.4 && (kd.x - 2.0 * kd.y).abs() < 1e-6, "{kd}");
+        }
+
+        #[test]
+        fn hair_has_the_color_of_its_absorption() {
+            let color = Vec3::new(0.8, 0.4, 0.2);
+            assert_eq!(diffuse("Material \"hair\" \"rgb color\" [0.8 0.4 0.2]"), color);
+            // SigmaAFromReflectance of pbrt-v3, at its default beta_n of 0.3.
+            let f = 5.969 - 0.215 * 0.3 + 2.532 * 0.09 - 10.73 * 0.027 + 5.574 * 0.0081 + 0.245 * 0.00243_f32;
+            let [r, g, b] = color.to_array().map(|channel| (channel.ln() / f).powi(2));
+            let back = diffuse(&format!("Material \"hair\" \"rgb sigma_a\" [{r} {g} {b}]"));
+            assert!((back - color).abs().max_element() < 1e-4, "{back}");
+            let brown = diffuse("Material \"hair\"");
+            assert!(brown.x > brown.y && brown.y > brown.z && brown.x < 0.1, "{brown}");
+        }
+
+        #[test]
+        fn disney_is_metal_by_its_share() {
+            assert_eq!(diffuse("Material \"disney\" \"rgb color\" [1 0.5 0]"), Vec3::new(1.0, 0.5, 0.0));
+            let MaterialKind::Uber(metal) =
+                material("Material \"disney\" \"float metallic\" 1 \"rgb color\" [1 0.5 0]")
+            else {
+                panic!("metal is one material");
+            };
+            assert_eq!(metal.kd.constant(), Some(Vec3::ZERO));
+            assert_eq!(metal.ks.constant(), Some(Vec3::new(1.0, 0.5, 0.0)));
+            let MaterialKind::Mix(mix) =
+                material("Material \"disney\" \"float metallic\" 0.5 \"float spectrans\" 0.5")
+            else {
+                panic!("several shares are a mix");
+            };
+            assert_eq!((mix.parts(), mix.amount.constant()), (3, Some(Vec3::splat(0.5))));
+        }
+    }
+    mod fourier {
+        use super::super::*;
+
+        /// A table of a diffuse surface whose front reflects shares of red, green and blue.
+        fn table(color: [f32; 3]) -> Vec<u8> {
+            const ANGLES: usize = 40;
+            let cosine = |at: usize| 2.0 * at as f32 / (ANGLES - 1) as f32 - 1.0;
+            let [red, green, blue] = color;
+            let luminance = (green + 0.100913 * blue + 0.297375 * red) / 1.39829;
+            let (mut places, mut values) = (Vec::new(), Vec::new());
+            for out in 0..ANGLES {
+                for light in 0..ANGLES {
+                    let is_reflected = cosine(out) > 0.0 && cosine(light) < 0.0;
+                    places.extend([values.len() as i32, i32::from(is_reflected)]);
+                    if is_reflected {
+                        let of = |albedo: f32| albedo / std::f32::consts::PI * cosine(light).abs();
+                        values.extend([luminance, red, blue].map(of));
+                    }
+                }
+            }
+            let header = [1, ANGLES as i32, values.len() as i32, 1, 3, 1, 0, 0, 0];
+            let floats =
+                |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+            let counts =
+                |values: &[i32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+            let cosines: Vec<f32> = (0..ANGLES).map(cosine).collect();
+            [
+                b"SCATFUN\x01".to_vec(),
+                counts(&header),
+                floats(&[1.0, 0.0, 0.0, 0.0, 0.0]),
+                floats(&cosines),
+                floats(&[0.0; ANGLES * ANGLES]),
+                counts(&places),
+                floats(&values),
+            ]
+            .concat()
+        }
+
+        #[test]
+        fn the_mean_color_is_that_of_the_table() {
+            let found = albedo(&table([0.8, 0.4, 0.1])).unwrap();
+            assert!((found.reflected - Vec3::new(0.8, 0.4, 0.1)).abs().max_element() < 0.02, "{found:?}");
+            assert_eq!(found.transmitted, Vec3::ZERO);
+        }
+
+        #[test]
+        fn unused_words_may_have_any_value() {
+            let table = table([0.5; 3]);
+            for word in [6, 7, 8, 9, 10, 11, 12, 13] {
+                let mut other = table.clone();
+                other[8 + 4 * word..][..4].fill(0xff);
+                assert_eq!(albedo(&other), albedo(&table), "word {word}");
+            }
+        }
+
+        #[test]
+        fn damaged_tables_have_no_color() {
+            let whole = table([0.5; 3]);
+            for length in (0..whole.len()).step_by(97) {
+                assert_eq!(albedo(&whole[..length]), None);
+            }
+            for at in 8..44 {
+                let mut damaged = whole.clone();
+                damaged[at] = 0xff;
+                let shares = albedo(&damaged).map(|albedo| albedo.reflected + albedo.transmitted);
+                assert!(
+                    shares.is_none_or(|shares| shares.min_element() >= 0.0 && shares.max_element() <= 2.0)
+                );
+            }
+        }
     }
 }

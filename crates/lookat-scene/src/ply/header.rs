@@ -4,7 +4,7 @@ use std::io::Read;
 
 use super::stream::{LONGEST, Stream};
 use super::{PlyError, quote};
-use crate::other_format::{LFS_POINTER, LFS_REASON};
+use crate::files::content::{LFS_POINTER, LFS_REASON};
 
 /// The most lines of a header.
 const MOST_LINES: usize = 100_000;
@@ -66,7 +66,7 @@ impl Scalar {
 
 /// The contents of a property in each row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum PropertyType {
     /// A number.
     One(Scalar),
     /// A count of integer type, and as many items.
@@ -77,7 +77,7 @@ pub enum Kind {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Property {
     pub name: String,
-    pub kind: Kind,
+    pub kind: PropertyType,
 }
 
 /// A table of the body: `count` rows, each with all `properties`.
@@ -97,8 +97,8 @@ impl Element {
     /// The bytes of a binary row with empty lists.
     pub fn binary_size(&self) -> usize {
         let size = |property: &Property| match property.kind {
-            Kind::One(scalar) => scalar.size(),
-            Kind::List { count, .. } => count.size(),
+            PropertyType::One(scalar) => scalar.size(),
+            PropertyType::List { count, .. } => count.size(),
         };
         self.properties.iter().map(size).sum()
     }
@@ -166,74 +166,80 @@ pub fn parse(stream: &mut Stream<impl Read>) -> Result<Header, PlyError> {
             return Ok(Header { format, elements, size: stream.position() });
         }
         read_line(&words, &mut format, &mut elements)
-            .map_err(|message| PlyError(format!("line {number}: {message}")))?;
+            .map_err(|error| PlyError(format!("line {number}: {error}")))?;
     }
     Err(no_end)
 }
 
 /// Reads one line between the first and the last.
-fn read_line(words: &[&str], format: &mut Option<Format>, elements: &mut Vec<Element>) -> Result<(), String> {
+fn read_line(
+    words: &[&str],
+    format: &mut Option<Format>,
+    elements: &mut Vec<Element>,
+) -> Result<(), PlyError> {
     match words {
         [] | ["comment" | "obj_info", ..] => {}
-        ["format", ..] if format.is_some() => return Err("a second `format` line".into()),
+        ["format", ..] if format.is_some() => return Err(PlyError("a second `format` line".into())),
         ["format", name, version] => *format = Some(read_format(name, version)?),
         ["element", name, count] => elements.push(new_element(name, count, elements)?),
         ["property", rest @ ..] => match elements.last_mut() {
             Some(element) => element.properties.push(read_property(rest)?),
-            None => return Err("a property before the first element".into()),
+            None => return Err(PlyError("a property before the first element".into())),
         },
-        ["format", ..] => return Err("write `format`, a name and a version".into()),
-        ["element", ..] => return Err("write `element`, a name and a count".into()),
-        [word, ..] => return Err(format!("unknown keyword {}", quote(word.as_bytes()))),
+        ["format", ..] => return Err(PlyError("write `format`, a name and a version".into())),
+        ["element", ..] => return Err(PlyError("write `element`, a name and a count".into())),
+        [word, ..] => return Err(PlyError(format!("unknown keyword {}", quote(word.as_bytes())))),
     }
     Ok(())
 }
 
-fn read_format(name: &str, version: &str) -> Result<Format, String> {
+fn read_format(name: &str, version: &str) -> Result<Format, PlyError> {
     if version != "1.0" {
-        return Err(format!("unknown PLY version {}; only 1.0 exists", quote(version.as_bytes())));
+        return Err(PlyError(format!("unknown PLY version {}; only 1.0 exists", quote(version.as_bytes()))));
     }
     match name {
         "ascii" => Ok(Format::Ascii),
         "binary_little_endian" => Ok(Format::BinaryLittleEndian),
         "binary_big_endian" => Ok(Format::BinaryBigEndian),
-        _ => Err(format!(
+        _ => Err(PlyError(format!(
             "unknown format {}; use ascii, binary_little_endian or binary_big_endian",
             quote(name.as_bytes())
-        )),
+        ))),
     }
 }
 
-fn new_element(name: &str, count: &str, before: &[Element]) -> Result<Element, String> {
+fn new_element(name: &str, count: &str, before: &[Element]) -> Result<Element, PlyError> {
     // Two vertex tables would be ambiguous.
     if matches!(name, "vertex" | "face") && before.iter().any(|element| element.name == name) {
-        return Err(format!("a second element `{name}`"));
+        return Err(PlyError(format!("a second element `{name}`")));
     }
-    let count = count.parse().map_err(|_| format!("{} is not a count", quote(count.as_bytes())))?;
+    let count = count.parse().map_err(|_| PlyError(format!("{} is not a count", quote(count.as_bytes()))))?;
     Ok(Element { name: name.to_owned(), count, properties: Vec::new() })
 }
 
 /// Reads the rest of a `property` line.
-fn read_property(words: &[&str]) -> Result<Property, String> {
+fn read_property(words: &[&str]) -> Result<Property, PlyError> {
     let (name, kind) = match words {
         ["list", count, item, name] => {
             let (count, item) = (read_scalar(count)?, read_scalar(item)?);
-            (name, Kind::List { count, item })
+            (name, PropertyType::List { count, item })
         }
-        ["list", ..] => return Err("write `property list`, two types and a name".into()),
-        [scalar, name] => (name, Kind::One(read_scalar(scalar)?)),
-        _ => return Err("write `property`, a type and a name".into()),
+        ["list", ..] => return Err(PlyError("write `property list`, two types and a name".into())),
+        [scalar, name] => (name, PropertyType::One(read_scalar(scalar)?)),
+        _ => return Err(PlyError("write `property`, a type and a name".into())),
     };
     match kind {
-        Kind::List { count, .. } if !count.is_integer() => {
-            Err(format!("the count of the list {} must have an integer type", quote(name.as_bytes())))
-        }
+        PropertyType::List { count, .. } if !count.is_integer() => Err(PlyError(format!(
+            "the count of the list {} must have an integer type",
+            quote(name.as_bytes())
+        ))),
         _ => Ok(Property { name: (*name).to_owned(), kind }),
     }
 }
 
-fn read_scalar(name: &str) -> Result<Scalar, String> {
-    Scalar::from_name(name).ok_or_else(|| format!("unknown property type {}", quote(name.as_bytes())))
+fn read_scalar(name: &str) -> Result<Scalar, PlyError> {
+    Scalar::from_name(name)
+        .ok_or_else(|| PlyError(format!("unknown property type {}", quote(name.as_bytes()))))
 }
 
 #[cfg(test)]
@@ -253,8 +259,8 @@ mod tests {
                     comment z\r\nproperty float32 x\r\nproperty list uchar uint l\r\nend_header\r\n";
         let property = |name: &str, kind| Property { name: name.into(), kind };
         let properties = vec![
-            property("x", Kind::One(Scalar::F32)),
-            property("l", Kind::List { count: Scalar::U8, item: Scalar::U32 }),
+            property("x", PropertyType::One(Scalar::F32)),
+            property("l", PropertyType::List { count: Scalar::U8, item: Scalar::U32 }),
         ];
         let elements = vec![Element { name: "vertex".into(), count: 7, properties }];
         let expected = Ok(Header { format: Format::Ascii, elements, size: text.len() as u64 });

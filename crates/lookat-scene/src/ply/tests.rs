@@ -5,7 +5,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::header::{Kind, Scalar};
+use super::header::{PropertyType, Scalar};
 use super::*;
 
 const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
@@ -35,12 +35,13 @@ fn square() -> String {
     file("", "", &["0 0 0", "1 0 0", "1 1 0", "0 1 0.5"], &["3 0 1 2", "3 0 2 3"])
 }
 
+fn ply_mesh(positions: Vec<[f64; 3]>, indices: Vec<i32>) -> PlyMesh {
+    PlyMesh { mesh: Mesh { positions, indices, ..Mesh::default() }, ..PlyMesh::default() }
+}
+
 fn square_mesh() -> PlyMesh {
-    PlyMesh {
-        positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]],
-        indices: vec![0, 1, 2, 0, 2, 3],
-        ..PlyMesh::default()
-    }
+    let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]];
+    ply_mesh(positions, vec![0, 1, 2, 0, 2, 3])
 }
 
 /// The same file with a binary body.
@@ -57,8 +58,8 @@ fn to_binary(ascii: &str, big: bool) -> Vec<u8> {
     for element in header.elements.iter().filter(|element| !element.properties.is_empty()) {
         for property in (0..element.count).flat_map(|_| &element.properties) {
             let (first, rest) = match property.kind {
-                Kind::One(scalar) => (scalar, None),
-                Kind::List { count, item } => (count, Some(item)),
+                PropertyType::One(scalar) => (scalar, None),
+                PropertyType::List { count, item } => (count, Some(item)),
             };
             let length = write(first) as usize;
             for item in rest.into_iter().flat_map(|item| std::iter::repeat_n(item, length)) {
@@ -122,7 +123,10 @@ fn quads_split_as_in_pbrt_and_other_faces_are_left_out() {
     let indices = vec![3, 2, 1, 0, 3, 1, 0, 1, 2];
     check(
         &file("", "", &vertices, &faces),
-        &PlyMesh { indices, oddities: Oddities { other_faces: 3, ..Oddities::default() }, ..square_mesh() },
+        &PlyMesh {
+            mesh: Mesh { indices, ..square_mesh().mesh },
+            oddities: Oddities { other_faces: 3, ..Oddities::default() },
+        },
     );
 }
 
@@ -132,13 +136,9 @@ fn normals_and_texture_coordinates() {
     for [u, v] in [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]] {
         let lines = format!("{normals}property float {v}\nproperty short {u}\n");
         let rows = ["0 0 0 1 0 0.1 0.5 -7", "1 0 0 0 1 0 0.25 300"];
-        let expected = PlyMesh {
-            positions: vec![[0.0; 3], [1.0, 0.0, 0.0]],
-            normals: vec![[0.0, 0.1, 1.0], [1.0, 0.0, 0.0]],
-            uvs: vec![[-7.0, 0.5], [300.0, 0.25]],
-            indices: vec![0, 1, 0],
-            ..PlyMesh::default()
-        };
+        let mut expected = ply_mesh(vec![[0.0; 3], [1.0, 0.0, 0.0]], vec![0, 1, 0]);
+        expected.mesh.normals = vec![[0.0, 0.1, 1.0], [1.0, 0.0, 0.0]];
+        expected.mesh.uvs = vec![[-7.0, 0.5], [300.0, 0.25]];
         check(&file(&lines, "", &rows, &["3 0 1 0"]), &expected);
     }
 }
@@ -174,10 +174,8 @@ fn all_types_of_coordinates_and_indices() {
                 .replace("float", coordinate)
                 .replace("uchar int vertex_indices", &format!("{count} {index} vertex_index"));
             let expected = PlyMesh {
-                positions: vec![[0.0, 100.0, 2.0], [3.0, 4.0, 5.0]],
-                indices: vec![1, 0, 1],
                 oddities: Oddities { is_vertex_index: true, ..Oddities::default() },
-                ..PlyMesh::default()
+                ..ply_mesh(vec![[0.0, 100.0, 2.0], [3.0, 4.0, 5.0]], vec![1, 0, 1])
             };
             check(&ascii, &expected);
         }
@@ -197,7 +195,7 @@ fn what_the_header_does_not_count_is_told() {
 fn doubles_keep_their_digits() {
     let ascii = file("", "", &["0.1 1e-300 1234567.891"], &["3 0 0 0"]).replace("float", "double");
     let positions = vec![[0.1, 1e-300, 1_234_567.891]];
-    check(&ascii, &PlyMesh { positions, indices: vec![0, 0, 0], ..PlyMesh::default() });
+    check(&ascii, &ply_mesh(positions, vec![0, 0, 0]));
 }
 
 #[test]
@@ -212,7 +210,7 @@ fn line_ends_layout_and_order_do_not_matter() {
          3 0 1 1 0 0 0 1 2 3"
     );
     let positions = vec![[0.0; 3], [1.0, 2.0, 3.0]];
-    check(&faces_first, &PlyMesh { positions, indices: vec![0, 1, 1], ..PlyMesh::default() });
+    check(&faces_first, &ply_mesh(positions, vec![0, 1, 1]));
 }
 
 #[test]

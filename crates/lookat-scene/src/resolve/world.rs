@@ -6,22 +6,19 @@ use std::sync::Arc;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values};
 
 use super::Resolver;
-use crate::cutout::cutout;
 use crate::material::MaterialInstance;
+use crate::mesh::cutout;
 use crate::params::Params;
-use crate::schema::names;
-use crate::state::Definitions;
+use crate::resolve::Definitions;
+use crate::shape::Geometry;
 use crate::symbols::{SymbolId, SymbolKind};
-use crate::texture::TextureParams;
-use crate::{Material, MaterialKind, Primitive, light, material, shape, texture};
+use crate::{Material, MaterialKind, Primitive, Shape, light, material, shape, texture};
 
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
-        let params = &mut Params::new(keyword, entity.clone(), &self.files, &mut self.report);
-        let params = &mut TextureParams::new(params, &self.definitions.textures);
-        if self.definitions.materials.get(params.kind()).is_some()
-            && !names(material::KINDS).contains(&params.kind())
-        {
+        let params = Params::new(keyword, entity.clone(), &self.files, &mut self.report);
+        let params = &mut params.with_textures(&self.definitions.textures);
+        if self.definitions.materials.get(params.kind()).is_some() && !params.is_known_kind(material::KINDS) {
             let help = format!("to use the named material, write NamedMaterial \"{}\"", params.kind());
             let message = format!("there is no material of type \"{}\"", params.kind());
             params.reject("", message, Some(&help));
@@ -72,15 +69,16 @@ impl Resolver<'_> {
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
         let (textures, pictures) = (&self.definitions.textures, &mut self.draft.pictures);
         let is_float = value.value == "float";
-        let known = match is_float {
-            true => textures.float.get(&name.value).is_some(),
-            false => textures.spectrum.get(&name.value).is_some(),
+        let known = if is_float {
+            textures.float.get(&name.value).is_some()
+        } else {
+            textures.spectrum.get(&name.value).is_some()
         };
         if known {
             self.facts.redefined.push((textures.spectrum.kind(), name.value.clone(), name.span));
         }
-        let params = &mut Params::new("Texture", entity, &self.files, &mut self.report);
-        let params = &mut TextureParams::new(params, textures);
+        let params = Params::new("Texture", entity, &self.files, &mut self.report);
+        let params = &mut params.with_textures(textures);
         // A texture may use its own predecessor of the same name.
         let (float, spectrum) = match value.value.as_str() {
             "float" => (Some(texture::texture(params, self.state.ctm, pictures)), None),
@@ -122,31 +120,40 @@ impl Resolver<'_> {
         if kept.is_none() {
             self.files.read_lists(&mut entity.params);
         }
-        let params = &mut Params::new("Shape", entity, &self.files, &mut self.report);
+        let params = Params::new("Shape", entity, &self.files, &mut self.report);
+        let params = &mut params.with_textures(&self.definitions.textures);
         params.mesh_key = mesh_key;
         let cutout = match params.kind() {
-            "trianglemesh" | "plymesh" => cutout(&mut TextureParams::new(params, &self.definitions.textures)),
+            "trianglemesh" | "plymesh" => cutout(params),
             _ => None,
         };
         let geometry = shape::shape(params, kept, self.state.ctm);
+        let is_made = geometry.is_some();
+        let shape = match geometry {
+            Some(Geometry::PlyFile(name)) => {
+                let (meshes, ctm) = (&mut self.draft.meshes, self.state.ctm);
+                let mesh = params.without_rejection(|params| meshes.mesh(params, &name, ctm));
+                mesh.map(Shape::TriangleMesh)
+            }
+            Some(Geometry::Shape(shape)) => Some(shape),
+            None => None,
+        };
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);
-        let is_complete = params.finish();
-        let Some(shape) =
-            geometry.map(|geometry| self.draft.shape(geometry, self.state.ctm)).filter(|_| is_complete)
-        else {
+        if !(params.finish() && is_made) {
             return;
-        };
+        }
         let material = self.material_for_shape(overriding, renewing.as_ref());
         let is_boundary = matches!(material.kind, MaterialKind::None) && self.state.emission.is_none();
-        if is_boundary && self.settled.as_ref().is_some_and(|settled| settled.passes_boundaries) {
+        if is_boundary && self.resolved.as_ref().is_some_and(|resolved| resolved.passes_boundaries) {
             self.facts.passed.get_or_insert(name.span);
             return;
         }
+        let Some(shape) = shape else { return };
         if cutout.as_ref().is_some_and(|cutout| cutout.shadow_alpha.is_some()) {
             self.facts.shadow_alpha.get_or_insert(name.span);
         }
-        let slot = self.draft.add(Primitive {
+        self.draft.add(Primitive {
             shape,
             span: Some(name.span),
             reverse_orientation: self.state.reverse_orientation,
@@ -155,10 +162,6 @@ impl Resolver<'_> {
             cutout,
             emission: self.state.emission,
         });
-        let span = self.state.emission.and_then(|emission| emission.span);
-        if let Some(slots) = span.and_then(|span| self.facts.emissions.get_mut(&span)) {
-            slots.push(slot);
-        }
     }
 
     /// The current material, with parameters replaced by the shape. `renewing`: the parameter for which it is made again.

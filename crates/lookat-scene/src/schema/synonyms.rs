@@ -1,13 +1,8 @@
 //! Words of other programs (Mitsuba, Blender, POV-Ray, Arnold) and other versions of pbrt for types and parameters of
-//! pbrt-v3, as plain data.
+//! pbrt-v3.
 
-mod light;
-mod material;
-mod options;
-mod shape;
-mod texture;
-
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
+use std::sync::LazyLock;
 
 /// A word from elsewhere, and what to write instead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,68 +15,79 @@ pub struct Synonym {
     pub advice: &'static str,
 }
 
-/// The words for the types of a directive, and for its parameters.
-struct Table {
+/// Words that become one name.
+struct Row {
     directive: &'static str,
-    types: &'static [TypeRow],
-    parameters: &'static [Row],
+    /// The types whose parameters the words are for; none: all. `["type"]`: the words are types themselves.
+    kinds: Vec<&'static str>,
+    words: Vec<&'static str>,
+    name: &'static str,
+    advice: &'static str,
 }
 
-/// A row for words that all become the type `name`: the words, the name, the advice.
-type TypeRow = (&'static [&'static str], &'static str, &'static str);
-
-/// A row for words that all become the parameter `name`: the types (empty: all), the words, the name, the advice.
-type Row = (&'static [&'static str], &'static [&'static str], &'static str, &'static str);
-
-const TABLES: &[Table] = &[
-    options::CAMERA,
-    options::FILM,
-    options::PIXEL_FILTER,
-    options::SAMPLER,
-    options::INTEGRATOR,
-    options::ACCELERATOR,
-    shape::TABLE,
-    material::TABLE,
-    light::LIGHT_SOURCE,
-    light::AREA_LIGHT_SOURCE,
-    texture::TABLE,
-];
+/// The rows of `synonyms.txt`, which describes itself.
+static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| {
+    let (mut rows, mut texts, mut directive) = (Vec::new(), HashMap::new(), "");
+    for line in include_str!("synonyms.txt").lines().filter(|line| !line.starts_with('#')) {
+        if let Some(section) = line.strip_prefix('[').and_then(|line| line.strip_suffix(']')) {
+            directive = section;
+        } else if let Some((name, text)) = line.strip_prefix('$').and_then(|line| line.split_once(" = ")) {
+            texts.insert(name, text);
+        } else if let Some((kinds, rest)) = line.split_once(": ")
+            && let Some((words, rest)) = rest.split_once(" ->")
+        {
+            let (name, advice) = rest.split_once(": ").unwrap_or((rest, ""));
+            let text = advice.strip_prefix('$').and_then(|name| texts.get(name).copied());
+            let kinds = if kinds == "*" { Vec::new() } else { kinds.split(' ').collect() };
+            let (words, name) = (words.split(' ').collect(), name.trim());
+            rows.push(Row { directive, kinds, words, name, advice: text.unwrap_or(advice) });
+        }
+    }
+    rows
+});
 
 /// The synonym of a type of `directive`.
 pub fn type_synonym(directive: &str, word: &str) -> Option<Synonym> {
     let plain = plain(word);
-    let rows = table(directive)?.types.iter();
-    rows.filter_map(|(words, name, advice)| found(&plain, words, name, advice)).next()
+    rows(directive).filter(|row| row.kinds == ["type"]).find_map(|row| row.synonym(&plain))
 }
 
 /// The synonyms of a parameter of a `directive` of type `kind`, in order of preference.
 pub fn parameter_synonyms<'a>(
-    directive: &str,
+    directive: &'a str,
     kind: &'a str,
     word: &str,
 ) -> impl Iterator<Item = Synonym> + use<'a> {
     let plain = plain(word);
-    rows(directive, kind).filter_map(move |(_, words, name, advice)| found(&plain, words, name, advice))
+    rows(directive).filter(move |row| row.is_of(kind)).filter_map(move |row| row.synonym(&plain))
 }
 
 /// The words that mean the parameter `name`, each once.
 pub(super) fn words_for(directive: &str, kind: &str, name: &str) -> Vec<&'static str> {
-    let of_name = rows(directive, kind).filter(|(_, _, known, _)| *known == name);
-    let mut words: Vec<&str> = of_name.flat_map(|(_, words, ..)| words.iter().copied()).collect();
+    let of_name = rows(directive).filter(|row| row.is_of(kind) && row.name == name);
     let mut seen = HashSet::new();
-    words.retain(|word| seen.insert(*word));
-    words
+    of_name.flat_map(|row| &row.words).copied().filter(|word| seen.insert(*word)).collect()
 }
 
-fn rows<'a>(directive: &str, kind: &'a str) -> impl Iterator<Item = &'static Row> + use<'a> {
-    let rows = table(directive).map_or(&[][..], |table| table.parameters);
-    rows.iter().filter(move |(kinds, ..)| kinds.is_empty() || kinds.contains(&kind))
-}
-
-fn table(directive: &str) -> Option<&'static Table> {
+fn rows(directive: &str) -> impl Iterator<Item = &'static Row> + use<'_> {
     let directive = if directive == "MakeNamedMaterial" { "Material" } else { directive };
-    TABLES.iter().find(|table| table.directive == directive)
+    ROWS.iter().filter(move |row| row.directive == directive)
 }
+
+impl Row {
+    /// True for words of parameters of a type.
+    fn is_of(&self, kind: &str) -> bool {
+        self.kinds.is_empty() || self.kinds.contains(&kind)
+    }
+
+    fn synonym(&self, plain: &str) -> Option<Synonym> {
+        let word = self.words.iter().find(|word| **word == plain)?;
+        Some(Synonym { word, name: self.name, advice: self.advice })
+    }
+}
+
+/// The advice for a type that another one replaces.
+pub(crate) const OLDER: &str = "a type of an older pbrt";
 
 /// A word as the tables write it.
 fn plain(word: &str) -> String {
@@ -91,29 +97,24 @@ fn plain(word: &str) -> String {
         .replace("centre", "center")
 }
 
-fn found(plain: &str, words: &[&'static str], name: &'static str, advice: &'static str) -> Option<Synonym> {
-    let word = words.iter().find(|word| **word == plain)?;
-    Some(Synonym { word, name, advice })
-}
-
-const SAMPLES: &str = "the Sampler sets the samples per pixel, with \"integer pixelsamples\"";
-const PLACE: &str = "to place it, write Translate, Rotate, Scale or Transform before the directive";
-/// The advice for a type that another one replaces.
-pub(crate) const OLDER: &str = "a type of an older pbrt";
-const EMIT: &str =
-    "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1], written before the Shape, makes the Shape emit light";
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::kinds;
 
     #[test]
+    fn every_line_is_read() {
+        let text = include_str!("synonyms.txt");
+        let lines = text.lines().filter(|line| !line.starts_with(['#', '[', '$']) && !line.is_empty());
+        assert_eq!(ROWS.len(), lines.count());
+        assert!(
+            ROWS.iter().any(|row| row.advice == OLDER) && !ROWS.iter().any(|row| row.advice.contains('$'))
+        );
+    }
+
+    #[test]
     fn words_are_written_as_they_are_looked_up() {
-        let types = TABLES.iter().flat_map(|table| table.types.iter().copied());
-        let parameters = TABLES.iter().flat_map(|table| table.parameters);
-        let parameters = parameters.map(|(_, words, name, advice)| (*words, *name, *advice));
-        for (words, name, advice) in types.chain(parameters) {
+        for Row { words, name, advice, .. } in &*ROWS {
             assert!(!name.is_empty() || !advice.is_empty(), "{words:?} lead nowhere");
             for word in words {
                 assert!(
@@ -127,18 +128,17 @@ mod tests {
     /// Every name is in the schema, and so is every type.
     #[test]
     fn names_exist() {
-        for Table { directive, types, parameters } in TABLES {
+        for row @ Row { directive, kinds: of_kinds, words, name, .. } in &*ROWS {
             let of = || kinds().filter(|kind| kind.directive == *directive);
             let is_type = |name: &str| of().any(|kind| kind.name == name);
-            for (words, name, _) in *types {
+            if *of_kinds == ["type"] {
                 assert!(name.is_empty() || is_type(name), "{directive}: {words:?} become {name}");
+                continue;
             }
-            for (kinds, words, name, _) in *parameters {
-                assert!(kinds.iter().all(|kind| is_type(kind)), "{directive} {kinds:?}");
-                let has = |kind: &crate::schema::Kind| kind.parameters().any(|it| it.name == *name);
-                let mut named = of().filter(|kind| kinds.is_empty() || kinds.contains(&kind.name));
-                assert!(name.is_empty() || named.any(has), "{directive}: {words:?} become {name}");
-            }
+            assert!(of_kinds.iter().all(|kind| is_type(kind)), "{directive} {of_kinds:?}");
+            let has = |kind: &crate::schema::Kind| kind.parameters().any(|it| it.name == *name);
+            let mut named = of().filter(|kind| row.is_of(kind.name));
+            assert!(name.is_empty() || named.any(has), "{directive}: {words:?} become {name}");
         }
     }
 

@@ -5,7 +5,8 @@ use lookat_syntax::ParamType;
 
 use crate::Transform;
 use crate::params::Params;
-use crate::schema::{Effect, Key, Kind, Range, Triples, Unit};
+use crate::params::value::Triples;
+use crate::schema::{Effect, Key, Kind, Range, Unit};
 use crate::transform::{LARGEST, in_range};
 
 /// A curve, in object space.
@@ -67,7 +68,6 @@ const fn width(name: &'static str, meaning: &'static str) -> Key<f64> {
 }
 
 pub(super) const KIND: Kind = Kind::new(
-    "Shape",
     "curve",
     "a curve with a width, for hair and grass",
     &[&[&POINTS, &BASIS, &DEGREE, &TYPE, &NORMALS, &WIDTH, &WIDTH_0, &WIDTH_1, &SPLIT_DEPTH]],

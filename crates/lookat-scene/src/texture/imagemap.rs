@@ -8,10 +8,12 @@ use lookat_syntax::Text;
 
 use super::{Mapping, Parameter, Texture, Value, Varying, mapping};
 use crate::Transform;
+use crate::cache::PictureSettings;
 use crate::color::LARGEST;
 use crate::params::Params;
-use crate::picture::{Pictures, Settings};
-use crate::schema::{Key, Keys, Name, Range};
+use crate::params::value::Name;
+use crate::picture::{Pictures, gray};
+use crate::schema::{Key, Keys, Range};
 
 /// A picture on a surface.
 #[derive(Debug, Clone)]
@@ -86,9 +88,10 @@ pub(super) fn imagemap<T: Parameter>(
         params.finish();
         return None;
     };
-    let settings = Settings { wrap, gamma, scale, bottom_up: true, not_negative: false };
+    let settings = PictureSettings { wrap, gamma, scale, bottom_up: true, not_negative: false };
     let instead = "shows gray instead of this picture";
-    let map = T::pictures_mut(pictures).handle(params, &FILE_NAME, &file, settings, instead);
+    let map =
+        pictures.get(params, FILE_NAME.name, &file, settings, instead).unwrap_or_else(|| gray(&settings));
     let texture = Texture::varying(Varying::ImageMap(Box::new(ImageMap { map, mapping, filter })));
     if params.usable() {
         return Some(texture);
@@ -107,14 +110,17 @@ fn filter(params: &mut Params) -> ImageFilter {
     let max_anisotropy = params.take(&MAX_ANISOTROPY);
     if max_anisotropy > MOST_ANISOTROPY {
         let message = format!("maxanisotropy {max_anisotropy} is limited to {MOST_ANISOTROPY}");
-        params.note("maxanisotropy", &message, "more makes no visible difference; the default is 8");
+        params.note(
+            "maxanisotropy",
+            &message,
+            "a larger ratio makes no visible difference; the default is 8",
+        );
     }
-    match params.take(&TRILINEAR) {
-        true => {
-            params.unused("maxanisotropy", "the filter is trilinear", "delete maxanisotropy or trilinear");
-            ImageFilter::Trilinear
-        }
-        false => ImageFilter::Ellipse { max_anisotropy: max_anisotropy.min(MOST_ANISOTROPY) },
+    if params.take(&TRILINEAR) {
+        params.unused("maxanisotropy", "the filter is trilinear", "delete maxanisotropy or trilinear");
+        ImageFilter::Trilinear
+    } else {
+        ImageFilter::Ellipse { max_anisotropy: max_anisotropy.min(MOST_ANISOTROPY) }
     }
 }
 

@@ -5,7 +5,7 @@
 use glam::{DVec2, DVec3};
 use lookat_syntax::ParamType;
 
-use crate::params::{Params, Take};
+use crate::params::{ParamValue, Params};
 use crate::schema::{Key, Keys};
 use crate::transform::Transform;
 
@@ -101,7 +101,7 @@ pub(super) fn no_mapping(params: &mut Params, texture: &str) {
 }
 
 /// Warns about parameters that do not apply.
-pub(super) fn idle<T: Take>(params: &mut Params, keys: &[&Key<T>], to: &str, help: &str) {
+pub(super) fn idle<T: ParamValue>(params: &mut Params, keys: &[&Key<T>], to: &str, help: &str) {
     for key in keys {
         params.take(key);
         if params.was_taken(key.name) {

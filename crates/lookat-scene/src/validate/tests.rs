@@ -5,10 +5,10 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
 
-use super::shape::is_quadric;
+use crate::validate::is_quadric;
 use crate::{
     Bilerp, Cone, CurveKind, Cutout, Cylinder, DirectStrategy, Disk, Emission, FilterKind, Hyperboloid,
-    ImageFilter, ImageMap, Integrator, Light, Mapping, Material, MaterialKind, Matte, Mesh, MeshFault, Mix,
+    ImageFilter, ImageMap, Integrator, Light, Mapping, Material, MaterialKind, Matte, Mesh, MeshError, Mix,
     Octaves, Paraboloid, Quadric, QuadricForm, SamplerKind, Scene, Shape, Texture, Transform, Varying, World,
     load_str,
 };
@@ -26,17 +26,17 @@ fn scene() -> Scene {
 fn meshes_are_checked_when_they_are_made() {
     let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mesh = |indices: &[i32]| Mesh::new(positions.clone(), indices.to_vec());
-    assert_eq!(mesh(&[0, 1]), Err(MeshFault::OddIndices));
-    assert_eq!(mesh(&[0, 1, 3]), Err(MeshFault::IndexOutOfRange));
-    assert_eq!(mesh(&[0, 1, -1]), Err(MeshFault::IndexOutOfRange));
+    assert_eq!(mesh(&[0, 1]), Err(MeshError::OddIndices));
+    assert_eq!(mesh(&[0, 1, 3]), Err(MeshError::IndexOutOfRange));
+    assert_eq!(mesh(&[0, 1, -1]), Err(MeshError::IndexOutOfRange));
     for number in [f64::NAN, 1e200] {
-        assert_eq!(Mesh::new(vec![[number; 3]], vec![]), Err(MeshFault::NotFinite));
+        assert_eq!(Mesh::new(vec![[number; 3]], vec![]), Err(MeshError::NotFinite));
     }
     let whole = mesh(&[0, 1, 2]).unwrap();
-    assert_eq!(whole.clone().with_normals(vec![[0.0; 3]]), Err(MeshFault::WrongLength));
-    assert_eq!(whole.clone().with_normals(vec![[1e200; 3]; 3]), Err(MeshFault::NotFinite));
-    assert_eq!(whole.clone().with_tangents(vec![[f64::NAN; 3]; 3]), Err(MeshFault::NotFinite));
-    assert_eq!(whole.clone().with_uvs(vec![[f64::INFINITY; 2]; 3]), Err(MeshFault::NotFinite));
+    assert_eq!(whole.clone().with_normals(vec![[0.0; 3]]), Err(MeshError::WrongLength));
+    assert_eq!(whole.clone().with_normals(vec![[1e200; 3]; 3]), Err(MeshError::NotFinite));
+    assert_eq!(whole.clone().with_tangents(vec![[f64::NAN; 3]; 3]), Err(MeshError::NotFinite));
+    assert_eq!(whole.clone().with_uvs(vec![[f64::INFINITY; 2]; 3]), Err(MeshError::NotFinite));
     assert_eq!(whole.with_tangents(vec![[1.0, 0.0, 0.0]; 3]).unwrap().tangents().len(), 3);
 }
 

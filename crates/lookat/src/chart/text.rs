@@ -8,7 +8,7 @@ use lookat_lab::chart::{
 };
 use lookat_render::REPLICATES;
 
-use crate::visible::visible;
+use crate::readable::visible;
 
 /// The line above the chart.
 pub fn title(chart: &Chart) -> String {

@@ -1,11 +1,25 @@
-//! Control sequences that draw a picture: the protocols of kitty and iTerm2, and half blocks. Sixels are next door.
+//! Control sequences that draw a picture in a terminal: the protocols of kitty and iTerm2, sixels, and half blocks.
+
+use std::fmt::Display;
+use std::io::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use super::drawing::{Drawing, put};
-use super::sixel;
 use crate::args::Protocol;
+
+/// A picture as it is drawn.
+pub struct Drawing {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Columns and lines of the terminal.
+    pub cells: [u32; 2],
+    /// On the sRGB curve, row by row.
+    pub pixels: Vec<[u8; 3]>,
+    /// The number of the picture.
+    pub id: u32,
+    pub protocol: Protocol,
+}
 
 /// The best protocol that a terminal is known to have, by its environment variables. A terminal is not asked: its
 /// answer would mix with what the user types.
@@ -24,9 +38,10 @@ pub fn known(variable: &impl Fn(&str) -> Option<String>) -> Protocol {
     if is_kitty || program == "ghostty" || term_has(&["kitty", "ghostty"]) {
         return Protocol::Kitty;
     }
-    match variable("WT_SESSION").is_some() || term_has(&["sixel", "foot", "mlterm", "contour"]) {
-        true => Protocol::Sixel,
-        false => Protocol::Blocks,
+    if variable("WT_SESSION").is_some() || term_has(&["sixel", "foot", "mlterm", "contour"]) {
+        Protocol::Sixel
+    } else {
+        Protocol::Blocks
     }
 }
 
@@ -58,16 +73,15 @@ impl Drawing {
         match self.protocol {
             Protocol::Kitty => self.kitty(out),
             Protocol::Iterm => self.iterm(out),
-            _ => sixel::draw(self, out),
+            _ => self.sixels(out),
         }
         put(out, format_args!("\x1b8\x1b[{lines}B\r"));
     }
 
     /// Two pixels per character: the text color shows the upper one, the background color the lower one.
     fn blocks(&self, has_true_color: bool, out: &mut Vec<u8>) {
-        let color = |[r, g, b]: [u8; 3]| match has_true_color {
-            true => format!("2;{r};{g};{b}"),
-            false => format!("5;{}", color_of_256([r, g, b])),
+        let color = |[r, g, b]: [u8; 3]| {
+            if has_true_color { format!("2;{r};{g};{b}") } else { format!("5;{}", color_of_256([r, g, b])) }
         };
         let width = self.size[0] as usize;
         for lines in self.pixels.chunks(2 * width) {
@@ -109,6 +123,48 @@ impl Drawing {
         );
     }
 
+    /// Sixels: columns of six pixels, color by color, as in the VT330/VT340 Programmer Reference Manual, volume 2, chapter 14.
+    fn sixels(&self, out: &mut Vec<u8>) {
+        let [width, height] = self.size;
+        put(out, format_args!("\x1bP0;1;0q\"1;1;{width};{height}"));
+        for color in 0..COLORS {
+            let [r, g, b] =
+                [color / LEVELS / LEVELS, color / LEVELS % LEVELS, color % LEVELS].map(|level| 20 * level);
+            put(out, format_args!("#{color};2;{r};{g};{b}"));
+        }
+        let row = |(y, row): (usize, &[[u8; 3]])| -> Vec<u32> {
+            row.iter().enumerate().map(|(x, pixel)| dithered(*pixel, x, y)).collect()
+        };
+        let rows: Vec<Vec<u32>> = self.pixels.chunks(width as usize).enumerate().map(row).collect();
+        for (number, band) in rows.chunks(6).enumerate() {
+            if number > 0 {
+                put(out, '-');
+            }
+            // Of each color, the bits of its pixels in each column.
+            let mut sixels = vec![Vec::new(); COLORS as usize];
+            for (bit, row) in band.iter().enumerate() {
+                for (x, color) in row.iter().enumerate() {
+                    let columns: &mut Vec<u8> = &mut sixels[*color as usize];
+                    columns.resize(width as usize, 0);
+                    columns[x] |= 1 << bit;
+                }
+            }
+            for (color, columns) in sixels.iter().enumerate().filter(|(_, columns)| !columns.is_empty()) {
+                put(out, format_args!("#{color}"));
+                for run in columns.chunk_by(|a, b| a == b) {
+                    let sixel = char::from(0x3f + run[0]);
+                    match run.len() {
+                        // The count is longer.
+                        short @ 1..4 => put(out, sixel.to_string().repeat(short)),
+                        count => put(out, format_args!("!{count}{sixel}")),
+                    }
+                }
+                put(out, '$');
+            }
+        }
+        put(out, "\x1b\\");
+    }
+
     fn png(&self) -> Option<Vec<u8>> {
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, self.size[0], self.size[1]);
@@ -119,6 +175,11 @@ impl Drawing {
     }
 }
 
+/// Appends a text.
+fn put(out: &mut Vec<u8>, text: impl Display) {
+    let _ = write!(out, "{text}");
+}
+
 /// The nearest color of the cube of xterm's 256 colors.
 fn color_of_256(color: [u8; 3]) -> u32 {
     const LEVELS: [u8; 6] = [0, 95, 135, 175, 215, 255];
@@ -126,9 +187,28 @@ fn color_of_256(color: [u8; 3]) -> u32 {
     color.into_iter().fold(0, |index, value| 6 * index + level(value)) + 16
 }
 
+/// The levels of each color: 216 colors in all, of the 256 that most terminals have.
+const LEVELS: u32 = 6;
+const COLORS: u32 = LEVELS * LEVELS * LEVELS;
+
+/// Thresholds of ordered dither (Bayer 1973), of 16.
+const BAYER: [[u32; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
+
+/// The color of a pixel.
+fn dithered(pixel: [u8; 3], x: usize, y: usize) -> u32 {
+    let threshold = 2 * BAYER[y % 4][x % 4] + 1;
+    pixel.into_iter().fold(0, |color, value| {
+        // In 32nds of a level.
+        let level = u32::from(value) * (LEVELS - 1) * 32 / 255;
+        LEVELS * color + (level + threshold) / 32
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    use crate::args::Protocol;
 
     const COLORS: [[u8; 3]; 6] =
         [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0], [1, 2, 3], [250, 251, 252]];
@@ -207,5 +287,59 @@ mod tests {
         assert_eq!(of(&[("TERM", "foot")]), Protocol::Sixel);
         assert_eq!(of(&[("WT_SESSION", "1")]), Protocol::Sixel);
         assert_eq!(of(&[]), Protocol::Blocks);
+    }
+
+    /// Decodes a picture as a terminal does.
+    fn decoded(text: &str, [width, height]: [usize; 2]) -> Vec<[u32; 3]> {
+        let (start, end) = (text.find('q').unwrap() + 1, text.rfind('\x1b').unwrap());
+        let mut rest = text[start..end].strip_prefix(&format!("\"1;1;{width};{height}")).unwrap().to_owned();
+        let numbers = |rest: &mut String| -> Vec<u32> {
+            let end = rest.find(|c: char| !c.is_ascii_digit() && c != ';').unwrap_or(rest.len());
+            let text: String = rest.drain(..end).collect();
+            text.split(';').map(|number| number.parse().unwrap()).collect()
+        };
+        let (mut colors, mut color) = (std::collections::HashMap::new(), 0);
+        let (mut x, mut y, mut out) = (0, 0, vec![[u32::MAX; 3]; width * height]);
+        while !rest.is_empty() {
+            match rest.remove(0) {
+                '#' => match numbers(&mut rest)[..] {
+                    [number] => color = number,
+                    [number, 2, r, g, b] => drop(colors.insert(number, [r, g, b])),
+                    _ => panic!("{rest}"),
+                },
+                c @ ('!' | '?'..='~') => {
+                    let count = if c == '!' { numbers(&mut rest)[0] } else { 1 };
+                    let sixel = if c == '!' { rest.remove(0) } else { c };
+                    let bits = sixel as u8 - 0x3f;
+                    for at in x..x + count as usize {
+                        for bit in (0..6).filter(|bit| bits >> bit & 1 == 1) {
+                            out[(y + bit) * width + at] = colors[&color];
+                        }
+                    }
+                    x += count as usize;
+                }
+                '$' => x = 0,
+                '-' => (x, y) = (0, y + 6),
+                other => panic!("{other}"),
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn sixels_have_the_colors_of_the_picture() {
+        let size = [40, 20];
+        let pixels: Vec<[u8; 3]> = (0..800).map(|at| [if at % 40 < 20 { 255 } else { 0 }, 102, 77]).collect();
+        let mut out = Vec::new();
+        Drawing { size, cells: [5, 2], pixels, id: 0, protocol: Protocol::Sixel }.sixels(&mut out);
+        let found = decoded(&String::from_utf8(out).unwrap(), [40, 20]);
+        let mean = |x: std::ops::Range<usize>, channel: usize| {
+            let values =
+                found.iter().enumerate().filter(|(at, _)| x.contains(&(at % 40))).map(|(_, it)| it[channel]);
+            f64::from(values.sum::<u32>()) / 400.0
+        };
+        // In percent. Levels are exact, and dither gives the others on average.
+        assert_eq!([mean(0..20, 0), mean(20..40, 0), mean(0..20, 1)], [100.0, 0.0, 40.0]);
+        assert!((mean(0..40, 2) / 2.0 - 100.0 * 77.0 / 255.0).abs() < 1.0, "{}", mean(0..40, 2));
     }
 }

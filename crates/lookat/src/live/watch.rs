@@ -12,7 +12,7 @@ use lookat_scene::Stamp;
 use notify::event::{AccessKind, AccessMode, ModifyKind};
 use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 
-use crate::lock::lock;
+use crate::writer::lock;
 
 /// The time between two looks at the files, where the system tells no change.
 const STEP: Duration = Duration::from_millis(100);
@@ -87,7 +87,9 @@ impl Watch {
     /// Notes a file before it is read.
     pub fn note(&self, file: &Path) {
         // First, so that no change is missed.
-        lock(&self.folders).iter_mut().for_each(|folders| folders.add(file));
+        if let Some(folders) = &mut *lock(&self.folders) {
+            folders.add(file);
+        }
         lock(&self.told.names).extend(file.file_name().map(ToOwned::to_owned));
         let noted = || Noted { stamp: stamp(file), at: SystemTime::now() };
         lock(&self.files).entry(file.to_owned()).or_insert_with(noted);

@@ -7,12 +7,12 @@ use std::rc::Rc;
 
 use lookat_scene::LoadOptions;
 
-use super::{load_options, render_scene};
 use crate::args::{Render, Report};
-use crate::finished::marked;
+use crate::failure::Failure;
 use crate::interrupt;
 use crate::live::{Live, Watch};
-use crate::output::{Identity, check_inputs};
+use crate::output::{Identity, check_inputs, marked};
+use crate::render::{load_options, render_scene};
 use crate::source::{is_read_once, load_scene};
 use crate::usage::tip_for_render;
 
@@ -25,7 +25,7 @@ pub struct Job {
 }
 
 /// The scenes, each with its arguments. Fails if they do not fit together.
-pub fn jobs(arguments: &Render) -> Result<Vec<Job>, String> {
+pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
     let scenes = &arguments.scenes;
     if let Some(scene) = scenes.iter().find(|scene| is_read_once(scene))
         && (scenes.len() > 1 || arguments.live.watch)
@@ -33,7 +33,7 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, String> {
         let name =
             if scene == Path::new("-") { "standard input".into() } else { scene.display().to_string() };
         let option = if arguments.live.watch { "with --watch, name a file" } else { "render it alone" };
-        return Err(format!("{name} can be read only once: {option}"));
+        return Err(format!("{name} can be read only once: {option}").into());
     }
     if let [_] = scenes[..] {
         return Ok(vec![Job { arguments: arguments.clone(), inputs: Rc::default() }]);
@@ -47,7 +47,8 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, String> {
             file.display(),
             scenes.len(),
             tip_for_render()
-        ));
+        )
+        .into());
     }
     let mut inputs = BTreeSet::new();
     let files: Vec<PathBuf> = scenes.iter().map(|scene| picture_of(arguments, scene, &mut inputs)).collect();
@@ -58,7 +59,7 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, String> {
             let file = files[at].display();
             return Err(format!(
                 "{one} and {other} both write {file}: change the filename of one Film, or render them one by one with -o"
-            ));
+            ).into());
         }
     }
     // Before the first of them is rendered.

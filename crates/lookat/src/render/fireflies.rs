@@ -6,6 +6,7 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{Film, Scene, Sources};
 use serde::Serialize;
 
+use crate::readable::percent;
 use crate::{interrupt, report};
 
 /// With fewer samples, fireflies are usual, and more samples are what helps.
@@ -41,15 +42,17 @@ pub fn luminances(image: &Image, film: &Film, samples: u32) -> Option<Vec<f32>> 
 pub struct Fireflies {
     /// The number of pixels that stand out.
     pixels: usize,
-    /// Column and row of the one whose sample is told.
+    /// Column and row of one such pixel.
     pixel: [u32; 2],
-    /// Its samples, and the share of its light from the brightest one.
+    /// The number of its samples.
     samples: u32,
+    /// The share of its light from the brightest sample.
     share: f64,
-    /// The path of the brightest one, in words.
+    /// The path of the brightest sample, in words.
     path: String,
-    /// A limit for `maxsampleluminance`, and the share of the light of the picture that is lost with it.
+    /// A limit for `maxsampleluminance`.
     limit: f64,
+    /// The fraction of the picture's light that this limit removes.
     loss: f64,
 }
 
@@ -57,7 +60,8 @@ impl Fireflies {
     /// The fireflies among these luminances. Takes the samples of some pixels again.
     pub fn find(
         luminances: &[f32],
-        (scene, prepared): (&Scene, &Prepared),
+        scene: &Scene,
+        prepared: &Prepared,
         settings: &Settings,
         sources: &Sources,
     ) -> Option<Fireflies> {
@@ -105,16 +109,16 @@ impl Fireflies {
             1 => "; 1 other pixel stands out".into(),
             count => format!("; {count} other pixels stand out"),
         };
-        let percent = |share: f64| format!("{:.1$} %", 100.0 * share, usize::from(share < 0.1));
-        let advice = match *loss >= MUCH {
-            true => format!(
+        let advice = if *loss >= MUCH {
+            format!(
                 "about {} of the picture's light comes from such samples: take more samples, or use a larger light",
-                percent(*loss)
-            ),
-            false => format!(
+                percent(*loss, 1)
+            )
+        } else {
+            format!(
                 "to limit fireflies, write \"float maxsampleluminance\" {limit} in Film; the picture loses about {} of its light",
-                percent(*loss)
-            ),
+                percent(*loss, 1)
+            )
         };
         let share = (100.0 * share).floor();
         let found = format!(
@@ -190,10 +194,9 @@ fn limit(luminance: f64) -> f64 {
 mod tests {
     use std::ops::ControlFlow;
 
+    use super::*;
     use lookat_render::render;
     use lookat_scene::load_str;
-
-    use super::*;
 
     /// What is said about a scene of so many pixels on each side, with so many samples each.
     fn said((side, samples): (u32, u32), world: &str) -> Option<String> {
@@ -208,7 +211,7 @@ mod tests {
         let rendered = render(scene, &settings, &|_| ControlFlow::Continue(()));
         let prepared = Prepared::new(scene);
         let luminances = luminances(&rendered.image, &scene.view.film, samples)?;
-        let found = Fireflies::find(&luminances, (scene, &prepared), &settings, &loaded.sources)?;
+        let found = Fireflies::find(&luminances, scene, &prepared, &settings, &loaded.sources)?;
         Some(found.lines().join("\n"))
     }
 

@@ -1,19 +1,16 @@
-//! Pictures of one scene by a moving camera.
+//! Cameras of the command line: `--turntable`, `--animate` and `--focus`.
 
 use std::path::PathBuf;
 
 use lookat_render::Prepared;
-use lookat_scene::glam::DVec3;
-use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtFault, Projection, Scene, Transform};
+use lookat_scene::glam::{DVec2, DVec3};
+use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtError, Projection, Scene, Transform, View};
 
-use super::{JsonPicture, charge_memory, picture, picture_file, settings};
-use crate::Failure;
-use crate::args::{Animation, Parameter, Render};
-use crate::finished::marked;
-use crate::interrupt;
+use crate::args::{Animation, FocusPlace, Parameter, Render};
 use crate::live::Live;
-use crate::output::{check_inputs, check_output};
-use crate::{report, sight};
+use crate::output::{check_inputs, check_output, marked};
+use crate::render::{JsonPicture, charge_memory, picture, picture_file, settings};
+use crate::{Failure, interrupt, report, sight};
 
 /// Renders all pictures, and prepares the world once. Gives the pictures so far, and whether they are all there.
 pub fn render_frames(
@@ -58,7 +55,7 @@ fn render_into(
         scene.view.camera = camera;
         let arguments = Render { output: Some(file), ..arguments.clone() };
         if let Some((picture, written)) =
-            picture(&arguments, &scene, loaded, Some(&mut prepared), (live, &mut Vec::new()))?
+            picture(&arguments, &scene, loaded, Some(&mut prepared), live, &mut Vec::new())?
         {
             let is_complete = picture.complete;
             done.push(picture);
@@ -72,7 +69,7 @@ fn render_into(
 }
 
 /// The camera of each picture.
-fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, String> {
+fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, Failure> {
     let camera = scene.view.camera;
     match (arguments.frames.turntable, arguments.frames.animate) {
         (Some(count), _) => {
@@ -91,17 +88,23 @@ fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Cam
 }
 
 /// Fails if a moving camera changes the world.
-fn check_world(loaded: &Loaded, option: &str) -> Result<(), String> {
-    match loaded.world_follows_camera {
-        true => Err(format!(
+fn check_world(loaded: &Loaded, option: &str) -> Result<(), Failure> {
+    if loaded.world_follows_camera {
+        Err(format!(
             "{option} moves the camera, and CoordSysTransform \"camera\" places a part of this world relative to it; render single pictures with --lookat"
-        )),
-        false => Ok(()),
+        ).into())
+    } else {
+        Ok(())
     }
 }
 
 /// The camera with another value of a parameter.
-fn animated(mut camera: Camera, loaded: &Loaded, animation: Animation, value: f64) -> Result<Camera, String> {
+fn animated(
+    mut camera: Camera,
+    loaded: &Loaded,
+    animation: Animation,
+    value: f64,
+) -> Result<Camera, Failure> {
     match animation.parameter {
         Parameter::Fov => camera.projection = Projection::Perspective { fov: value },
         // The scene is loaded with a lens.
@@ -135,7 +138,7 @@ struct Turntable {
 impl Turntable {
     /// Around the target of `LookAt` and its up vector. Without one, around the middle of the world and the axis of the
     /// world that is nearest to the upper side of the picture.
-    fn new(scene: &Scene, placement: Option<CameraPlacement>) -> Result<Turntable, String> {
+    fn new(scene: &Scene, placement: Option<CameraPlacement>) -> Result<Turntable, Failure> {
         if let Some(placement) = placement {
             return Ok(Turntable { placement, axis: DVec3::from_slice(&placement.points[6..]) });
         }
@@ -155,7 +158,7 @@ impl Turntable {
     }
 
     /// The camera of a picture. The first picture has the camera of the scene.
-    fn camera(&self, camera: Camera, number: u32, count: u32) -> Result<Camera, String> {
+    fn camera(&self, camera: Camera, number: u32, count: u32) -> Result<Camera, Failure> {
         if number == 0 {
             return Ok(camera);
         }
@@ -170,6 +173,36 @@ impl Turntable {
     }
 }
 
-fn around(fault: &LookAtFault) -> String {
+fn around(fault: &LookAtError) -> String {
     format!("--turntable: {fault}; place the camera with --lookat")
+}
+
+/// Focuses the lens of a view, and returns the line to write into the scene. Fails without a lens, or where nothing is.
+pub fn focus(prepared: &Prepared, view: &mut View, place: FocusPlace) -> Result<String, Failure> {
+    if view.camera.lens.is_none() {
+        let message = "--focus needs a lens: add \"float lensradius\" to Camera, or use --lens-radius";
+        return Err(message.into());
+    }
+    let [width, height] = view.film.resolution;
+    let size = DVec2::new(f64::from(width), f64::from(height));
+    let film = match place {
+        FocusPlace::Pixel(at) => at + 0.5,
+        FocusPlace::Fractions(at) => at * size,
+    };
+    if film.x > size.x || film.y > size.y {
+        return Err(format!("--focus: the picture has only {width} x {height} pixels").into());
+    }
+    let at = format!("{}, {}", film.x.floor(), film.y.floor());
+    let Some(depth) = prepared.pick(view, film).map(|picked| picked.depth).filter(|depth| *depth > 0.0)
+    else {
+        return Err(
+            format!("--focus: there is nothing to focus on at pixel {at}; choose another place").into()
+        );
+    };
+    // Six digits, so that the line is short and gives the same picture.
+    let depth = format!("{depth:.5e}").parse().unwrap_or(depth);
+    if let Some(lens) = &mut view.camera.lens {
+        lens.focal_distance = depth;
+    }
+    Ok(format!("focused on pixel {at}; to keep this, write \"float focaldistance\" {depth} in Camera"))
 }

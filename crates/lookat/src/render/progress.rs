@@ -63,9 +63,10 @@ impl Shown {
             left = Some(sooner.map(|seconds| seconds.min(until)));
             share = share.max(elapsed.as_secs_f64() / time.as_secs_f64()).min(1.0);
         }
-        let mut text = match self.has_target {
-            true => format!("{} of pixels done", percent(progress.pixels_done as f64 / self.pixels as f64)),
-            false => percent(share),
+        let mut text = if self.has_target {
+            format!("{} of pixels done", percent(progress.pixels_done as f64 / self.pixels as f64))
+        } else {
+            percent(share)
         };
         if elapsed >= FIRST
             && let Some(left) = left

@@ -1,78 +1,78 @@
 //! The summary of a picture: as text, as JSON, and as metadata of the picture.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
+use lookat_image::Image;
 use lookat_render::glam::DVec2;
-use lookat_render::{Prepared, Reached, Rendered, Settings, Stop, TargetError};
+use lookat_render::{Layer, Prepared, Reached, Rendered, Settings, Stop, TargetError};
 use lookat_scene::syntax::Span;
 use lookat_scene::{Camera, Integrator, Primitive, Scene, Sources};
 use serde::Serialize;
 
-use super::fireflies::Fireflies;
-use super::layers::Numbered;
 use crate::light::JsonLight;
-use crate::report::{self, JsonDiagnostic};
-
-/// The JSON output.
-#[derive(Serialize)]
-pub(super) struct JsonResult<'a> {
-    pub scene: String,
-    pub diagnostics: Vec<JsonDiagnostic<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub picture: Option<JsonPicture>,
-    /// The pictures of `--turntable` and `--animate`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub frames: Vec<JsonPicture>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
-}
-
-impl JsonResult<'_> {
-    /// Without any result yet.
-    pub fn new(scene: &Path) -> Self {
-        let scene = scene.display().to_string();
-        JsonResult { scene, diagnostics: Vec::new(), picture: None, frames: Vec::new(), error: None }
-    }
-}
+use crate::readable::percent;
+use crate::render::fireflies::Fireflies;
+use crate::report::{self, Place};
 
 #[derive(Serialize)]
-pub(super) struct JsonPicture {
+pub struct JsonPicture {
+    /// Its path.
     pub file: String,
+    /// Pixels per row.
     pub width: u32,
+    /// Rows.
     pub height: u32,
+    /// The mean number of samples per pixel.
     pub samples_per_pixel: f64,
+    /// The fewest samples of a pixel.
     pub least_samples: u32,
+    /// The most samples of a pixel.
     pub most_samples: u32,
+    /// Time to render, without reading and preparing.
     pub seconds: f64,
+    /// Number of rays of all kinds.
     pub rays: u64,
+    /// Infinite or NaN samples, which count as black.
     pub rejected_samples: u64,
+    /// Samples too bright for the film's sums, which count as the brightest that fits.
     pub clamped_samples: u64,
+    /// False after Ctrl-C or [another signal](commands.md#render). With `--time`, true when the time is up.
     pub complete: bool,
-    /// True if no light reached the camera.
+    /// True if every pixel is black.
     pub black: bool,
+    /// Its [brightness](commands.md#light-exposure-and-tone).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub light: Option<JsonLight>,
     #[serde(flatten)]
     pub numbered: Numbered,
+    /// From 1,024 samples on, without `maxsampleluminance`: the pixels that stand out by one sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fireflies: Option<Fireflies>,
+    /// With `--target-error`: numbers of pixels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<JsonTarget>,
 }
 
 /// The result of the target error, in numbers of pixels.
 #[derive(Serialize)]
-pub(super) struct JsonTarget {
+pub struct JsonTarget {
+    /// The requested error.
     error: f64,
+    /// The requested confidence.
     confidence: f64,
+    /// Pixels within the error.
     within: u64,
+    /// Pixels with the most samples.
     at_cap: u64,
+    /// Pixels without enough time.
     out_of_time: u64,
+    /// Pixels with fireflies.
     outliers: u64,
 }
 
 /// The metadata of a picture. It must be the same for each run.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 pub struct Metadata {
     program: &'static str,
     version: &'static str,
@@ -92,7 +92,7 @@ pub struct Metadata {
 }
 
 /// The camera of a picture, with the names of the scene file.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct JsonCamera {
     /// Row by row.
     world_from_camera: [f64; 16],
@@ -120,24 +120,20 @@ impl JsonCamera {
 impl Metadata {
     /// Of a complete picture.
     pub fn new(scene: &Path, camera: &Camera, seed: u64, samples_per_pixel: f64) -> Metadata {
-        let (program, version) = ("lookat", env!("CARGO_PKG_VERSION"));
         Metadata {
-            program,
-            version,
+            program: "lookat",
+            version: env!("CARGO_PKG_VERSION"),
             scene: scene.display().to_string(),
             camera: JsonCamera::new(camera),
             seed,
             samples_per_pixel,
             complete: true,
-            adaptive: false,
-            target_error: None,
-            confidence: None,
-            numbered: Numbered::default(),
+            ..Metadata::default()
         }
     }
 
     /// Adds the settings that determine the samples of each pixel.
-    pub(super) fn with_settings(self, settings: &Settings, complete: bool) -> Metadata {
+    pub fn with_settings(self, settings: &Settings, complete: bool) -> Metadata {
         let target = super::target_error(settings);
         let adaptive = matches!(settings.stop, Stop::Adaptive | Stop::Time { adaptive: true, .. });
         let (relative, confidence) =
@@ -146,7 +142,7 @@ impl Metadata {
     }
 
     /// Adds what the numbers of the layers stand for.
-    pub(super) fn with_numbers(self, numbered: Numbered) -> Metadata {
+    pub fn with_numbers(self, numbered: Numbered) -> Metadata {
         Metadata { numbered, ..self }
     }
 
@@ -156,7 +152,7 @@ impl Metadata {
 }
 
 /// Prints the summary.
-pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
+pub fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     let JsonPicture { file, width, height, seconds, rays, .. } = picture;
     let rate = *rays as f64 / seconds / 1e6;
     let samples = samples(picture);
@@ -168,19 +164,21 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
         target.summarize(picture);
     }
     if picture.least_samples == 0 {
-        crate::say(match rendered.complete {
-            true => "the time was too short for one sample per pixel: pixels without samples are black",
-            false => "pixels without samples are black",
+        crate::say(if rendered.complete {
+            "the time was too short for one sample per pixel: pixels without samples are black"
+        } else {
+            "pixels without samples are black"
         });
     }
 }
 
 /// Why most of the picture is black, if the filter is the reason.
-pub(super) fn narrow_filter(rendered: &Rendered) -> Option<String> {
+pub fn narrow_filter(rendered: &Rendered) -> Option<String> {
     let (unreached, all) = (rendered.statistics.unreached, rendered.image.data_window.area());
-    let black = match unreached == all {
-        true => "the picture is all black".into(),
-        false => format!("{unreached} of {all} pixels are black"),
+    let black = if unreached == all {
+        "the picture is all black".into()
+    } else {
+        format!("{unreached} of {all} pixels are black")
     };
     (2 * unreached > all).then(|| {
         format!("{black}: the PixelFilter is narrower than the gaps between samples; set xwidth and ywidth to at least 0.5")
@@ -192,7 +190,7 @@ pub(super) fn narrow_filter(rendered: &Rendered) -> Option<String> {
 const RESIDUE: f64 = 1e-9;
 
 /// The largest luminance of a picture that shows rounding alone. 0 where not all light comes from shapes.
-pub(super) fn residue(scene: &Scene) -> f64 {
+pub fn residue(scene: &Scene) -> f64 {
     let is_lit_otherwise = !scene.world.lights.is_empty()
         || matches!(scene.view.integrator, Integrator::AmbientOcclusion { .. });
     if is_lit_otherwise {
@@ -204,10 +202,11 @@ pub(super) fn residue(scene: &Scene) -> f64 {
 }
 
 /// Prints the reason why a picture is black, all of it or where the filter leaves out samples.
-pub(super) fn explain_black(
+pub fn explain_black(
     picture: &JsonPicture,
     rendered: &Rendered,
-    (scene, prepared): (&Scene, &mut Prepared),
+    scene: &Scene,
+    prepared: &mut Prepared,
     sources: &Sources,
 ) {
     if !rendered.complete || picture.least_samples == 0 {
@@ -293,12 +292,8 @@ impl JsonTarget {
     fn summarize(&self, picture: &JsonPicture) {
         let all = (self.within + self.at_cap + self.out_of_time) as f64;
         let pixels = |count: u64| {
-            let share = 100.0 * count as f64 / all;
-            // Rounding must not show a part as 0 % or 100 %.
-            let share = if count as f64 == all { share } else { share.min(99.99) };
-            let least =
-                if count > 0 && share < 0.01 { "under 0.01".to_owned() } else { format!("{share:.2}") };
-            format!("{count} {} ({least} %)", if count == 1 { "pixel" } else { "pixels" })
+            let share = percent(count as f64 / all, 2);
+            format!("{count} {} ({share})", if count == 1 { "pixel" } else { "pixels" })
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
@@ -324,4 +319,59 @@ impl JsonTarget {
             ));
         }
     }
+}
+
+/// The shapes and the materials whose numbers are in the layers of a picture. Each list is empty without its layer.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Numbered {
+    /// With `--layers shape`: each shape in the picture.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    shapes: Vec<Entry>,
+    /// With `--layers material`: each material in the picture. The default material has no place.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    materials: Vec<Entry>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Entry {
+    /// The number in the layer.
+    number: u32,
+    /// The type.
+    #[serde(rename = "type")]
+    kind: String,
+    /// The name in `MakeNamedMaterial`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<String>,
+    /// The place in the text. A default has none.
+    #[serde(flatten)]
+    place: Option<Place>,
+}
+
+impl Numbered {
+    pub fn new(image: &Image, prepared: &Prepared, sources: &Sources) -> Numbered {
+        let shapes = numbers(image, Layer::Shape);
+        let materials = numbers(image, Layer::Material);
+        let shape = |(number, span): (u32, Option<Span>)| entry(number, "shape", None, span, sources);
+        let all = prepared.shapes().map(|shape| shape.span);
+        let shapes = (1..).zip(all).filter(|(number, _)| shapes.contains(number)).map(shape).collect();
+        let all = if materials.is_empty() { Vec::new() } else { prepared.materials() };
+        let found = (1..).zip(all).filter(|(number, _)| materials.contains(number));
+        let materials = found.map(|(number, material)| {
+            entry(number, material.kind().name(), material.name.clone(), material.span, sources)
+        });
+        Numbered { shapes, materials: materials.collect() }
+    }
+}
+
+/// The numbers in a layer; 0 stands for nothing.
+fn numbers(image: &Image, layer: Layer) -> BTreeSet<u32> {
+    let samples = image.channel(layer.channels()[0]).unwrap_or_default();
+    samples.iter().map(|number| *number as u32).filter(|number| *number > 0).collect()
+}
+
+/// `kind`: the type of what has no place in the text.
+fn entry(number: u32, kind: &str, name: Option<String>, span: Option<Span>, sources: &Sources) -> Entry {
+    let place = span.map(|span| Place::new(span, sources));
+    let kind = span.map_or_else(|| kind.into(), |span| report::word(span, sources));
+    Entry { number, kind, name, place }
 }

@@ -1,22 +1,23 @@
-//! Writes a picture, whole or as far as it is rendered.
+//! Writes a picture: whole, partial after an interruption, or so far after SIGUSR1.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-use lookat_render::{Rendered, Settings};
+use lookat_render::{Progress, Rendered, Settings};
 use lookat_scene::{Camera, Loaded};
 
-use super::layers::Numbered;
-use super::summary::Metadata;
 use crate::args::Render;
-use crate::finished::{NewPicture, free_file, marked};
+use crate::failure::Failure;
+use crate::interrupt;
 use crate::light::{JsonLight, map_tones};
-use crate::output::Destination;
+use crate::output::{Destination, Identity, NewPicture, free_file, marked};
+use crate::render::summary::{Metadata, Numbered};
 
 /// The mark of a picture that is not complete, in its name.
-pub(super) const PARTIAL: &str = "partial";
+pub const PARTIAL: &str = "partial";
 
 /// Where a picture goes, and what its metadata and the rules about finished pictures need.
-pub(super) struct Output<'a> {
+pub struct Output<'a> {
     pub arguments: &'a Render,
     pub loaded: &'a Loaded,
     pub camera: &'a Camera,
@@ -26,7 +27,7 @@ pub(super) struct Output<'a> {
 }
 
 /// A written picture.
-pub(super) struct Kept {
+pub struct Kept {
     pub file: PathBuf,
     pub destination: Destination,
     /// Why the picture is in another file than its own.
@@ -37,7 +38,7 @@ pub(super) struct Kept {
 
 impl Output<'_> {
     /// Writes a picture, a partial one beside the file of the whole.
-    pub fn write(&self, rendered: &mut Rendered, numbered: Numbered) -> Result<Kept, String> {
+    pub fn write(&self, rendered: &mut Rendered, numbered: Numbered) -> Result<Kept, Failure> {
         let Output { arguments, loaded, camera, settings, new, .. } = *self;
         let samples_per_pixel =
             rendered.statistics.samples_in_picture as f64 / (new.size[0] as f64 * new.size[1] as f64);
@@ -49,13 +50,67 @@ impl Output<'_> {
         let is_partial = !rendered.complete;
         let file = if is_partial { marked(&self.file, PARTIAL) } else { self.file.clone() };
         let new = NewPicture { samples_per_pixel: Some(samples_per_pixel), is_partial, ..new };
-        let (file, kept) = match arguments.force {
-            true => (file, None),
-            false => free_file(file, new, &loaded.inputs),
-        };
+        let (file, kept) = if arguments.force { (file, None) } else { free_file(file, new, &loaded.inputs) };
         let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
         let name = file.file_name().unwrap_or_default();
         let file = destination.write(name, |path| rendered.image.write(path))?;
         Ok(Kept { file, destination, kept, light, samples_per_pixel })
+    }
+}
+
+/// The shortest time between two looks at the film.
+const STEP: Duration = Duration::from_millis(100);
+
+/// The pictures that this rendering has written so far.
+#[derive(Default)]
+pub struct SoFar {
+    files: Vec<(PathBuf, Option<Identity>)>,
+    /// When the film was looked at last.
+    looked: Option<Instant>,
+    /// True if a picture was asked for before each pixel had a sample.
+    waits: bool,
+}
+
+impl SoFar {
+    /// Writes the picture if a signal asked for it and each pixel has a sample.
+    pub fn write_if_asked(&mut self, output: &Output, progress: &Progress) {
+        if self.looked.is_some_and(|looked| looked.elapsed() < STEP) || !interrupt::takes_picture() {
+            return;
+        }
+        self.looked = Some(Instant::now());
+        let mut rendered = progress.rendered(output.settings.stop.has_error_layers());
+        if rendered.statistics.least == 0 {
+            interrupt::ask_for_picture();
+            if !self.waits && !output.arguments.quiet {
+                crate::say("the picture so far follows once each pixel has samples");
+            }
+            self.waits = true;
+            return;
+        }
+        self.waits = false;
+        let written = output.write(&mut rendered, Numbered::default());
+        match written.and_then(|kept| kept.destination.result().map(|()| kept)) {
+            Ok(Kept { file, samples_per_pixel, .. }) => {
+                if !output.arguments.quiet {
+                    crate::say(&format!(
+                        "{}: the picture so far, {samples_per_pixel:.1} samples per pixel on average",
+                        file.display()
+                    ));
+                }
+                self.files.retain(|(other, _)| *other != file);
+                let identity = Identity::of(&file);
+                self.files.push((file, identity));
+            }
+            Err(message) => crate::say(&format!("warning: {message}")),
+        }
+    }
+
+    /// Removes these pictures, except where another program has put a file in their place.
+    pub fn remove(self) {
+        for (file, identity) in self.files {
+            if Identity::of(&file) == identity {
+                let _ = std::fs::remove_file(file);
+            }
+        }
     }
 }

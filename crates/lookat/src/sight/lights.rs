@@ -7,8 +7,8 @@ use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, ParamType, Parser, Span, Statement};
 use lookat_scene::{CameraPlacement, Emission, Integrator, Light};
 
-use super::placement::is_in;
-use super::{Sight, inverse, point, short};
+use crate::sight::placement::{as_matrix, is_in};
+use crate::sight::{Sight, point, short};
 
 /// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
 const NO_SHARE: f64 = 1e-5;
@@ -18,7 +18,7 @@ const FAR: f64 = 30.0;
 const MISPLACED: f64 = 0.01;
 
 /// Lights that light nothing in view.
-pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
+pub fn idle(sight: &Sight) -> Vec<Diagnostic> {
     let uses_lights = !matches!(sight.scene.view.integrator, Integrator::AmbientOcclusion { .. });
     // Light from behind comes through others.
     let is_opaque = sight.shapes_in_view().all(|shape| shape.is_opaque || shape.is_emitter);
@@ -60,7 +60,7 @@ fn misplaced(sight: &Sight, light: &LightFacts, look_ats: &mut LookAts) -> Optio
     let eye = DVec3::from_slice(&points[..3]);
     let help =
         format!("LookAt maps the world to a camera: to put the light at {}, write the inverse", point(eye));
-    let inverse = format!("Concat{}", inverse::as_matrix(&placed.matrix()));
+    let inverse = format!("Concat{}", as_matrix(&placed.matrix()));
     Some(Diagnostic::warning(place, message).related(at, "this moves the light").help(help).fix(at, inverse))
 }
 
@@ -109,7 +109,9 @@ fn look_ats(sight: &Sight, file: FileId) -> Vec<LookAt> {
                 }
                 Directive::LookAt(points) => {
                     let look_at = LookAt { span, points, end: u32::MAX };
-                    blocks.last_mut().into_iter().for_each(|block| block.push(look_at));
+                    if let Some(block) = blocks.last_mut() {
+                        block.push(look_at);
+                    }
                 }
                 _ => {}
             }
@@ -174,11 +176,10 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
     let back = sight.shapes_in_view().any(|shape| shape.span == Some(place) && !shape.glows);
     let warning = Diagnostic::warning(
         place,
-        match back {
-            true => {
-                "this light faces away: the camera sees its back, and its front illuminates nothing in view"
-            }
-            false => "this light shines away from everything in view",
+        if back {
+            "this light faces away: the camera sees its back, and its front illuminates nothing in view"
+        } else {
+            "this light shines away from everything in view"
         },
     );
     Some(match (primitive.reverse_orientation, sight.directive_start(place)) {
@@ -189,7 +190,7 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
         (true, _) => {
             let warning = warning.help("ReverseOrientation turns it around: remove that, or let both sides shine");
             match emission.span {
-                Some(at) => sight.propose(warning, at, (ParamType::Bool, "twosided"), &["\"true\"".into()]),
+                Some(at) => sight.propose(warning, at, ParamType::Bool, "twosided", &["\"true\"".into()]),
                 None => warning,
             }
         }

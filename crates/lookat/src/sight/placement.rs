@@ -1,11 +1,11 @@
-//! Cameras inside a shape, behind the ground, far away, or turned away from everything.
+//! Cameras inside a shape, behind the ground, far away, or turned away from everything; shapes of the wrong size.
 
 use lookat_render::{LightFacts, ShapeFacts, ViewFacts};
-use lookat_scene::glam::DVec3;
-use lookat_scene::syntax::{Diagnostic, Span};
-use lookat_scene::{CameraPlacement, Projection};
+use lookat_scene::glam::{DMat3, DMat4, DVec3};
+use lookat_scene::syntax::{Diagnostic, Directive, FileId, Span, parse};
+use lookat_scene::{CameraPlacement, Projection, Transform, View};
 
-use super::{Sight, exchanged, inverse, point, short, window};
+use crate::sight::{Sight, exchanged, point, short, window};
 
 /// Shapes that fill less of the shorter side than this are hardly seen.
 const HARDLY_SEEN: f64 = 0.02;
@@ -17,10 +17,10 @@ const WIDEST: f64 = 170.0;
 const HIDING: f64 = 0.3;
 
 /// What is odd about the place of the camera.
-pub(super) fn odd(sight: &Sight) -> Option<Diagnostic> {
+pub fn odd(sight: &Sight) -> Option<Diagnostic> {
     let found = inside(sight).or_else(|| behind_ground(sight)).or_else(|| far_away(sight));
     let found = found.or_else(|| nothing_in_view(sight));
-    let found = found.map(|found| inverse::propose(sight, with_turn(sight, found)));
+    let found = found.map(|found| propose_inverse(sight, with_turn(sight, found)));
     found.or_else(|| other_way(sight))
 }
 
@@ -34,20 +34,22 @@ fn inside(sight: &Sight) -> Option<Diagnostic> {
     if is_meant {
         return None;
     }
-    let message = match shape.is_opaque {
-        true => "the camera is inside this shape, and no light comes in: the picture is black",
-        false => "the camera is inside this shape",
+    let message = if shape.is_opaque {
+        "the camera is inside this shape, and no light comes in: the picture is black"
+    } else {
+        "the camera is inside this shape"
     };
     let place = shape.span.unwrap_or_else(|| sight.camera_place());
-    let help = match shape.is_opaque {
-        true => "move the eye out of the shape, or a light into it",
-        false => "move the eye, or make the shape smaller",
+    let help = if shape.is_opaque {
+        "move the eye out of the shape, or a light into it"
+    } else {
+        "move the eye, or make the shape smaller"
     };
     Some(Diagnostic::warning(place, message).related(sight.camera_place(), sight.eye()).help(help))
 }
 
 /// Whether a light is within a box.
-pub(super) fn is_in([low, high]: [DVec3; 2], light: &LightFacts) -> bool {
+pub fn is_in([low, high]: [DVec3; 2], light: &LightFacts) -> bool {
     light.position.is_some_and(|p| p.cmpgt(low).all() && p.cmplt(high).all())
 }
 
@@ -186,4 +188,105 @@ fn exchange(found: Diagnostic, help: &str, span: Span, look_at: &CameraPlacement
 fn text(look_at: &CameraPlacement) -> String {
     let vectors = look_at.points.chunks(3).map(|xyz| format!("{} {} {}", xyz[0], xyz[1], xyz[2]));
     format!("LookAt {}", vectors.collect::<Vec<_>>().join("  "))
+}
+
+/// The least of the picture that shapes fill from a camera that is proposed.
+const LEAST_SEEN: f64 = 0.01;
+
+/// The views from cameras that the inverse places. Cameras of Blender and glTF look along -z.
+pub fn inverse_views(view: &View) -> Vec<View> {
+    let camera_from_world = view.camera.world_from_camera.inverse();
+    if camera_from_world == Transform::IDENTITY {
+        return Vec::new();
+    }
+    let backward = Transform::scale(DVec3::new(1.0, 1.0, -1.0));
+    let all = [Some(camera_from_world), backward.map(|backward| camera_from_world * backward)];
+    let placed = |world_from_camera| {
+        let mut view = view.clone();
+        view.camera.world_from_camera = world_from_camera;
+        view
+    };
+    all.into_iter().flatten().map(placed).collect()
+}
+
+/// Proposes the inverse if it shows more shapes.
+pub fn propose_inverse(sight: &Sight, found: Diagnostic) -> Diagnostic {
+    let seen = |facts: &ViewFacts| facts.shapes.iter().filter(|shape| shape.share > 0.0).count();
+    let now = seen(&sight.facts).max(usize::from(sight.facts.inside.is_some()));
+    let shows = |facts: &ViewFacts| {
+        facts.inside.is_none() && facts.shape_share + facts.emitter_share >= LEAST_SEEN && seen(facts) > now
+    };
+    let shown = sight.inverses.iter().filter(|(_, facts)| shows(facts));
+    // Of two that show as much, the first.
+    let best = shown.reduce(|best, other| if seen(&other.1) > seen(&best.1) { other } else { best });
+    let Some((place, text)) = best.and_then(|(view, _)| edit(sight, view)) else { return found };
+    let help = "transformations before Camera map the world to the camera: to move the camera by them, write their inverse";
+    found.help(help).fix(place, text)
+}
+
+/// The edit that places the camera of a view.
+fn edit(sight: &Sight, view: &View) -> Option<(Span, String)> {
+    let at = sight.directive_start(sight.places.camera?)?;
+    let text = &sight.sources.files.get(at.file.0 as usize)?.text[..at.start as usize];
+    let matrix = view.camera.world_from_camera.inverse_matrix();
+    let before = parse(at.file, text).statements;
+    let mut places = before.iter().filter(|statement| !matches!(statement.directive, Directive::Entity(..)));
+    // In place of the only transformation, or else after all, where Transform replaces them.
+    Some(match (places.next(), places.next()) {
+        (Some(only), None) if only.directive.is_transformation() && at.file == FileId(0) => {
+            (only.span, written(&matrix))
+        }
+        _ => (at, format!("{}\n", as_matrix(&matrix))),
+    })
+}
+
+/// The directive of a transformation.
+fn written(matrix: &DMat4) -> String {
+    let is_translation = DMat3::from_mat4(*matrix) == DMat3::IDENTITY;
+    if is_translation {
+        format!("Translate {}", numbers(&matrix.w_axis.truncate().to_array()))
+    } else {
+        as_matrix(matrix)
+    }
+}
+
+/// A matrix as a Transform directive.
+pub fn as_matrix(matrix: &DMat4) -> String {
+    format!("Transform [{}]", numbers(&matrix.to_cols_array()))
+}
+
+/// Numbers with the digits of `f32`, and no -0.
+fn numbers(values: &[f64]) -> String {
+    values.iter().map(|value| (*value as f32 + 0.0).to_string()).collect::<Vec<_>>().join(" ")
+}
+
+/// A shape that is so many times as large as all others together is a mistake, unless it is a plane or a light.
+const GIANT: f64 = 100.0;
+
+/// A shape that dwarfs all others.
+pub fn giant(sight: &Sight) -> Option<Diagnostic> {
+    let shapes = &sight.facts.shapes;
+    let (number, largest) =
+        shapes.iter().enumerate().max_by(|(_, a), (_, b)| a.size().total_cmp(&b.size()))?;
+    let others = shapes.iter().enumerate().filter(|(other, shape)| *other != number && !shape.is_emitter);
+    let nothing = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [low, high] =
+        others.fold(nothing, |[low, high], (_, shape)| [low.min(shape.bounds[0]), high.max(shape.bounds[1])]);
+    let rest = (high - low).max_element();
+    if !(rest > 0.0 && rest.is_finite())
+        || largest.is_thin()
+        || largest.is_emitter
+        || largest.size() < GIANT * rest
+    {
+        return None;
+    }
+    // A ground is meant to be large: other shapes are in view in front of it.
+    let is_ground = sight.facts.inside != Some(number) && sight.shapes_in_view().count() > 1;
+    if is_ground {
+        return None;
+    }
+    let message =
+        format!("this shape is {} times as large as all others together", short(largest.size() / rest));
+    let help = "check Scale before it, and its own size";
+    Some(Diagnostic::warning(largest.span?, message).help(help))
 }

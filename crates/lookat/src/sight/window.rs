@@ -1,10 +1,10 @@
-//! Screen windows that stretch the picture, show next to nothing, or are written in another order.
+//! Screen windows that stretch the picture or show next to nothing, and lenses that blur everything.
 
-use lookat_scene::Projection;
 use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::syntax::{Diagnostic, ParamType, Span};
+use lookat_scene::{Lens, Projection};
 
-use super::{Sight, short};
+use crate::sight::{Sight, short};
 
 /// Pixels may differ from squares by so much.
 const TOLERANCE: f64 = 0.01;
@@ -17,7 +17,7 @@ const FILLED: f64 = 0.95;
 const MARGIN: f64 = 0.05;
 
 /// The edges are left, bottom, right and top.
-pub(super) fn other_order(sight: &Sight) -> Option<Diagnostic> {
+pub fn other_order(sight: &Sight) -> Option<Diagnostic> {
     let at = place(sight)?;
     let [a, b, c, d] = sight.scene.view.camera.screen.edges();
     let is_reversed = b < a || d < c;
@@ -30,7 +30,7 @@ pub(super) fn other_order(sight: &Sight) -> Option<Diagnostic> {
 }
 
 /// Pixels are not square.
-pub(super) fn stretched(sight: &Sight) -> Option<Diagnostic> {
+pub fn stretched(sight: &Sight) -> Option<Diagnostic> {
     let at = place(sight)?;
     let (screen, film) = (sight.scene.view.camera.screen, &sight.scene.view.film);
     let size = screen.max - screen.min;
@@ -62,7 +62,7 @@ pub(super) fn stretched(sight: &Sight) -> Option<Diagnostic> {
 }
 
 /// An orthographic camera without a window shows a small part of one shape, or of several large ones.
-pub(super) fn small(sight: &Sight) -> Option<Diagnostic> {
+pub fn small(sight: &Sight) -> Option<Diagnostic> {
     let camera = sight.places.camera.filter(|_| is_orthographic(sight) && sight.is_whole())?;
     let edges = of_scene(sight).filter(|_| sight.places.screen_window.is_none())?;
     let screen = sight.scene.view.camera.screen;
@@ -86,15 +86,15 @@ pub(super) fn small(sight: &Sight) -> Option<Diagnostic> {
     let words = edges.map(short);
     let warning = Diagnostic::warning(camera, message)
         .help(format!("write \"float screenwindow\" [{}] in Camera", words.join(" ")));
-    Some(sight.propose(warning, camera, (ParamType::Float, "screenwindow"), &words))
+    Some(sight.propose(warning, camera, ParamType::Float, "screenwindow", &words))
 }
 
-pub(super) fn is_orthographic(sight: &Sight) -> bool {
+pub fn is_orthographic(sight: &Sight) -> bool {
     matches!(sight.scene.view.camera.projection, Projection::Orthographic { .. })
 }
 
 /// The edges of a window of an orthographic camera that shows all shapes, in the shape of the film.
-pub(super) fn of_scene(sight: &Sight) -> Option<[f64; 4]> {
+pub fn of_scene(sight: &Sight) -> Option<[f64; 4]> {
     let [low, high] = sight.bounds()?;
     let corners = (0..8).map(|corner| {
         let of = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
@@ -114,4 +114,44 @@ pub(super) fn of_scene(sight: &Sight) -> Option<[f64; 4]> {
 /// The place of a screen window that has an effect.
 fn place(sight: &Sight) -> Option<Span> {
     sight.places.screen_window.filter(|_| !sight.is_all_around())
+}
+
+/// Circles of confusion above this share of the shorter side hide what is shown.
+const BLURRED: f64 = 0.05;
+/// The least share of what is in view that is to be sharp, and the most blur, in pixels, that counts as sharp.
+const LEAST_SHARP: f64 = 0.005;
+const SHARP: f64 = 3.0;
+
+/// Nothing in view is sharp.
+pub fn blurred(sight: &Sight) -> Option<Diagnostic> {
+    let focus = sight.focus?;
+    let mut blur: Vec<f64> = sight.facts.depths.iter().map(|depth| focus.blur(*depth)).collect();
+    blur.sort_by(f64::total_cmp);
+    let sharp = blur.partition_point(|blur| *blur <= SHARP) as f64;
+    let median = *blur.get(blur.len() / 2)?;
+    if sharp >= LEAST_SHARP * blur.len() as f64 || median < BLURRED * sight.short_side() {
+        return None;
+    }
+    let focal = sight.scene.view.camera.lens?.focal_distance;
+    // Reading the file has said that there is none.
+    if focal == Lens::UNFOCUSED && sight.places.focal_distance.is_none() {
+        return None;
+    }
+    let message = format!(
+        "the lens blurs everything in view: it focuses at {}, and points in view have circles of confusion of {} pixels or more",
+        short(focal),
+        short(blur[0].floor())
+    );
+    let depth = sight.facts.center_depth.or_else(|| sight.facts.median_depth())?;
+    let [near, far] = [sight.facts.depths.first()?, sight.facts.depths.last()?];
+    let help = format!(
+        "everything in view is {} to {} units away; for a picture that is sharp everywhere, make lensradius smaller",
+        short(*near),
+        short(*far)
+    );
+    let warning = Diagnostic::warning(sight.lens_place(), message).help(help);
+    Some(match sight.places.focal_distance {
+        Some(at) => warning.fix(at, short(depth)),
+        None => warning,
+    })
 }

@@ -8,12 +8,14 @@ use std::fs::File;
 use std::io::{self, Read as _, Seek as _, Write as _};
 use std::path::Path;
 
-use lookat_image::{ImageError, io_reason, write_file};
+use lookat_image::{ImageError, io_reason, mean, write_file};
 
-use super::Verdict;
+use crate::failure::Failure;
+use crate::metric::{Measured, Metric};
 use crate::output::write_result;
-use crate::visible::visible_lines;
-pub use picture::{PACKING_BYTES, Picture};
+use crate::readable::{digits, visible_lines};
+pub use crate::verify::page::picture::{PACKING_BYTES, Picture};
+use crate::verify::{Outcome, SceneComparison, Verdict};
 
 /// A number in the report.
 #[derive(Debug, Clone)]
@@ -68,13 +70,13 @@ pub struct Page {
 }
 
 impl Page {
-    pub fn new() -> Result<Page, String> {
+    pub fn new() -> Result<Page, Failure> {
         let pictures = tempfile::tempfile().map_err(not_stored)?;
         Ok(Page { scenes: Vec::new(), pictures })
     }
 
     /// Adds a scene and stores its pictures.
-    pub fn add(&mut self, mut scene: PageScene) -> Result<(), String> {
+    pub fn add(&mut self, mut scene: PageScene) -> Result<(), Failure> {
         for (index, picture) in scene.pictures.iter_mut().enumerate() {
             picture.id = format!("picture-{}-{index}", self.scenes.len());
             let (id, data) = (&picture.id, std::mem::take(&mut picture.data));
@@ -86,7 +88,7 @@ impl Page {
     }
 
     /// Writes the page. `command` repeats the run.
-    pub fn write(&self, file: &Path, title: &str, command: &str) -> Result<(), String> {
+    pub fn write(&self, file: &Path, title: &str, command: &str) -> Result<(), Failure> {
         let [head, tail] = page(title, command, &self.scenes);
         write_result(file, |path| {
             let mut pictures = &self.pictures;
@@ -107,7 +109,7 @@ fn page(title: &str, command: &str, scenes: &[PageScene]) -> [String; 2] {
     let badness = |scene: &PageScene| scene.columns.first().map_or(f64::NEG_INFINITY, |first| first.badness);
     scenes.sort_by(|a, b| badness(b).total_cmp(&badness(a)));
     scenes.sort_by_key(|scene| Reverse(scene.verdict));
-    let columns = columns(&scenes);
+    let columns = column_names(&scenes);
     let numbered = || scenes.iter().enumerate();
     let content = |slot: &str| match slot {
         "title" => escape(title),
@@ -171,22 +173,9 @@ fn escape(text: &str) -> String {
     out
 }
 
-/// Formats a number with four digits.
+/// A number with four digits, as a page shows it.
 fn short(value: f64) -> String {
-    let magnitude = value.abs();
-    let text = if value.is_nan() {
-        "\u{2013}".into()
-    } else if value.is_infinite() {
-        "\u{221e}".into()
-    } else if value == value.round() && magnitude < 1e9 {
-        format!("{value:.0}")
-    } else if (1e-4..1e6).contains(&magnitude) {
-        let decimals = 3 - magnitude.log10().floor() as i32;
-        format!("{value:.*}", decimals.max(0) as usize)
-    } else {
-        format!("{value:.2e}")
-    };
-    text.replace('-', "\u{2212}")
+    digits(value, 4).replace('-', "\u{2212}").replace("NaN", "\u{2013}").replace("inf", "\u{221e}")
 }
 
 /// "20 scenes: 18 agree, 1 differs, 1 failed".
@@ -204,7 +193,7 @@ fn counts(scenes: &[&PageScene]) -> String {
 }
 
 /// The names of all columns, in the order of the scenes.
-fn columns<'a>(scenes: &[&'a PageScene]) -> Vec<&'a str> {
+fn column_names<'a>(scenes: &[&'a PageScene]) -> Vec<&'a str> {
     let mut names = Vec::new();
     for figure in scenes.iter().flat_map(|scene| &scene.columns) {
         if !names.contains(&figure.name.as_str()) {
@@ -314,6 +303,80 @@ fn remarks(picture: &Picture) -> Vec<String> {
     remarks.into_iter().flatten().collect()
 }
 
+/// The metrics with a column. The others appear below.
+const COLUMNS: [Metric; 4] = [Metric::Error, Metric::Rmse, Metric::Flip, Metric::NoiseP];
+
+/// A scene of the page. It holds what it needs of the pictures.
+pub fn scene(outcome: &Outcome) -> PageScene {
+    PageScene {
+        name: outcome.name.clone(),
+        verdict: outcome.verdict,
+        reason: outcome.reason.clone(),
+        columns: columns(outcome),
+        details: outcome.comparison.as_ref().map_or(Vec::new(), details),
+        messages: outcome.diagnostics.text.clone(),
+        pictures: pictures(outcome),
+    }
+}
+
+/// The two pictures over each other, or each picture alone if they cannot be compared.
+fn pictures(outcome: &Outcome) -> Vec<Picture> {
+    if let Some(comparison) = &outcome.comparison {
+        return vec![Picture::new(&comparison.pair)];
+    }
+    let render = outcome.render.as_ref().map(|render| &render.image);
+    let both = [("expected", outcome.reference.as_ref()), ("actual", render)];
+    both.into_iter().filter_map(|(role, image)| Picture::alone(image?, role)).collect()
+}
+
+fn columns(outcome: &Outcome) -> Vec<Figure> {
+    let (Some(comparison), Some(render)) = (&outcome.comparison, &outcome.render) else { return Vec::new() };
+    let metrics = &comparison.measurement.metrics;
+    let mean = mean(&comparison.pair.expected);
+    let metric = |metric: Metric| metrics.iter().find(|line| line.metric == metric);
+    let mut columns: Vec<Figure> = COLUMNS
+        .iter()
+        .filter_map(|column| metric(*column))
+        .map(|line| match line.metric {
+            Metric::Error if mean != 0.0 => {
+                Figure::percent("error", line.value / mean, "mean signed error, relative to the mean")
+            }
+            _ => figure(line),
+        })
+        .collect();
+    if columns.is_empty() {
+        return columns;
+    }
+    if let Some(bias) = comparison.detectable {
+        let meaning = "smallest bias of the mean that would have shown";
+        let figure = Figure::number("detectable", bias, meaning);
+        let text = match mean {
+            0.0 => figure.text,
+            mean => format!("{:.3} %", 100.0 * bias / mean.abs()),
+        };
+        columns.insert(1, Figure { text, ..figure });
+    }
+    let samples = render.samples_per_pixel;
+    let figure = Figure::number("samples", f64::from(samples), "samples per pixel");
+    columns.push(Figure { text: samples.to_string(), ..figure });
+    columns.push(Figure::number("seconds", render.seconds, "time to render"));
+    columns
+}
+
+fn details(comparison: &SceneComparison) -> Vec<Figure> {
+    let others = comparison.measurement.metrics.iter().filter(|line| !COLUMNS.contains(&line.metric));
+    others.map(figure).collect()
+}
+
+fn figure(line: &Measured) -> Figure {
+    let meaning = match line.remark.as_str() {
+        "" => line.metric.meaning().to_owned(),
+        remark => format!("{}, {remark}", line.metric.meaning()),
+    };
+    let figure = if line.metric.is_likeness() { Figure::likeness } else { Figure::number };
+    figure(line.metric.name(), line.value, &meaning)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -378,11 +441,8 @@ mod tests {
     #[test]
     fn numbers_are_short() {
         let check = |value, text| assert_eq!(Figure::number("", value, "").text, text);
-        check(0.0, "0");
-        check(256.0, "256");
-        check(0.012_345_6, "0.01235");
         check(-36.521_7, "\u{2212}36.52");
-        check(3e-9, "3.00e\u{2212}9");
+        check(3e-9, "3e\u{2212}9");
         check(f64::INFINITY, "\u{221e}");
         check(f64::NAN, "\u{2013}");
         assert_eq!(Figure::percent("", -0.001_23, "").text, "\u{2212}0.123 %");

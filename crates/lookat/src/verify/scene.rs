@@ -11,14 +11,17 @@ use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{LoadOptions, Loaded, Scene};
 use serde_json::json;
 
-use super::page::PACKING_BYTES;
-use super::{Diagnostics, Outcome, Rendered, SceneComparison, Verdict, files};
 use crate::args::{Report, Verify};
+use crate::failure::Failure;
 use crate::metric::{Limit, Metric, THRESHOLD, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::render::{Metadata, charge_memory, note_jitter};
 use crate::source::{load_scene, read_image, replace_samples};
-use crate::{compare as comparing, noise, report};
+use crate::verify::page::PACKING_BYTES;
+use crate::verify::{
+    Diagnostics, Outcome, Rendered, SceneComparison, Verdict, beside, scene_name, why_unreadable,
+};
+use crate::{compare as comparing, report};
 
 /// A verdict and its reason.
 type Judgment = (Verdict, String);
@@ -27,7 +30,7 @@ type Judgment = (Verdict, String);
 pub fn verify(arguments: &Verify, file: &Path, inputs: &BTreeSet<PathBuf>) -> Outcome {
     let diagnostics = Diagnostics { text: String::new(), json: json!([]) };
     let mut outcome = Outcome {
-        name: files::name(file),
+        name: scene_name(file),
         verdict: Verdict::New,
         reason: "no reference beside it".into(),
         updated: false,
@@ -36,15 +39,13 @@ pub fn verify(arguments: &Verify, file: &Path, inputs: &BTreeSet<PathBuf>) -> Ou
         reference: None,
         comparison: None,
     };
-    let judged = match files::fault(file) {
-        Some(fault) => Err(fault),
-        None if !arguments.update && arguments.report.is_none() && files::beside(file).next().is_none() => {
-            Ok(())
-        }
+    let judged = match why_unreadable(file) {
+        Some(fault) => Err(fault.into()),
+        None if !arguments.update && arguments.report.is_none() && beside(file).next().is_none() => Ok(()),
         None => fill(arguments, file, inputs, &mut outcome),
     };
     if let Err(reason) = judged {
-        (outcome.verdict, outcome.reason) = (Verdict::Trouble, reason);
+        (outcome.verdict, outcome.reason) = (Verdict::Trouble, reason.into());
     }
     outcome
 }
@@ -55,7 +56,7 @@ fn fill(
     file: &Path,
     inputs: &BTreeSet<PathBuf>,
     outcome: &mut Outcome,
-) -> Result<(), String> {
+) -> Result<(), Failure> {
     let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
     let mut loaded = load_scene(file, &options, Report { strict: false, json: false });
     replace_samples(&mut loaded, arguments.spp);
@@ -64,11 +65,11 @@ fn fill(
         text: report::text(&loaded),
         json: json!(report::json(&loaded.diagnostics, &loaded.sources)),
     };
-    let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded)) };
+    let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded).into()) };
     note_jitter(scene, &loaded);
     let packing = if arguments.report.is_some() { PACKING_BYTES } else { 0 };
     // A picture that the scene shows is not a picture of the scene.
-    let reference = files::beside(file).find(|picture| !is_among(picture, &loaded.inputs));
+    let reference = beside(file).find(|picture| !is_among(picture, &loaded.inputs));
     if let Some(reference) = &reference {
         check_reference(arguments, reference)?;
         let image = read_image(reference, &loaded.memory)?;
@@ -76,7 +77,7 @@ fn fill(
         comparing::check_memory(window, window.area() * packing, &loaded.memory)?;
         outcome.reference = Some(image);
     } else if !arguments.update {
-        if files::beside(file).next().is_some() {
+        if beside(file).next().is_some() {
             outcome.reason = "no reference beside the scene, except a picture that the scene uses".into();
         }
         // Only the report shows its picture.
@@ -98,7 +99,7 @@ fn fill(
                 Some(compare(arguments, pair))
             }
             // No option of verify chooses a layer.
-            Err(error @ AlignError::Channels(..)) => return Err(error.to_string()),
+            Err(error @ AlignError::Channels(..)) => return Err(error.into()),
             Err(error) => {
                 (outcome.verdict, outcome.reason) = (Verdict::Differs, error.to_string());
                 None
@@ -121,23 +122,25 @@ fn why_no_scene(loaded: &Loaded) -> String {
     match errors.first() {
         Some(first) if errors.len() == 1 => format!("the scene has an error: {}", first.message),
         Some(first) => format!("the scene has {} errors, the first: {}", errors.len(), first.message),
-        None => loaded.misfit.clone().unwrap_or_else(|| "the scene has errors".into()),
+        None => loaded.override_error.clone().unwrap_or_else(|| "the scene has errors".into()),
     }
 }
 
 /// Fails if a reference cannot be read, or `--update` cannot replace it.
-fn check_reference(arguments: &Verify, reference: &Path) -> Result<(), String> {
-    if let Some(fault) = files::fault(reference) {
-        return Err(fault);
+fn check_reference(arguments: &Verify, reference: &Path) -> Result<(), Failure> {
+    if let Some(fault) = why_unreadable(reference) {
+        return Err(fault.into());
     }
     if arguments.update && Format::from_path(reference).is_none() {
-        return Err(format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES));
+        return Err(
+            format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES).into()
+        );
     }
     Ok(())
 }
 
 /// Writes a new reference.
-fn update(target: &Path, outcome: &mut Outcome) -> Result<(), String> {
+fn update(target: &Path, outcome: &mut Outcome) -> Result<(), Failure> {
     let Some(Rendered { image, samples_per_pixel, .. }) = &outcome.render else { return Ok(()) };
     write_result(target, |path| image.write(path))?;
     outcome.updated = true;
@@ -145,7 +148,12 @@ fn update(target: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget) -> Result<Rendered, String> {
+fn render(
+    arguments: &Verify,
+    file: &Path,
+    scene: &Scene,
+    memory: &MemoryBudget,
+) -> Result<Rendered, Failure> {
     let samples_per_pixel = scene.view.sampler.samples_per_pixel;
     let settings = Settings {
         seed: arguments.seed,
@@ -154,7 +162,7 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
         ..Settings::default()
     };
     // For good: the allocator keeps the film's memory for the threads that allocated it.
-    charge_memory(scene, &settings, memory).map_err(|failure| failure.message)?.keep();
+    charge_memory(scene, &settings, memory)?.keep();
     let started = Instant::now();
     let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
     let seconds = started.elapsed().as_secs_f64();
@@ -165,7 +173,7 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
 
 fn compare(arguments: &Verify, pair: Aligned) -> SceneComparison {
     let measurement = measure(&pair, THRESHOLD, &|_| broken(&pair).is_none());
-    let significance = noise::significance(&arguments.max);
+    let significance = comparing::significance(&arguments.max);
     let found = measurement.agreement.as_ref().and_then(|found| found.as_ref().ok());
     let detectable = found.map(|found| found.visible_in_mean(significance));
     SceneComparison { pair, measurement, detectable }
@@ -179,7 +187,7 @@ fn broken(pair: &Aligned) -> Option<(&'static str, usize)> {
 }
 
 /// Whether the measurement is within the limits or, without any, within noise.
-fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, String> {
+fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, Failure> {
     let SceneComparison { pair, measurement, .. } = comparison;
     match broken(pair) {
         Some((which, 1)) => return Ok((Verdict::Differs, format!("1 pixel of the {which} is not finite"))),
@@ -192,24 +200,24 @@ fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, S
         let reason = format!("only one of the pictures has {} of the pixels", pair.left_out);
         return Ok((Verdict::Differs, reason));
     }
-    let default = [Limit { metric: Metric::NoiseP, value: noise::SIGNIFICANCE }];
+    let default = [Limit { metric: Metric::NoiseP, value: comparing::SIGNIFICANCE }];
     let limits = if arguments.max.is_empty() { &default[..] } else { &arguments.max[..] };
     if let Some(reason) = measurement.lacks(limits) {
         let other =
             if arguments.max.is_empty() { "; --max sets other limits, such as rmse=0.01" } else { "" };
-        return Err(reason + other);
+        return Err((reason + other).into());
     }
     let beyond: Vec<&str> = measurement.beyond(limits).into_iter().map(Metric::name).collect();
     let found = measurement.agreement.as_ref().and_then(|found| found.as_ref().ok());
     Ok(match (beyond.as_slice(), found) {
         ([], _) if pair.actual == pair.expected => (Verdict::Agrees, "identical".into()),
         ([], Some(found)) if measurement.is_undecided(limits) => {
-            (Verdict::Undecided, noise::undecided(found, noise::significance(limits)))
+            (Verdict::Undecided, comparing::undecided(found, comparing::significance(limits)))
         }
         ([], _) if arguments.max.is_empty() => (Verdict::Agrees, "within noise".into()),
         ([], _) => (Verdict::Agrees, "within the limits".into()),
         (_, Some(found)) if arguments.max.is_empty() => {
-            let found = noise::differences(found, noise::SIGNIFICANCE);
+            let found = comparing::differences(found, comparing::SIGNIFICANCE);
             (Verdict::Differs, format!("by more than noise: {}", found.join("; ")))
         }
         (beyond, _) => (Verdict::Differs, format!("exceeds the limits of {}", beyond.join(", "))),

@@ -1,14 +1,17 @@
 //! The output rows of `lookat verify`.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use lookat_image::mean;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::Value;
 use unicode_width::UnicodeWidthStr;
 
-use super::{Outcome, SceneComparison, Verdict, files};
+use crate::failure::Failure;
 use crate::metric::{Metric, number};
-use crate::visible::visible;
+use crate::readable::visible;
+use crate::verify::{Outcome, SceneComparison, Verdict, scene_name};
 
 /// Prints rows to standard output, as text or JSON.
 pub struct Table {
@@ -25,20 +28,20 @@ const MOST_NAME: usize = 40;
 
 impl Table {
     pub fn new(scenes: &[PathBuf], json: bool) -> Table {
-        let width = |scene: &PathBuf| visible(&files::name(scene)).width();
+        let width = |scene: &PathBuf| visible(&scene_name(scene)).width();
         let longest = scenes.iter().map(width).max().unwrap_or(0);
         Table { json, width: longest.clamp(5, MOST_NAME) }
     }
 
-    pub fn header(&self) -> Result<(), String> {
+    pub fn header(&self) -> Result<(), Failure> {
         let names = ["error", "detectable"].into_iter().chain(METRICS.map(Metric::name));
         let line = format!("{:width$} verdict  {}", "scene", columns(names), width = self.width);
         if self.json { Ok(()) } else { print(&line) }
     }
 
-    pub fn row(&self, outcome: &Outcome) -> Result<(), String> {
+    pub fn row(&self, outcome: &Outcome) -> Result<(), Failure> {
         if self.json {
-            return crate::print_json(&as_json(outcome));
+            return crate::print_json(&Row::new(outcome));
         }
         let figures = outcome.comparison.as_ref().map_or(Default::default(), figures);
         let (name, reason) = (visible(&outcome.name), visible(&outcome.reason));
@@ -48,7 +51,7 @@ impl Table {
         print(&format!("{name}{blanks} {verdict:9}{figures}  {reason}"))
     }
 
-    pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), String> {
+    pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), Failure> {
         let count = |verdict: &Verdict| match verdicts.iter().filter(|other| *other == verdict).count() {
             0 => None,
             count => Some(format!("{count} {}", verdict.word_for(count))),
@@ -60,7 +63,7 @@ impl Table {
     }
 }
 
-fn print(line: &str) -> Result<(), String> {
+fn print(line: &str) -> Result<(), Failure> {
     crate::print(&format!("{line}\n"))
 }
 
@@ -95,23 +98,45 @@ fn short(value: f64) -> String {
     if text.len() > 10 { format!("{value:.3e}") } else { text }
 }
 
-fn as_json(outcome: &Outcome) -> Value {
-    let comparison = outcome.comparison.as_ref();
-    let metrics = comparison.iter().flat_map(|comparison| &comparison.measurement.metrics);
-    let metrics: Map<String, Value> =
-        metrics.map(|line| (line.metric.name().into(), json!(line.value))).collect();
-    let render = outcome.render.as_ref();
-    json!({
-        "scene": outcome.name,
-        "verdict": outcome.verdict.word(),
-        "reason": outcome.reason,
-        "updated": outcome.updated,
-        "metrics": metrics,
-        "visible_in_mean": comparison.and_then(|comparison| comparison.detectable),
-        "samples_per_pixel": render.map(|render| render.samples_per_pixel),
-        "seconds": render.map(|render| render.seconds),
-        "diagnostics": outcome.diagnostics.json,
-    })
+/// The JSON of a scene.
+#[derive(Serialize)]
+struct Row<'a> {
+    /// The file name without `.pbrt`.
+    scene: &'a str,
+    /// The word in the table.
+    verdict: &'static str,
+    /// Why, in words.
+    reason: &'a str,
+    /// True if the reference was written.
+    updated: bool,
+    /// The metrics by name.
+    metrics: BTreeMap<&'static str, f64>,
+    /// The smallest bias of the mean that the noise tests would find, in the picture's unit; null without these tests.
+    visible_in_mean: Option<f64>,
+    /// Samples per pixel of the render, or null.
+    samples_per_pixel: Option<u32>,
+    /// The time to render, or null.
+    seconds: Option<f64>,
+    /// The messages of the scene file, as in `check`.
+    diagnostics: &'a Value,
+}
+
+impl<'a> Row<'a> {
+    fn new(outcome: &'a Outcome) -> Row<'a> {
+        let (comparison, render) = (outcome.comparison.as_ref(), outcome.render.as_ref());
+        let metrics = comparison.iter().flat_map(|comparison| &comparison.measurement.metrics);
+        Row {
+            scene: &outcome.name,
+            verdict: outcome.verdict.word(),
+            reason: &outcome.reason,
+            updated: outcome.updated,
+            metrics: metrics.map(|line| (line.metric.name(), line.value)).collect(),
+            visible_in_mean: comparison.and_then(|comparison| comparison.detectable),
+            samples_per_pixel: render.map(|render| render.samples_per_pixel),
+            seconds: render.map(|render| render.seconds),
+            diagnostics: &outcome.diagnostics.json,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,14 +1,16 @@
-//! Opens a place of the text in the editor.
+//! Opens places in the editor, and the page in the browser.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
-use lookat_image::io_reason;
+use lookat_image::{TemporaryFile, TemporaryName, io_reason};
 
 use crate::args;
+use crate::failure::Failure;
 
 /// How editors take the place, by the names of their programs.
 const PLACES: [(&[&str], &[&str]); 5] = [
@@ -34,11 +36,11 @@ pub struct Editor {
 
 impl Editor {
     /// The editor of `--editor`, or else of the environment. Fails if the option names none.
-    pub fn new(arguments: &args::View) -> Result<Option<Editor>, String> {
+    pub fn new(arguments: &args::View) -> Result<Option<Editor>, Failure> {
         if let Some(words) = &arguments.editor {
             return Editor::parse(words)
                 .map(Some)
-                .ok_or_else(|| format!("--editor {words:?} names no program"));
+                .ok_or_else(|| format!("--editor {words:?} names no program").into());
         }
         let named = ["VISUAL", "EDITOR"].into_iter().filter_map(|name| std::env::var(name).ok());
         Ok(named.filter_map(|words| Editor::parse(&words)).find(|editor| !editor.lacks_terminal()))
@@ -65,7 +67,7 @@ impl Editor {
     }
 
     /// Opens a place, and does not wait for the editor to end.
-    pub fn open(&self, path: &Path, line: usize, column: usize) -> Result<(), String> {
+    pub fn open(&self, path: &Path, line: usize, column: usize) -> Result<(), Failure> {
         if self.is_in_terminal() && self.is_open.load(Ordering::Relaxed) {
             return Err("the editor is open in the terminal already".into());
         }
@@ -92,6 +94,41 @@ impl Editor {
         self.words.iter().map(|word| numbers(word).replace("{file}", path)).collect()
     }
 }
+
+/// How long a browser may take to start.
+const UNTIL_READ: Duration = Duration::from_secs(30);
+
+/// The file that leads to the address.
+const PAGE: TemporaryName = TemporaryName { prefix: "lookat-", suffix: ".html", is_private: true };
+
+/// Opens an address in the browser, and waits until it has read it. The browser gets a file that leads there, because others on this computer can
+/// see the command line, and the address is a secret.
+pub fn open_in_browser(address: &str) -> Result<(), Failure> {
+    let page = format!(
+        "<!doctype html><meta http-equiv=\"refresh\" content=\"0; url={address}\"><title>lookat</title>"
+    );
+    let mut file = TemporaryFile::new(&std::env::temp_dir(), PAGE).map_err(|error| io_reason(&error))?;
+    file.file.write_all(page.as_bytes()).map_err(|error| io_reason(&error))?;
+    let quiet = Stdio::null;
+    match Command::new(OPENER).arg(file.path()).stdin(quiet()).stdout(quiet()).stderr(quiet()).status() {
+        // The explorer of Windows always fails.
+        Ok(status) if status.success() || cfg!(windows) => {}
+        Ok(status) => return Err(format!("{OPENER}: {status}").into()),
+        Err(error) => return Err(format!("{OPENER}: {}", io_reason(&error)).into()),
+    }
+    // The browser may read it after its program has ended. The end of this function removes it, and so does the end of the program.
+    std::thread::sleep(UNTIL_READ);
+    Ok(())
+}
+
+/// The program that opens a file in the program of its type.
+const OPENER: &str = if cfg!(target_os = "macos") {
+    "open"
+} else if cfg!(windows) {
+    "explorer"
+} else {
+    "xdg-open"
+};
 
 #[cfg(test)]
 mod tests {

@@ -1,32 +1,33 @@
 //! Renders what the pages ask for, and follows the file.
 
 mod edits;
-mod looking;
 mod opened;
-mod parameters;
 mod pictures;
 mod queries;
-mod reading;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use lookat_scene::{FilmOverride, LoadCache, LoadOptions, MAX_SAMPLES, MAX_SIDE};
+use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
 
-use super::editor::Editor;
-use super::gallery::Gallery;
-use super::messages::{self, News, Request, SetCamera, SetFilm, SetView};
-use super::outbox::{Hub, Kind};
-use super::pace::Pace;
-use super::reference::{Comparer, References};
-use super::requests::Requests;
-use super::unsaved::Unsaved;
-use super::write::History;
-use crate::args;
+use crate::args::ViewOverride;
+use crate::args::{self, Report};
+use crate::failure::Failure;
 use crate::live::Watch;
-use edits::Shown;
-use opened::Opened;
+use crate::output::is_among;
+use crate::report;
+use crate::source::{load_watched, replace_samples};
+use crate::verify::beside;
+use crate::view::editor::Editor;
+use crate::view::engine::edits::Shown;
+use crate::view::engine::opened::Opened;
+use crate::view::engine::pictures::Pace;
+use crate::view::messages::{self, News, Request, SetFilm, SetView};
+use crate::view::outbox::{Hub, Requests, Topic};
+use crate::view::reference::Gallery;
+use crate::view::reference::{Comparer, References};
+use crate::view::write::{History, Unsaved};
 
 /// The time between two looks at the files while there is nothing to do.
 const IDLE: Duration = Duration::from_millis(50);
@@ -88,7 +89,8 @@ impl Engine {
         arguments: &args::View,
         editor: Option<Editor>,
         requests: Arc<Requests>,
-        (hub, gallery): (Arc<Hub>, Arc<Gallery>),
+        hub: Arc<Hub>,
+        gallery: Arc<Gallery>,
         references: References,
     ) -> Engine {
         let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
@@ -107,7 +109,7 @@ impl Engine {
             reading: 0,
             unsaved: Unsaved::default(),
             has_lost: false,
-            set: SetView { by: 0, number: 0, camera: SetCamera::default() },
+            set: SetView { by: 0, number: 0, camera: ViewOverride::default() },
             history: History::default(),
             shown: Mutex::default(),
             pace: Pace::default(),
@@ -126,14 +128,14 @@ impl Engine {
     pub fn run(mut self) -> ! {
         self.tell_looking();
         self.read();
-        self.error.iter().flat_map(|error| error.lines()).for_each(crate::say);
+        for line in self.error.iter().flat_map(|error| error.lines()) {
+            crate::say(line);
+        }
         loop {
             let requests = self.requests.take(self.free_time());
             // First, because a request may read the scene.
-            let has_changed = match requests.is_empty() {
-                true => self.watch.has_changed(),
-                false => self.watch.has_changed_by_now(),
-            };
+            let has_changed =
+                if requests.is_empty() { self.watch.has_changed() } else { self.watch.has_changed_by_now() };
             if has_changed {
                 self.watch.settle();
                 self.read();
@@ -142,7 +144,9 @@ impl Engine {
             let needs_film =
                 |request: &Request| matches!(request, Request::Query(query) if query.needs_film());
             let (layers, requests): (Vec<_>, Vec<_>) = requests.into_iter().partition(needs_film);
-            requests.into_iter().for_each(|request| self.answer(request));
+            for request in requests {
+                self.answer(request);
+            }
             self.follow_reference();
             if self.stage == Stage::New {
                 self.render_small();
@@ -150,7 +154,9 @@ impl Engine {
             } else if self.stage == Stage::Small && layers.is_empty() && self.free_time().is_zero() {
                 self.render_full();
             }
-            layers.into_iter().for_each(|request| self.answer(request));
+            for request in layers {
+                self.answer(request);
+            }
         }
     }
 
@@ -188,19 +194,19 @@ impl Engine {
             self.samples_per_pixel = samples_per_pixel.map(|samples| samples as u32);
             self.load().and_then(|loaded| self.open(loaded))
         } else {
-            Err(format!("resolution is 1 to {MAX_SIDE}, pixelsamples 1 to {MAX_SAMPLES}"))
+            Err(format!("resolution is 1 to {MAX_SIDE}, pixelsamples 1 to {MAX_SAMPLES}").into())
         };
         match &opened {
             Ok(()) => self.error = None,
             Err(_) => (self.options.film, self.samples_per_pixel) = before,
         }
-        self.tell_scene(opened.err().as_deref());
+        self.tell_scene(opened.err().map(String::from).as_deref());
     }
 
     fn set_view(&mut self, view: SetView) {
         let Some(opened) = &mut self.opened else { return };
         let view = SetView { camera: opened.rounded(view.camera), ..view };
-        let refused = opened.set(&view.camera).err();
+        let refused = opened.set(&view.camera).err().map(String::from);
         // A page ignores answers to its earlier requests, so the newest one is remembered even if it is refused.
         let camera = if refused.is_none() { view.camera } else { self.set.camera };
         self.set = SetView { camera, ..view };
@@ -243,7 +249,7 @@ impl Engine {
             lights: opened.map_or(Vec::new(), |opened| opened.lights(self.reading)),
             has_editor: self.editor.is_some(),
         };
-        self.hub.tell(Kind::Scene, News::Scene(scene).message());
+        self.hub.tell(Topic::Scene, News::Scene(scene).message());
         self.tell_view(None);
     }
 
@@ -251,6 +257,78 @@ impl Engine {
         let Some(opened) = &self.opened else { return };
         let SetView { by, number, camera: set } = self.set;
         let camera = opened.values();
-        self.hub.tell(Kind::View, News::View(messages::View { by, number, set, camera, refused }).message());
+        self.hub.tell(Topic::View, News::View(messages::View { by, number, set, camera, refused }).message());
+    }
+}
+
+/// A file with errors is read again if it changes within this time: it is just being saved.
+const SAVING: Duration = Duration::from_millis(200);
+/// The most times that it is read again, so that a file that is written all the time holds up nobody.
+const MOST_READINGS: u32 = 10;
+
+impl Engine {
+    /// Reads the file.
+    pub fn read(&mut self) {
+        self.has_lost = self.unsaved.forget_old();
+        self.error = self.load().and_then(|loaded| self.open(loaded)).err().map(String::from);
+        self.tell_scene(None);
+    }
+
+    /// Fails with the errors of the file.
+    pub fn load(&mut self) -> Result<Loaded, Failure> {
+        let mut loaded = self.load_once();
+        for _ in 0..MOST_READINGS {
+            let end = Instant::now() + SAVING;
+            let has_errors = loaded.scene.is_none() && loaded.override_error.is_none();
+            while has_errors && Instant::now() < end && !self.watch.has_changed() {
+                std::thread::sleep(Duration::from_millis(20));
+            }
+            if loaded.scene.is_some() || !self.watch.has_changed() {
+                break;
+            }
+            loaded = self.load_once();
+        }
+        if loaded.scene.is_none() {
+            let misfit = loaded.override_error.as_ref().map(|reason| format!("error: {reason}\n"));
+            return Err((report::text(&loaded) + &misfit.unwrap_or_default()).into());
+        }
+        Ok(loaded)
+    }
+
+    pub fn load_once(&mut self) -> Loaded {
+        self.watch.restart();
+        let plain = Report { strict: false, json: false };
+        let Engine { path, options, watch, unsaved, cache, .. } = self;
+        let instead = |file: &Path| {
+            watch.note(file);
+            unsaved.text(file)
+        };
+        // The stamp of a file says nothing about a text that is not written.
+        let stamp = |file: &Path| unsaved.text(file).is_none().then(|| watch.stamp(file)).flatten();
+        let mut loaded = load_watched(path, options, plain, &instead, Some((cache, &stamp)));
+        replace_samples(&mut loaded, self.samples_per_pixel);
+        loaded
+    }
+
+    /// Takes a file without errors over. Fails if there is not enough memory.
+    pub fn open(&mut self, loaded: Loaded) -> Result<(), Failure> {
+        let beside = beside(&self.path).find(|picture| !is_among(picture, &loaded.inputs));
+        self.references().offer(beside);
+        let film = self.film_windows();
+        let opened = Opened::new(loaded, &mut self.opened);
+        let mut opened = opened.map_err(|reason| format!("error: {reason}\n"))?;
+        // A camera that was written into the file replaces the one that was set by hand.
+        if opened.has_new_camera || opened.set(&self.set.camera).is_err() {
+            self.set.camera = ViewOverride::default();
+        }
+        self.opened = Some(opened);
+        self.reading = self.reading.wrapping_add(1);
+        self.restart();
+        if self.film_windows() == film {
+            self.tell_looking();
+        } else {
+            self.show_reference();
+        }
+        Ok(())
     }
 }

@@ -1,10 +1,16 @@
-//! HTTP: the head of a request, and answers.
+//! Connections: HTTP requests and answers, and WebSockets, all with deadlines.
 
-use std::io::{Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::thread::Builder;
+use std::time::{Duration, Instant};
 
 use tungstenite::http::{Request, Response, StatusCode, Version};
+use tungstenite::protocol::{Role, WebSocketConfig};
+use tungstenite::{Message, WebSocket};
 
-use super::timed::Timed;
+use crate::view::messages;
+use crate::view::outbox::{Hub, Outbox, Requests};
 
 /// The most bytes of the head of a request.
 const LONGEST_HEAD: usize = 8 << 10;
@@ -96,10 +102,127 @@ pub fn refuse(client: &mut Timed, status: StatusCode) {
 }
 
 /// The answer that turns the connection into a WebSocket.
-pub fn upgrade(client: &mut Timed, answer: &Response<()>) -> std::io::Result<()> {
+pub fn upgrade(client: &mut Timed, answer: &Response<()>) -> io::Result<()> {
     let mut head = String::from("HTTP/1.1 101 Switching Protocols\r\n");
     for (name, value) in answer.headers() {
         head += &format!("{name}: {}\r\n", value.to_str().unwrap_or_default());
     }
     client.write_all((head + "\r\n").as_bytes())
+}
+
+/// The most bytes of a message from the page.
+const LONGEST_REQUEST: usize = 64 << 10;
+/// The time that the page has to take a message. Then its connection is closed.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The reading side. Answers to pings and closing are not sent: they could fall into the middle of a picture.
+struct Incoming(TcpStream);
+
+impl Read for Incoming {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.0.read(buffer)
+    }
+}
+
+impl Write for Incoming {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Serves a page until it leaves, sends nonsense or takes no more messages.
+pub fn talk(client: Timed, requests: &Requests, hub: &Hub) {
+    let Ok(incoming) = client.stream.try_clone() else { return };
+    let _ = incoming.set_read_timeout(None);
+    let outbox = hub.join();
+    let sender = outbox.clone();
+    if Builder::new().spawn(move || send(client, &sender)).is_ok() {
+        receive(incoming, requests);
+    }
+    outbox.close();
+}
+
+fn receive(incoming: TcpStream, requests: &Requests) {
+    let config = WebSocketConfig::default()
+        .max_message_size(Some(LONGEST_REQUEST))
+        .max_frame_size(Some(LONGEST_REQUEST))
+        .read_buffer_size(LONGEST_REQUEST);
+    let mut socket = WebSocket::from_raw_socket(Incoming(incoming), Role::Server, Some(config));
+    while let Ok(message) = socket.read() {
+        let request = match message {
+            Message::Ping(_) | Message::Pong(_) => continue,
+            Message::Text(text) => serde_json::from_str::<messages::Request>(&text),
+            _ => return,
+        };
+        match request {
+            Ok(request) => requests.put(request),
+            Err(_) => return,
+        }
+    }
+}
+
+fn send(client: Timed, outbox: &Outbox) {
+    let mut socket = WebSocket::from_raw_socket(client, Role::Server, None);
+    while let Some(message) = outbox.next() {
+        // One second more for each 4 MiB.
+        socket.get_mut().allow(PATIENCE + Duration::from_secs(message.len() as u64 >> 22));
+        if socket.send(message).is_err() {
+            break;
+        }
+    }
+    // The reading side ends, too.
+    let _ = socket.get_ref().stream.shutdown(Shutdown::Both);
+}
+
+/// A connection whose reads and writes together end by a deadline, however slowly the other side goes.
+pub struct Timed {
+    pub stream: TcpStream,
+    deadline: Instant,
+}
+
+impl Timed {
+    pub fn new(stream: TcpStream, time: Duration) -> Timed {
+        Timed { stream, deadline: Instant::now() + time }
+    }
+
+    /// Sets a new deadline.
+    pub fn allow(&mut self, time: Duration) {
+        self.deadline = Instant::now() + time;
+    }
+
+    fn left(&self) -> io::Result<Option<Duration>> {
+        let left = self.deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() { Err(ErrorKind::TimedOut.into()) } else { Ok(Some(left)) }
+    }
+
+    /// Ends the connection. Reads what the other side still sends, because an answer is lost if unread bytes are left.
+    pub fn finish(&mut self) {
+        const TIME: Duration = Duration::from_millis(500);
+        const BYTES: u64 = 1 << 18;
+        self.allow(TIME);
+        let _ = self.stream.shutdown(Shutdown::Write);
+        let _ = io::copy(&mut self.take(BYTES), &mut io::sink());
+    }
+}
+
+impl Read for Timed {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.stream.set_read_timeout(self.left()?)?;
+        self.stream.read(buffer)
+    }
+}
+
+impl Write for Timed {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.stream.set_write_timeout(self.left()?)?;
+        self.stream.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
+    }
 }

@@ -1,16 +1,16 @@
 //! The messages between the page and the program: JSON, and pictures as numbers.
 
-mod looking;
-mod parameters;
-mod picture;
+use std::path::Path;
 
-use lookat_scene::ViewOverride;
+use lookat_render::Layer;
+use lookat_scene::Sources;
+use lookat_scene::syntax::{FileId, Span};
 use serde::{Deserialize, Serialize};
 use tungstenite::Message;
 
-pub use looking::*;
-pub use parameters::{At, Change, Changed, Described, Given, Open, Parameter, Place, Values};
-pub use picture::{About, Content, pixels};
+use crate::args::ViewOverride;
+use crate::explain::ParameterFacts;
+use crate::report;
 
 /// What the page asks for.
 #[derive(Debug, Deserialize)]
@@ -63,25 +63,7 @@ pub struct SetView {
     pub by: u32,
     /// Counts the requests of the page.
     pub number: u32,
-    pub camera: SetCamera,
-}
-
-/// The camera that the page sets; `None` as in the file.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct SetCamera {
-    pub look_at: Option<[f64; 9]>,
-    pub fov: Option<f64>,
-    pub lens_radius: Option<f64>,
-    pub focal_distance: Option<f64>,
-    pub screen_window: Option<[f64; 4]>,
-}
-
-impl From<SetCamera> for ViewOverride {
-    fn from(camera: SetCamera) -> ViewOverride {
-        let SetCamera { look_at, fov, lens_radius, focal_distance, screen_window } = camera;
-        ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window }
-    }
+    pub camera: ViewOverride,
 }
 
 /// Asks what the picture shows at a place.
@@ -213,7 +195,7 @@ pub struct Camera {
 pub struct View<'a> {
     pub by: u32,
     pub number: u32,
-    pub set: SetCamera,
+    pub set: ViewOverride,
     pub camera: Camera,
     /// Why the request of the page changed nothing.
     pub refused: Option<&'a str>,
@@ -280,4 +262,262 @@ pub struct ChangedLines {
     pub line: usize,
     pub removed: Vec<String>,
     pub added: Vec<String>,
+}
+
+/// The layers that a page can ask for, by their numbers in this list.
+pub const LAYERS: [(&str, Layer); 8] = [
+    ("depth", Layer::Depth),
+    ("position", Layer::Position),
+    ("normal", Layer::Normal),
+    ("shading-normal", Layer::ShadingNormal),
+    ("uv", Layer::Uv),
+    ("albedo", Layer::Albedo),
+    ("shape", Layer::Shape),
+    ("material", Layer::Material),
+];
+
+/// Asks for a layer, as the view shows it now.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GetLayer {
+    /// Its number in [`LAYERS`].
+    pub layer: u8,
+}
+
+/// Asks for the values of all layers at a place.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GetValues {
+    pub by: u32,
+    pub number: u32,
+    /// In pixels from the top left corner of the full picture.
+    pub at: [f64; 2],
+}
+
+/// Renders with or without error layers.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SetErrors {
+    pub is_on: bool,
+}
+
+/// Sets the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SetReference {
+    pub from: ReferenceFrom,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub enum ReferenceFrom {
+    /// The picture that is there now.
+    Picture,
+    /// The file that the command names, or else the one beside the scene.
+    File,
+    Nothing,
+}
+
+/// How the pages look.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Looking<'a> {
+    /// Whether pictures have error layers.
+    pub has_errors: bool,
+    /// Why they do not have them.
+    pub errors_refused: Option<&'a str>,
+    /// The name of the reference.
+    pub reference: Option<&'a str>,
+    /// Whether its pixels follow.
+    pub is_shown: bool,
+    /// Why there is none, why it does not fit, or why it is not the newest one.
+    pub reference_refused: Option<&'a str>,
+    /// The file that can be the reference.
+    pub file: Option<String>,
+}
+
+/// The finished picture and the reference.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Compared {
+    /// Of the view.
+    pub generation: u32,
+    /// What `lookat compare` prints, or why there is nothing to compare.
+    pub text: String,
+    /// Whether noise explains the differences. `None` if nobody can tell.
+    pub agrees: Option<bool>,
+}
+
+/// The values of all layers at a place, in the order of [`LAYERS`]. Empty outside the picture.
+#[derive(Debug, Serialize)]
+pub struct LayerValues {
+    pub by: u32,
+    pub number: u32,
+    pub at: [f64; 2],
+    pub values: Vec<Vec<f32>>,
+}
+
+/// A place of the text, as pages name it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct At {
+    /// Counts how often the scene has been read. Another text has other places.
+    pub reading: u32,
+    pub file: u32,
+    pub start: u32,
+}
+
+impl At {
+    pub fn span(self) -> Span {
+        Span { file: FileId(self.file), start: self.start, end: self.start.saturating_add(1) }
+    }
+}
+
+/// A place of the text, as pages show it.
+#[derive(Debug, Serialize)]
+pub struct Place {
+    pub at: At,
+    /// file:line:column
+    pub text: String,
+    /// The absolute path of the file.
+    pub path: String,
+    pub line: usize,
+    pub column: usize,
+}
+
+impl Place {
+    pub fn new(span: Span, sources: &Sources, reading: u32) -> Place {
+        let found = sources.location(span);
+        let path = std::path::absolute(found.path);
+        Place {
+            at: At { reading, file: span.file.0, start: span.start },
+            text: report::place(span, sources),
+            path: path.as_deref().unwrap_or(Path::new("")).display().to_string(),
+            line: found.line,
+            column: found.column,
+        }
+    }
+}
+
+/// A directive with its parameters.
+#[derive(Debug, Serialize)]
+pub struct Described {
+    pub directive: &'static str,
+    /// The type, such as `matte`.
+    pub kind: &'static str,
+    /// The name of a named material.
+    pub name: Option<String>,
+    pub place: Place,
+    pub parameters: Vec<Parameter>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Parameter {
+    /// As in the schema that `explain --json` prints.
+    pub facts: ParameterFacts,
+    /// What the text gives it. `None` for the default.
+    pub given: Option<TextValues>,
+}
+
+/// A parameter in the text.
+#[derive(Debug, Serialize)]
+pub struct TextValues {
+    #[serde(rename = "type")]
+    pub ty: &'static str,
+    pub values: Values,
+}
+
+/// Numbers, or words: strings, names of textures and files, `true` and `false`.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Values {
+    Numbers(Vec<f64>),
+    Words(Vec<String>),
+}
+
+/// Asks to give a parameter other values, without writing the file.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Change {
+    pub by: u32,
+    pub number: u32,
+    /// The directives that the page shows: the answer describes them again.
+    pub shown: Vec<At>,
+    pub at: At,
+    pub name: String,
+    /// The type of the values, as the text spells it.
+    pub value_type: String,
+    pub values: Values,
+}
+
+/// The answer to a change.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Changed {
+    pub by: u32,
+    pub number: u32,
+    pub directives: Vec<Described>,
+    /// Why nothing has changed.
+    pub refused: Option<String>,
+}
+
+/// Asks to open a place in the editor.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Open {
+    pub by: u32,
+    pub at: At,
+}
+
+/// What a picture is.
+#[derive(Debug, Clone, Copy)]
+pub struct About {
+    /// Counts the views.
+    pub generation: u32,
+    /// The number of the page's request that the view follows, or of the layer.
+    pub number: u32,
+    /// Samples of all pixels, done and in all.
+    pub done: u64,
+    pub total: u64,
+    /// The time since this rendering began.
+    pub seconds: f64,
+    pub content: Content,
+}
+
+/// What the numbers of a picture stand for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Content {
+    /// Colors of a picture that is not finished.
+    Growing,
+    /// Colors of the picture that `render` makes.
+    Finished,
+    Reference,
+    Layer,
+    Errors,
+}
+
+/// The bytes before the pixels of a picture: eight numbers.
+const HEADER: usize = 64;
+
+/// A picture as a message: width, height and `about` as `f64`, then three values of each pixel as `f32`, of colors linear red,
+/// green and blue. Little-endian.
+pub fn pixels([width, height]: [u32; 2], values: &[[f32; 3]], about: About) -> Message {
+    let About { generation, number, done, total, seconds, content } = about;
+    let header = [
+        f64::from(width),
+        f64::from(height),
+        f64::from(generation),
+        f64::from(number),
+        done as f64,
+        total as f64,
+        seconds,
+        f64::from(content as u8),
+    ];
+    let mut bytes = vec![0; HEADER + 12 * values.len()];
+    let (head, body) = bytes.split_at_mut(HEADER);
+    head.copy_from_slice(header.map(f64::to_le_bytes).as_flattened());
+    for (place, value) in body.chunks_exact_mut(4).zip(values.as_flattened()) {
+        place.copy_from_slice(&value.to_le_bytes());
+    }
+    Message::binary(bytes)
 }

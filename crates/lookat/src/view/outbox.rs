@@ -1,15 +1,18 @@
-//! What the pages are told: the newest message of each kind, so that a slow page holds up nobody and takes no memory.
+//! What waits: messages for the pages, and requests of the pages.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
+use std::time::Duration;
 
 use tungstenite::Message;
 
-use crate::lock::lock;
+use crate::view::messages::{Query, Request};
+use crate::writer::lock;
 
 /// The kinds of messages, in the order in which they are sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum Topic {
     Scene,
     View,
     /// For the page with this number, as the next four.
@@ -36,17 +39,17 @@ pub struct Outbox {
 
 #[derive(Default)]
 struct Waiting {
-    messages: BTreeMap<Kind, Message>,
+    messages: BTreeMap<Topic, Message>,
     is_closed: bool,
 }
 
 impl Outbox {
-    fn take_back(&self, kind: Kind) {
-        lock(&self.waiting).messages.remove(&kind);
+    fn take_back(&self, topic: Topic) {
+        lock(&self.waiting).messages.remove(&topic);
     }
 
-    fn put(&self, kind: Kind, message: Message) {
-        lock(&self.waiting).messages.insert(kind, message);
+    fn put(&self, topic: Topic, message: Message) {
+        lock(&self.waiting).messages.insert(topic, message);
         self.told.notify_all();
     }
 
@@ -79,7 +82,7 @@ pub struct Hub(Mutex<Told>);
 struct Told {
     pages: Vec<Weak<Outbox>>,
     /// What a new page is told first.
-    newest: BTreeMap<Kind, Message>,
+    newest: BTreeMap<Topic, Message>,
 }
 
 impl Hub {
@@ -87,32 +90,172 @@ impl Hub {
     pub fn join(&self) -> Arc<Outbox> {
         let outbox = Arc::new(Outbox::default());
         let mut told = lock(&self.0);
-        told.newest.iter().for_each(|(kind, message)| outbox.put(*kind, message.clone()));
+        for (topic, message) in &told.newest {
+            outbox.put(*topic, message.clone());
+        }
         told.pages.push(Arc::downgrade(&outbox));
         outbox
     }
 
     /// Takes back what is not true anymore, as far as it still waits.
-    pub fn take_back(&self, kind: Kind) {
+    pub fn take_back(&self, topic: Topic) {
         let mut told = lock(&self.0);
-        told.newest.remove(&kind);
-        told.pages.iter().filter_map(Weak::upgrade).for_each(|page| page.take_back(kind));
+        told.newest.remove(&topic);
+        for page in told.pages.iter().filter_map(Weak::upgrade) {
+            page.take_back(topic);
+        }
     }
 
     /// Tells all pages.
-    pub fn tell(&self, kind: Kind, message: Message) {
+    pub fn tell(&self, topic: Topic, message: Message) {
         let mut told = lock(&self.0);
         told.pages.retain(|page| {
             page.upgrade().is_some_and(|page| {
-                page.put(kind, message.clone());
+                page.put(topic, message.clone());
                 true
             })
         });
         // What a page has not asked for is nothing new for it.
-        let is_for_all = matches!(kind, Kind::Scene | Kind::View | Kind::Looking | Kind::Reference);
-        if is_for_all || matches!(kind, Kind::Errors | Kind::Picture | Kind::Compared) {
-            told.newest.insert(kind, message);
+        let is_for_all = matches!(topic, Topic::Scene | Topic::View | Topic::Looking | Topic::Reference);
+        if is_for_all || matches!(topic, Topic::Errors | Topic::Picture | Topic::Compared) {
+            told.newest.insert(topic, message);
         }
+    }
+}
+
+/// The most requests that wait.
+const MOST: usize = 64;
+
+/// The requests that wait for the engine, in order.
+#[derive(Default)]
+pub struct Requests {
+    waiting: Mutex<Vec<Request>>,
+    put: Condvar,
+    /// There may be room for another request.
+    taken: Condvar,
+    /// Whether a request waits that is no query, to be read without the lock.
+    has_any: AtomicBool,
+    /// Whether the engine has something else to do.
+    is_woken: AtomicBool,
+}
+
+impl Requests {
+    /// Replaces an earlier request for the same. Waits while too many others wait, so that none is lost: a page that floods the
+    /// engine is read no faster than it is answered.
+    pub fn put(&self, request: Request) {
+        let is_full = |waiting: &mut Vec<Request>| {
+            waiting.retain(|earlier| !is_for_the_same(earlier, &request));
+            // Of these, only one waits.
+            let is_single = matches!(request, Request::Film(_) | Request::View(_) | Request::Errors(_));
+            waiting.len() >= MOST && !is_single
+        };
+        let waited = self.taken.wait_while(lock(&self.waiting), is_full);
+        let mut waiting = waited.unwrap_or_else(PoisonError::into_inner);
+        waiting.push(request);
+        self.count(&waiting);
+        self.put.notify_all();
+    }
+
+    /// Puts queries that are not answered yet before the others, unless there are newer ones for the same.
+    pub fn put_back(&self, queries: Vec<Query>) {
+        let mut waiting = lock(&self.waiting);
+        for query in queries.into_iter().rev().map(Request::Query) {
+            if !waiting.iter().any(|later| is_for_the_same(&query, later)) {
+                waiting.insert(0, query);
+            }
+        }
+    }
+
+    /// Takes the queries that `accepts` names, after waiting at most `time` for the first. They overtake no request. `None` once
+    /// they are stopped.
+    pub fn take_queries(
+        &self,
+        time: Duration,
+        accepts: impl Fn(&Query) -> bool,
+        is_stopped: &AtomicBool,
+    ) -> Option<Vec<Query>> {
+        let is_stopped = || is_stopped.load(Ordering::Relaxed);
+        let is_accepted = |request: &Request| matches!(request, Request::Query(query) if accepts(query));
+        let is_first = |waiting: &[Request]| waiting.iter().all(is_query) && waiting.iter().any(is_accepted);
+        let is_idle = |waiting: &mut Vec<Request>| !is_stopped() && !is_first(waiting);
+        let waited = self.put.wait_timeout_while(lock(&self.waiting), time, is_idle);
+        let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        if is_stopped() {
+            return None;
+        }
+        let may_take = is_first(&waiting);
+        let taken = waiting.extract_if(.., |request| may_take && is_accepted(request));
+        let queries =
+            taken.filter_map(|request| if let Request::Query(query) = request { Some(query) } else { None });
+        let queries = queries.collect();
+        self.taken.notify_all();
+        Some(queries)
+    }
+
+    /// Ends the waiting for queries.
+    pub fn stop_queries(&self, is_stopped: &AtomicBool) {
+        // With the lock, nobody is between looking and waiting.
+        let _waiting = lock(&self.waiting);
+        is_stopped.store(true, Ordering::Relaxed);
+        self.put.notify_all();
+    }
+
+    pub fn has_any(&self) -> bool {
+        self.has_any.load(Ordering::Relaxed)
+    }
+
+    /// Ends waiting: a file has changed.
+    pub fn wake(&self) {
+        let _waiting = lock(&self.waiting);
+        self.is_woken.store(true, Ordering::Relaxed);
+        self.put.notify_all();
+    }
+
+    /// Takes all requests, after waiting at most `time` for the first or until woken.
+    pub fn take(&self, time: Duration) -> Vec<Request> {
+        let is_idle =
+            |waiting: &mut Vec<Request>| waiting.is_empty() && !self.is_woken.swap(false, Ordering::Relaxed);
+        let waited = self.put.wait_timeout_while(lock(&self.waiting), time, is_idle);
+        let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        self.has_any.store(false, Ordering::Relaxed);
+        self.taken.notify_all();
+        std::mem::take(&mut waiting)
+    }
+
+    fn count(&self, waiting: &[Request]) {
+        let has_any = !waiting.iter().all(is_query);
+        self.has_any.store(has_any, Ordering::Relaxed);
+    }
+}
+
+fn is_query(request: &Request) -> bool {
+    matches!(request, Request::Query(_))
+}
+
+/// Whether the answer to an earlier request is of no use any more.
+fn is_for_the_same(earlier: &Request, request: &Request) -> bool {
+    match (earlier, request) {
+        (Request::Film(_), Request::Film(_))
+        | (Request::View(_), Request::View(_))
+        | (Request::Errors(_), Request::Errors(_)) => true,
+        (Request::Change(earlier), Request::Change(request)) => {
+            (earlier.by, earlier.at, &earlier.name) == (request.by, request.at, &request.name)
+        }
+        (Request::Query(earlier), Request::Query(query)) => is_same_query(earlier, query),
+        _ => false,
+    }
+}
+
+fn is_same_query(earlier: &Query, query: &Query) -> bool {
+    match (earlier, query) {
+        (Query::Pick(earlier), Query::Pick(query)) => earlier.by == query.by,
+        (Query::Depths(earlier), Query::Depths(query)) => earlier.by == query.by,
+        (Query::Show(earlier), Query::Show(query)) => earlier.by == query.by,
+        (Query::Open(earlier), Query::Open(query)) => earlier.by == query.by,
+        (Query::Values(earlier), Query::Values(query)) => earlier.by == query.by,
+        (Query::Layer(earlier), Query::Layer(query)) => earlier == query,
+        (Query::Reference(_), Query::Reference(_)) => true,
+        _ => false,
     }
 }
 
@@ -125,12 +268,12 @@ mod tests {
         let hub = Hub::default();
         let early = hub.join();
         for text in ["1", "2"] {
-            hub.tell(Kind::Picture, text.into());
-            hub.tell(Kind::Picked(1), text.into());
+            hub.tell(Topic::Picture, text.into());
+            hub.tell(Topic::Picked(1), text.into());
         }
-        hub.tell(Kind::Scene, "scene".into());
-        hub.tell(Kind::Reference, "reference".into());
-        hub.take_back(Kind::Reference);
+        hub.tell(Topic::Scene, "scene".into());
+        hub.tell(Topic::Reference, "reference".into());
+        hub.take_back(Topic::Reference);
         let late = hub.join();
         let all = |outbox: &Outbox| {
             std::iter::from_fn(|| lock(&outbox.waiting).messages.pop_first())
@@ -141,5 +284,61 @@ mod tests {
         assert_eq!(all(&late), ["scene", "2"].map(Message::from));
         early.close();
         assert_eq!(early.next(), None);
+    }
+
+    fn request(text: &str) -> Request {
+        serde_json::from_str(text).unwrap()
+    }
+
+    /// A page that moves the camera and then asks for a place means the new picture.
+    #[test]
+    fn queries_overtake_no_requests() {
+        let (requests, is_stopped) = (Requests::default(), AtomicBool::new(false));
+        let queries =
+            || requests.take_queries(Duration::ZERO, |_| true, &is_stopped).map(|queries| queries.len());
+        let pick = r#"{"type": "pick", "by": 1, "number": 2, "at": [0, 0]}"#;
+        requests.put(request(pick));
+        assert!(!requests.has_any());
+        assert_eq!(queries(), Some(1));
+        requests.put(request(r#"{"type": "view", "by": 1, "number": 1, "camera": {}}"#));
+        requests.put(request(pick));
+        assert!(requests.has_any());
+        assert_eq!(queries(), Some(0));
+        assert!(matches!(
+            requests.take(Duration::ZERO)[..],
+            [Request::View(_), Request::Query(Query::Pick(_))]
+        ));
+        requests.put(request(pick));
+        requests.stop_queries(&is_stopped);
+        assert_eq!(queries(), None);
+    }
+    /// A page that asks faster than the engine answers waits, and loses nothing. Pages share the camera, so it never waits.
+    #[test]
+    fn no_request_is_dropped() {
+        const PICKS: usize = 1000;
+        let requests = Requests::default();
+        let (mut picks, mut views) = (0, 0);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for by in 0..PICKS {
+                    requests.put(request(&format!(
+                        r#"{{"type": "pick", "by": {by}, "number": 2, "at": [0, 0]}}"#
+                    )));
+                }
+            });
+            let end = std::time::Instant::now() + Duration::from_secs(60);
+            while lock(&requests.waiting).len() < MOST {
+                assert!(std::time::Instant::now() < end);
+            }
+            requests.put(request(r#"{"type": "view", "by": 1, "number": 1, "camera": {}}"#));
+            while picks < PICKS {
+                assert!(std::time::Instant::now() < end);
+                let taken = requests.take(Duration::from_millis(10));
+                assert!(taken.len() <= MOST + 1);
+                views += taken.iter().filter(|request| matches!(request, Request::View(_))).count();
+                picks += taken.iter().filter(|request| is_query(request)).count();
+            }
+        });
+        assert_eq!((picks, views), (PICKS, 1));
     }
 }

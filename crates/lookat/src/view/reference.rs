@@ -1,15 +1,62 @@
-//! The picture that pages compare with.
+//! The pictures of the view: the newest, the finished one as a file, and the reference that pages compare with.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use lookat_image::{Aligned, Charge, Image, MemoryBudget, PictureFile, Window, align};
 
-use super::messages::Compared;
 use crate::compare::{Comparison, Rules, check_memory, pixel_bytes};
+use crate::failure::Failure;
 use crate::live::Watch;
-use crate::lock::lock;
 use crate::metric::THRESHOLD;
+use crate::view::messages::Compared;
+use crate::writer::lock;
+
+/// The pictures of the view.
+#[derive(Default)]
+pub struct Gallery {
+    pictures: Mutex<Pictures>,
+    /// One file at a time, as it takes memory.
+    writing: Mutex<()>,
+}
+
+#[derive(Default)]
+struct Pictures {
+    newest: Option<Arc<Image>>,
+    finished: Option<Arc<Image>>,
+}
+
+impl Gallery {
+    /// Takes a picture of full size, finished or not.
+    pub fn put(&self, image: Image, is_final: bool) -> Arc<Image> {
+        let image = Arc::new(image);
+        let mut pictures = lock(&self.pictures);
+        pictures.newest = Some(image.clone());
+        pictures.finished = is_final.then(|| image.clone());
+        image
+    }
+
+    /// Forgets the pictures of another view.
+    pub fn clear(&self) {
+        *lock(&self.pictures) = Pictures::default();
+    }
+
+    /// The newest picture.
+    pub fn newest(&self) -> Option<Arc<Image>> {
+        lock(&self.pictures).newest.clone()
+    }
+
+    pub fn finished(&self) -> Option<Arc<Image>> {
+        lock(&self.pictures).finished.clone()
+    }
+
+    /// The finished picture as `render` writes it into a file of this name. `None` without a picture, or without room for it.
+    pub fn file(&self, name: &str) -> Option<Vec<u8>> {
+        let _turn = lock(&self.writing);
+        let image = self.finished()?;
+        image.to_bytes(Path::new(name)).ok()
+    }
+}
 
 /// A picture that others are compared with.
 pub struct Reference {
@@ -29,7 +76,7 @@ pub struct References {
     pub refused: Option<String>,
     /// Whether the pages have its pixels, and why they do not fit.
     pub is_shown: bool,
-    pub misfit: Option<String>,
+    pub mismatch: Option<String>,
     watch: Watch,
     pub memory: MemoryBudget,
 }
@@ -37,8 +84,8 @@ pub struct References {
 impl References {
     pub fn new(named: Option<PathBuf>, memory: MemoryBudget) -> References {
         let watch = Watch::default();
-        let (is_shown, misfit) = (false, None);
-        References { named, beside: None, current: None, refused: None, is_shown, misfit, watch, memory }
+        let (is_shown, mismatch) = (false, None);
+        References { named, beside: None, current: None, refused: None, is_shown, mismatch, watch, memory }
     }
 
     /// Takes the file beside the scene.
@@ -86,10 +133,14 @@ impl References {
 }
 
 /// The pixels of a reference where a picture has them. NaN where the reference has none. Fails as `compare`.
-pub fn over(reference: &Image, data_window: Window, display_window: Window) -> Result<Vec<[f32; 3]>, String> {
+pub fn over(
+    reference: &Image,
+    data_window: Window,
+    display_window: Window,
+) -> Result<Vec<[f32; 3]>, Failure> {
     let area = data_window.area() as usize;
     let blank = Image::from_rgb(data_window, display_window, &vec![[0.0; 3]; area]);
-    let Aligned { window, expected, .. } = align(&blank, reference).map_err(|error| error.to_string())?;
+    let Aligned { window, expected, .. } = align(&blank, reference)?;
     let mut pixels = vec![[f32::NAN; 3]; area];
     let left = (window.x - data_window.x) as usize;
     for (row, values) in expected.chunks_exact(window.width as usize).enumerate() {
@@ -186,8 +237,8 @@ fn compared(
     names: [&str; 2],
     [actual, reference]: [&Image; 2],
     memory: &MemoryBudget,
-) -> Result<(String, Option<bool>), String> {
-    let pair = align(actual, reference).map_err(|error| error.to_string())?;
+) -> Result<(String, Option<bool>), Failure> {
+    let pair = align(actual, reference)?;
     check_memory(pair.window, pair.window.area() * pixel_bytes(&pair), memory)?;
     let rules = Rules { limits: &[], only: &[], is_layer: false, threshold: THRESHOLD };
     let comparison = Comparison::new(names, &pair, rules)?;
@@ -231,6 +282,6 @@ mod tests {
         let found = first(over(&part, full, full).unwrap());
         assert!(found[0].is_nan() && found[5..7] == [0.0, 1.0] && found[9..11] == [2.0, 3.0]);
         let larger = Window { width: 5, ..full };
-        assert_eq!(over(&whole, larger, larger).unwrap_err(), "the sizes differ: 5x3 and 4x3");
+        assert_eq!(over(&whole, larger, larger).unwrap_err().to_string(), "the sizes differ: 5x3 and 4x3");
     }
 }

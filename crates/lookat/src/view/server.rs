@@ -12,14 +12,11 @@ use lookat_image::io_reason;
 use tungstenite::handshake::server::create_response;
 use tungstenite::http::{Method, Request, StatusCode};
 
-use super::files::FILES;
-use super::gallery::Gallery;
-use super::http::{answer, header, read_head, refuse, upgrade};
-use super::outbox::Hub;
-use super::requests::Requests;
-use super::socket::talk;
-use super::timed::Timed;
-use crate::lock::lock;
+use crate::failure::Failure;
+use crate::view::http::{Timed, answer, header, read_head, refuse, talk, upgrade};
+use crate::view::outbox::{Hub, Requests};
+use crate::view::reference::Gallery;
+use crate::writer::lock;
 
 /// The most connections at a time.
 const MOST_CONNECTIONS: usize = 32;
@@ -62,7 +59,7 @@ impl Server {
         requests: Arc<Requests>,
         hub: Arc<Hub>,
         gallery: Arc<Gallery>,
-    ) -> Result<Server, String> {
+    ) -> Result<Server, Failure> {
         let place = listener.local_addr().map_err(|error| io_reason(&error))?;
         let mut token = [0; 16];
         getrandom::fill(&mut token).map_err(|error| format!("the system gives no random bytes: {error}"))?;
@@ -79,7 +76,7 @@ impl Server {
     }
 
     /// Serves from now on, on threads of its own.
-    pub fn start(self, listener: TcpListener) -> Result<(), String> {
+    pub fn start(self, listener: TcpListener) -> Result<(), Failure> {
         let server = Arc::new(self);
         let accept = move || {
             for stream in listener.incoming() {
@@ -90,7 +87,7 @@ impl Server {
                 }
             }
         };
-        Builder::new().spawn(accept).map(drop).map_err(|error| io_reason(&error))
+        Ok(Builder::new().spawn(accept).map(drop).map_err(|error| io_reason(&error))?)
     }
 
     /// Gives a connection a thread. If there are too many, closes the oldest one that has not shown the token, or else this one.
@@ -147,8 +144,14 @@ impl Server {
 
     /// The media type and the contents of a file of the page, or of the finished picture.
     fn file(&self, name: &str) -> Option<(&'static str, Cow<'static, [u8]>)> {
-        if let Some(file) = FILES.iter().find(|file| file.name == name) {
-            return Some((file.kind, file.text.as_bytes().into()));
+        let page_file = if name.is_empty() { "index.html" } else { name };
+        if let Some((_, text)) = FILES.iter().find(|(known, _)| *known == page_file) {
+            let kind = match name.rsplit_once('.') {
+                Some((_, "js")) => "text/javascript; charset=utf-8",
+                Some((_, "css")) => "text/css; charset=utf-8",
+                _ => "text/html; charset=utf-8",
+            };
+            return Some((kind, text.as_bytes().into()));
         }
         let (name, kind) = PICTURES.iter().find(|(picture, _)| *picture == name)?;
         Some((kind, self.gallery.file(name)?.into()))
@@ -194,3 +197,17 @@ fn is_same(one: &str, other: &str) -> bool {
     let pairs = one.bytes().zip(other.bytes());
     one.len() == other.len() && pairs.fold(0, |all, (a, b)| black_box(all | (a ^ b))) == 0
 }
+
+/// The files of the page, inside the program.
+macro_rules! files {
+    ($($name:literal)*) => {
+        &[$(($name, include_str!(concat!("../../page/", $name)))),*]
+    };
+}
+
+/// Names and texts of the files of the page.
+const FILES: &[(&str, &str)] = files![
+    "index.html" "viewer.css" "style.css" "main.js" "ask.js" "blur.js" "parameters.js" "pointing.js" "places.js" "socket.js"
+    "picture.js" "display.js" "zoom.js" "compare.js" "layers.js" "reading.js" "status.js" "save.js" "paint.js" "ramp.js"
+    "readout.js" "wipe.js" "typing.js" "tone.js" "camera.js" "gestures.js" "panel.js" "edit.js"
+];

@@ -1,4 +1,4 @@
-//! Writes changes into the files of a scene, and takes them back.
+//! Changes of the files of a scene: unsaved ones, with which the scene is read, and written ones, which can be reverted.
 
 use std::path::{Path, PathBuf};
 
@@ -7,8 +7,9 @@ use lookat_image::{ImageError, change_file, has_text, io_reason, keep_aside};
 use lookat_scene::Sources;
 use lookat_scene::syntax::Fix;
 
-use super::messages::ChangedLines;
+use crate::failure::Failure;
 use crate::output::is_among;
+use crate::view::messages::ChangedLines;
 
 /// The most bytes of texts that are kept to take changes back.
 const MOST_KEPT: usize = 256 << 20;
@@ -22,7 +23,7 @@ pub struct FileChange {
 }
 
 /// The files that fixes change. Fails for a file that the scene includes twice: a change here would change both places.
-pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, String> {
+pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, Failure> {
     let mut fixes: Vec<&Fix> = fixes.iter().collect();
     // Insertions at one place keep their order.
     fixes.sort_by_key(|fix| (fix.span.file.0, fix.span.start));
@@ -30,11 +31,11 @@ pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, Stri
 }
 
 /// What fixes of one file, in the order of their places, make of it.
-fn change(sources: &Sources, fixes: &[&Fix]) -> Result<FileChange, String> {
+fn change(sources: &Sources, fixes: &[&Fix]) -> Result<FileChange, Failure> {
     let source = sources.file(fixes[0].span.file);
     let path = source.path.clone();
     if sources.files.iter().filter(|other| is_among(&other.path, [&path])).count() > 1 {
-        return Err(format!("{} is included twice: change it by hand", path.display()));
+        return Err(format!("{} is included twice: change it by hand", path.display()).into());
     }
     let before = source.text.clone();
     let mut after = Vec::with_capacity(before.len());
@@ -96,7 +97,7 @@ pub struct History {
 
 impl History {
     /// Changes files. Fails, and changes nothing, if one of them is not as it was before.
-    pub fn write(&mut self, changes: Vec<FileChange>) -> Result<(), String> {
+    pub fn write(&mut self, changes: Vec<FileChange>) -> Result<(), Failure> {
         put(&changes, &change_file)?;
         self.undone.clear();
         self.done.push(changes);
@@ -104,14 +105,14 @@ impl History {
         Ok(())
     }
 
-    pub fn undo(&mut self) -> Result<(), String> {
+    pub fn undo(&mut self) -> Result<(), Failure> {
         let changes = self.done.last().ok_or("there is nothing to undo")?;
         put(&changes.iter().map(FileChange::reversed).collect::<Vec<_>>(), &change_file)?;
         self.undone.extend(self.done.pop());
         Ok(())
     }
 
-    pub fn redo(&mut self) -> Result<(), String> {
+    pub fn redo(&mut self) -> Result<(), Failure> {
         put(self.undone.last().ok_or("there is nothing to redo")?, &change_file)?;
         self.done.extend(self.undone.pop());
         Ok(())
@@ -140,16 +141,16 @@ pub fn forget_first<T>(steps: &mut Vec<T>, changes: impl Fn(&T) -> &[FileChange]
 type ChangeFile<'a> = &'a dyn Fn(&Path, &[u8], &[u8]) -> Result<bool, ImageError>;
 
 /// Writes all files or none. If it can do neither, the message names the files that stay changed.
-fn put(changes: &[FileChange], change_file: ChangeFile) -> Result<(), String> {
+fn put(changes: &[FileChange], change_file: ChangeFile) -> Result<(), Failure> {
     for FileChange { path, before, .. } in changes {
         match has_text(path, before) {
             Ok(true) => {}
-            Ok(false) => return Err(changed_meanwhile(path) + NOTHING_WRITTEN),
-            Err(error) => return Err(format!("{}: {}", path.display(), io_reason(&error))),
+            Ok(false) => return Err((changed_meanwhile(path) + NOTHING_WRITTEN).into()),
+            Err(error) => return Err(format!("{}: {}", path.display(), io_reason(&error)).into()),
         }
         // Replacing a file needs no permission to write it.
         if std::fs::metadata(path).is_ok_and(|found| found.permissions().readonly()) {
-            return Err(format!("{} is write-protected", path.display()));
+            return Err(format!("{} is write-protected", path.display()).into());
         }
     }
     for (number, FileChange { path, before, after }) in changes.iter().enumerate() {
@@ -160,10 +161,8 @@ fn put(changes: &[FileChange], change_file: ChangeFile) -> Result<(), String> {
         };
         let stay: Vec<String> =
             changes[..number].iter().filter_map(|change| take_back(change, change_file)).collect();
-        return Err(match stay.is_empty() {
-            true => reason + end,
-            false => format!("{reason}; {}", stay.join("; ")),
-        });
+        let reason = if stay.is_empty() { reason + end } else { format!("{reason}; {}", stay.join("; ")) };
+        return Err(reason.into());
     }
     Ok(())
 }
@@ -186,6 +185,87 @@ const NOTHING_WRITTEN: &str = ": nothing is written";
 
 fn changed_meanwhile(path: &Path) -> String {
     format!("{} has changed meanwhile", path.display())
+}
+
+/// The files on disk and their texts for the scene, with the states before and after.
+#[derive(Default, Clone)]
+pub struct Unsaved {
+    files: Vec<FileChange>,
+    /// The earlier states, and what was changed then.
+    done: Vec<(String, Vec<FileChange>)>,
+    undone: Vec<(String, Vec<FileChange>)>,
+}
+
+impl Unsaved {
+    /// The text to read in place of a file.
+    pub fn text(&self, path: &Path) -> Option<Bytes> {
+        self.files.iter().find(|change| change.path == path).map(|change| change.after.clone())
+    }
+
+    /// Goes on from these texts. Changes of the same thing in a row are undone at once.
+    pub fn add(&mut self, what: String, changes: Vec<FileChange>) {
+        if self.done.last().is_none_or(|(before, _)| *before != what) {
+            self.done.push((what, self.files.clone()));
+            forget_first(&mut self.done, |(_, changes)| changes);
+        }
+        self.undone.clear();
+        self.files = self.with(changes);
+    }
+
+    /// The changes from the files on disk to these texts and further `changes` of them.
+    pub fn with(&self, changes: Vec<FileChange>) -> Vec<FileChange> {
+        let mut all = self.files.clone();
+        for change in changes {
+            match all.iter_mut().find(|known| known.path == change.path) {
+                Some(known) => known.after = change.after,
+                None => all.push(change),
+            }
+        }
+        all.retain(|change| change.before != change.after);
+        all
+    }
+
+    /// Returns to the state before the last change. False if there is none.
+    pub fn undo(&mut self) -> bool {
+        let Some((what, before)) = self.done.pop() else { return false };
+        self.undone.push((what, std::mem::replace(&mut self.files, before)));
+        true
+    }
+
+    pub fn redo(&mut self) -> bool {
+        let Some((what, after)) = self.undone.pop() else { return false };
+        self.done.push((what, std::mem::replace(&mut self.files, after)));
+        true
+    }
+
+    pub fn can_undo(&self) -> bool {
+        !self.done.is_empty()
+    }
+
+    pub fn can_redo(&self) -> bool {
+        !self.undone.is_empty()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
+    }
+
+    /// Forgets the changes of files that are no longer as they were, and the way to them. True if there were some that have not
+    /// been written.
+    pub fn forget_old(&mut self) -> bool {
+        let has_now = |path: &Path, text: &[u8]| has_text(path, text).is_ok_and(|is_same| is_same);
+        let is_old = |change: &FileChange| !has_now(&change.path, &change.before);
+        let is_written = |change: &FileChange| has_now(&change.path, &change.after);
+        let steps = || self.done.iter().chain(&self.undone).flat_map(|(_, changes)| changes);
+        let is_lost = self.files.iter().any(|change| is_old(change) && !is_written(change));
+        let has_old_steps = steps().any(is_old);
+        self.files.retain(|change| !is_old(change));
+        if is_lost || has_old_steps || (self.files.is_empty() && !self.done.is_empty()) {
+            self.done.clear();
+            self.undone.clear();
+        }
+        is_lost
+    }
 }
 
 #[cfg(test)]
@@ -230,7 +310,7 @@ mod tests {
         assert_eq!(texts(), ["3", "4"]);
         // Another program changes one of the files.
         std::fs::write(&b, "mine").unwrap();
-        let reason = history.undo().unwrap_err();
+        let reason = history.undo().unwrap_err().to_string();
         assert!(reason.contains("has changed meanwhile"), "{reason}");
         assert_eq!(texts(), ["3", "mine"]);
         std::fs::remove_file(&b).unwrap();
@@ -257,7 +337,8 @@ mod tests {
                 }
                 change_file(path, before, after)
             };
-            let reason = put(&[change(&a, "1", "3"), change(&b, "2", "4")], &change_late).unwrap_err();
+            let reason =
+                put(&[change(&a, "1", "3"), change(&b, "2", "4")], &change_late).unwrap_err().to_string();
             let texts = [&a, &b].map(|path| std::fs::read_to_string(path).unwrap());
             assert_eq!(texts, [if is_saved_again { "also mine" } else { "1" }, "mine"]);
             assert_eq!(reason.ends_with(NOTHING_WRITTEN), !is_saved_again, "{reason}");

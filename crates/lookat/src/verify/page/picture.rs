@@ -143,9 +143,12 @@ impl Pixels {
         let both = self.expected.iter().zip(&self.difference);
         let actual: Vec<[f32; 3]> = both.map(|(e, d)| std::array::from_fn(|c| plus(e[c], d[c]))).collect();
         let shown = Encoded::from_linear(&actual).pixels;
-        let bytes = shown.iter().zip(&actual).map(|(shown, actual)| match is_finite(actual) {
-            true => shown.map(|value| (255.0 * value).round() as u8),
-            false => NOT_FINITE_COLOR,
+        let bytes = shown.iter().zip(&actual).map(|(shown, actual)| {
+            if is_finite(actual) {
+                shown.map(|value| (255.0 * value).round() as u8)
+            } else {
+                NOT_FINITE_COLOR
+            }
         });
         self.png(bytes)
     }

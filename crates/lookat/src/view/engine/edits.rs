@@ -1,26 +1,30 @@
-//! Writing camera and parameters into the files, taking that back, and opening the editor.
+//! Changes of parameters, writing them and the camera into the files, reverting that, and opening the editor.
 
 use std::collections::BTreeSet;
 
-use lookat_scene::Location;
+use lookat_scene::syntax::{EntityKind, Fix, ParamType};
+use lookat_scene::{Location, Sources};
 
-use super::Engine;
-use crate::lock::lock;
-use crate::view::messages::{Action, Edit, Edited, News, Open, SetCamera};
-use crate::view::outbox::Kind;
-use crate::view::unsaved::Unsaved;
-use crate::view::write::FileChange;
+use crate::args::ViewOverride;
+use crate::failure::Failure;
+use crate::source::DirectiveText;
+use crate::view::engine::Engine;
+use crate::view::engine::opened::{describe, kind_of};
+use crate::view::messages::{Action, At, Change, Changed, Edit, Edited, News, Open, Values};
+use crate::view::outbox::Topic;
+use crate::view::write::{FileChange, Unsaved, changes};
+use crate::writer::lock;
 
 /// The changes that pages were shown last, and these pages.
 #[derive(Default)]
-pub(super) struct Shown {
+pub struct Shown {
     changes: Vec<FileChange>,
     pages: BTreeSet<u32>,
 }
 
 impl Engine {
     /// Opens a place in the editor.
-    pub(super) fn open_editor(&self, Open { by, at }: Open) {
+    pub fn open_editor(&self, Open { by, at }: Open) {
         let opened = self
             .opened
             .as_ref()
@@ -33,15 +37,20 @@ impl Engine {
             _ => Err("the file has changed: point at the shape again".into()),
         };
         if let Err(reason) = done {
-            self.tell_edited(Edited { by, lines: Vec::new(), is_written: false, refused: Some(reason) });
+            self.tell_edited(Edited {
+                by,
+                lines: Vec::new(),
+                is_written: false,
+                refused: Some(reason.into()),
+            });
         }
     }
 
     /// Shows the lines that writing changes. A page writes what it was shown.
-    pub(super) fn show_changes(&self, by: u32) {
+    pub fn show_changes(&self, by: u32) {
         let changes = self.unwritten();
         let lines = changes.iter().flatten().flat_map(FileChange::lines).collect();
-        let refused = changes.as_ref().err().cloned();
+        let refused = changes.as_ref().err().map(ToString::to_string);
         let mut shown = lock(&self.shown);
         match changes {
             Ok(changes) if shown.changes == changes => {}
@@ -54,7 +63,7 @@ impl Engine {
     }
 
     /// Changes the files, or takes changes back.
-    pub(super) fn edit(&mut self, Edit { by, action }: Edit) {
+    pub fn edit(&mut self, Edit { by, action }: Edit) {
         // Whether files have been written.
         let done = match action {
             Action::Write => {
@@ -75,42 +84,137 @@ impl Engine {
         };
         if done == Ok(true) {
             // The file has the camera now.
-            self.set.camera = SetCamera::default();
+            self.set.camera = ViewOverride::default();
         }
         if done.is_ok() {
             self.read();
         }
-        self.tell_edited(Edited { by, lines: Vec::new(), is_written: done == Ok(true), refused: done.err() });
+        self.tell_edited(Edited {
+            by,
+            lines: Vec::new(),
+            is_written: done == Ok(true),
+            refused: done.err().map(String::from),
+        });
     }
 
     /// The changes that a page was shown, if nothing has been changed since.
-    fn shown_changes(&self, by: u32) -> Result<Vec<FileChange>, String> {
+    fn shown_changes(&self, by: u32) -> Result<Vec<FileChange>, Failure> {
         let mut shown = lock(&self.shown);
         if shown.changes.is_empty() || !shown.pages.contains(&by) {
             return Err("there is nothing to write".into());
         }
         let Shown { changes, .. } = std::mem::take(&mut *shown);
-        match self.unwritten()? == changes {
-            true => Ok(changes),
-            false => {
-                Err("the file, the camera or a parameter has changed meanwhile: nothing is written".into())
-            }
+        if self.unwritten()? == changes {
+            Ok(changes)
+        } else {
+            Err("the file, the camera or a parameter has changed meanwhile: nothing is written".into())
         }
     }
 
     /// The changes that are not written. Fails with the reason why there are none.
-    fn unwritten(&self) -> Result<Vec<FileChange>, String> {
+    fn unwritten(&self) -> Result<Vec<FileChange>, Failure> {
         let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
         let changes = self.unsaved.with(opened.changes(&self.set.camera)?);
-        match changes.is_empty() {
-            true => {
-                Err("the file has this camera and these parameters already; the film is never written".into())
-            }
-            false => Ok(changes),
+        if changes.is_empty() {
+            Err("the file has this camera and these parameters already; the film is never written".into())
+        } else {
+            Ok(changes)
         }
     }
 
     fn tell_edited(&self, edited: Edited) {
-        self.hub.tell(Kind::Edited(edited.by), News::Edited(edited).message());
+        self.hub.tell(Topic::Edited(edited.by), News::Edited(edited).message());
     }
+}
+
+/// The directives that pages can change.
+const CHANGEABLE: [EntityKind; 4] = [
+    EntityKind::Material,
+    EntityKind::MakeNamedMaterial,
+    EntityKind::AreaLightSource,
+    EntityKind::LightSource,
+];
+
+impl Engine {
+    pub fn change(&mut self, change: Change) {
+        let (mut places, mut refused) = (change.shown.clone(), None);
+        match self.try_change(&change) {
+            Ok(fixes) => places = places.into_iter().map(|at| moved(at, &fixes, self.reading)).collect(),
+            Err(reason) => refused = Some(reason.into()),
+        }
+        let sources = self.opened.as_ref().map(|opened| opened.sources());
+        let current = places.iter().filter(|at| at.reading == self.reading);
+        let directives = current.filter_map(|at| describe(sources?, at.span(), self.reading)).collect();
+        let changed = Changed { by: change.by, number: change.number, directives, refused };
+        self.hub.tell(Topic::Changed(change.by), News::Changed(changed).message());
+    }
+
+    /// Reads the scene with other values. Fails with the reason, and changes nothing.
+    fn try_change(&mut self, change: &Change) -> Result<Vec<Fix>, Failure> {
+        let opened = self.opened.as_ref().filter(|_| change.at.reading == self.reading);
+        let sources = opened.ok_or("the file has changed: point at the shape again")?.sources();
+        let fixes = fixes(sources, change)?;
+        let before = self.unsaved.clone();
+        self.unsaved.add(
+            format!("{} {} {}", change.at.file, change.at.start, change.name),
+            changes(sources, &fixes)?,
+        );
+        let loaded = self.load_once();
+        let read = match loaded.scene {
+            Some(_) => self.open(loaded),
+            None => Err(first_error(&loaded).into()),
+        };
+        match &read {
+            Ok(()) => {
+                self.has_lost = false;
+                self.tell_scene(None);
+            }
+            Err(_) => self.unsaved = before,
+        }
+        read.map(|()| fixes)
+    }
+}
+
+/// The changes of the text. Fails with the reason why there is none.
+fn fixes(
+    sources: &Sources,
+    Change { at, name, value_type, values, .. }: &Change,
+) -> Result<Vec<Fix>, Failure> {
+    let found = DirectiveText::at(sources, at.span()).filter(|found| CHANGEABLE.contains(&found.kind));
+    let found = found.ok_or("there is no material and no light")?;
+    let ty =
+        ParamType::from_spelling(value_type).ok_or_else(|| format!("there is no type \"{value_type}\""))?;
+    let mut known = kind_of(&found).into_iter().flat_map(|kind| kind.parameters());
+    let parameter = known.find(|parameter| parameter.name == name);
+    let parameter = parameter.ok_or_else(|| format!("there is no parameter \"{name}\""))?;
+    // The text of a page may not make the program open files.
+    let is_closed = matches!(ty, ParamType::Bool | ParamType::Texture) || !parameter.range.is_empty();
+    if matches!(values, Values::Words(_)) && !is_closed {
+        return Err(format!("change \"{name}\" in the file: the page cannot name files").into());
+    }
+    let words: Vec<String> = match values {
+        Values::Numbers(numbers) if numbers.iter().all(|number| number.is_finite()) => {
+            numbers.iter().map(f64::to_string).collect()
+        }
+        Values::Words(words) if words.iter().all(|word| !word.contains(['"', '\\', '\n', '\r'])) => {
+            words.iter().map(|word| format!("\"{word}\"")).collect()
+        }
+        _ => return Err("this value cannot be written".into()),
+    };
+    Ok(found.set(ty, name, &words))
+}
+
+/// A place after changes before it.
+fn moved(at: At, fixes: &[Fix], reading: u32) -> At {
+    let before = fixes.iter().filter(|fix| fix.span.file.0 == at.file && fix.span.start < at.start);
+    let grown: i64 =
+        before.map(|fix| fix.replacement.len() as i64 - i64::from(fix.span.end - fix.span.start)).sum();
+    At { reading, start: (i64::from(at.start) + grown).max(0) as u32, ..at }
+}
+
+/// The message of the first error.
+fn first_error(loaded: &lookat_scene::Loaded) -> String {
+    use lookat_scene::syntax::Severity;
+    let error = loaded.diagnostics.iter().find(|diagnostic| diagnostic.severity == Severity::Error);
+    error.map(|error| error.message.clone()).or(loaded.override_error.clone()).unwrap_or_default()
 }

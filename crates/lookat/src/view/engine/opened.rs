@@ -1,19 +1,21 @@
-//! A scene that has been read and prepared.
+//! A scene that has been read and prepared, and its directives for the page.
 
 use lookat_image::Charge;
 use lookat_render::{Prepared, Settings, film_bytes};
 use lookat_scene::glam::DVec2;
-use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View};
+use lookat_scene::schema::{Count, Effect, Kind};
+use lookat_scene::syntax::{self, EntityKind, Param, Span};
+use lookat_scene::{Camera, Loaded, Scene, Sources, View, kinds};
 
-use crate::args::way_out;
+use crate::args::{ViewOverride, way_out};
+use crate::explain::ParameterFacts;
+use crate::failure::Failure;
 use crate::render::charge_memory;
-use crate::report;
-use crate::sight;
-use crate::view::camera::{changed, placement, rounded, values};
-use crate::view::describe::describe;
-use crate::view::edit::camera_fixes;
-use crate::view::messages::{self, Described, Hit, Place, SetCamera};
+use crate::source::DirectiveText;
+use crate::view::camera::{FileCamera, camera_fixes, changed, placement, rounded, values};
+use crate::view::messages::{self, Described, Hit, Parameter, Place, TextValues, Values};
 use crate::view::write::{FileChange, changes};
+use crate::{report, sight};
 
 /// The most places along a side of which the depths are told.
 const MOST_DEPTHS: u32 = 64;
@@ -24,9 +26,7 @@ const MOST_LIGHTS: usize = 64;
 pub struct Opened {
     loaded: Loaded,
     scene: Scene,
-    placement: Option<CameraPlacement>,
-    /// The `focaldistance` of the file. A pinhole keeps it for the day it gets a lens.
-    focal_distance: Option<f64>,
+    file_camera: FileCamera,
     /// What the page sees.
     pub view: View,
     /// The `LookAt` of what the page sees.
@@ -43,10 +43,9 @@ pub struct Opened {
 
 impl Opened {
     /// Prepares a scene. Takes `before` over, and gives the rest of its memory back.
-    pub fn new(mut loaded: Loaded, before: &mut Option<Opened>) -> Result<Opened, String> {
+    pub fn new(mut loaded: Loaded, before: &mut Option<Opened>) -> Result<Opened, Failure> {
         let scene = loaded.scene.take().ok_or_else(String::new)?;
-        let charge = charge_memory(&scene, &Settings::default(), &loaded.memory);
-        let charge = charge.map_err(|failure| failure.message)?;
+        let charge = charge_memory(&scene, &Settings::default(), &loaded.memory)?;
         let (mut has_new_camera, mut messages) = (false, None);
         let prepared = match before.take().map(|before| (before.prepared, before.scene, before.messages)) {
             Some((mut prepared, before, old)) => {
@@ -67,8 +66,7 @@ impl Opened {
             points: placement.map_or([0.0; 9], |placement| placement.points),
             loaded,
             scene,
-            placement,
-            focal_distance,
+            file_camera: FileCamera { placement, focal_distance },
             prepared,
             has_new_camera,
             messages: messages.unwrap_or_default(),
@@ -78,8 +76,8 @@ impl Opened {
     }
 
     /// Charges the memory of one more film.
-    pub fn charge_film(&self, settings: &Settings) -> Result<Charge, String> {
-        self.loaded.memory.reserve(film_bytes(&self.view, settings)).map_err(way_out)
+    pub fn charge_film(&self, settings: &Settings) -> Result<Charge, Failure> {
+        Ok(self.loaded.memory.reserve(film_bytes(&self.view, settings)).map_err(way_out)?)
     }
 
     /// Adds warnings about what the camera of the file shows. False if they are there already.
@@ -102,7 +100,7 @@ impl Opened {
 
     /// The `LookAt` of the file.
     fn own_points(&self) -> [f64; 9] {
-        self.placement.map_or(self.points, |placement| placement.points)
+        self.file_camera.placement.map_or(self.points, |placement| placement.points)
     }
 
     /// Whether the picture that `render` makes needs no further preparation.
@@ -111,36 +109,36 @@ impl Opened {
     }
 
     /// What is set, in numbers that are short enough to write.
-    pub fn rounded(&self, set: SetCamera) -> SetCamera {
+    pub fn rounded(&self, set: ViewOverride) -> ViewOverride {
         rounded(set, self.own_points())
     }
 
     /// What writing the camera that is set changes in the files. Fails with the reason why nothing can be written.
-    pub fn changes(&self, set: &SetCamera) -> Result<Vec<FileChange>, String> {
+    pub fn changes(&self, set: &ViewOverride) -> Result<Vec<FileChange>, Failure> {
         let fixes = camera_fixes(&self.loaded, &self.own_camera(), set)?;
         changes(&self.loaded.sources, &fixes)
     }
 
     /// Sets the camera. Fails with the reason, and changes nothing.
-    pub fn set(&mut self, set: &SetCamera) -> Result<(), String> {
+    pub fn set(&mut self, set: &ViewOverride) -> Result<(), Failure> {
         if set.look_at.is_some() && self.loaded.world_follows_camera {
             return Err("CoordSysTransform \"camera\" places a part of this world relative to the camera: \
                         move the camera in the file"
                 .into());
         }
-        self.view.camera = changed(self.own_camera(), (self.placement, self.focal_distance), set)?;
+        self.view.camera = changed(self.own_camera(), &self.file_camera, set)?;
         self.points = set.look_at.unwrap_or(self.own_points());
         Ok(())
     }
 
     /// What the page sees, in numbers.
     pub fn values(&self) -> messages::Camera {
-        values(&self.view.camera, (self.placement, self.focal_distance), self.points)
+        values(&self.view.camera, &self.file_camera, self.points)
     }
 
     /// The camera of the file, in numbers.
     pub fn own(&self) -> messages::Camera {
-        values(&self.own_camera(), (self.placement, self.focal_distance), self.own_points())
+        values(&self.own_camera(), &self.file_camera, self.own_points())
     }
 
     pub fn film(&self) -> messages::Film {
@@ -173,6 +171,7 @@ impl Opened {
         Some(Hit {
             p: picked.p.to_array(),
             p_look_at: self
+                .file_camera
                 .placement
                 .map_or(picked.p, |placement| placement.after.point(picked.p))
                 .to_array(),
@@ -217,4 +216,53 @@ fn is_new_camera(before: &View, now: &View) -> bool {
     let same_film = before.film.resolution == now.film.resolution;
     let screen = if same_film { before.camera.screen } else { now.camera.screen };
     Camera { screen, ..before.camera } != now.camera
+}
+
+/// The directive around a place. `None` for one without a type.
+pub fn describe(sources: &Sources, place: Span, reading: u32) -> Option<Described> {
+    let found = DirectiveText::at(sources, place)?;
+    let kind = kind_of(&found)?;
+    // Pages cannot show long lists; another type has other parameters.
+    let parameters = kind.parameters().filter(|parameter| {
+        let is_used = matches!(parameter.effect, Effect::Rendered | Effect::Own);
+        parameter.count != Count::List && is_used && parameter.name != "type"
+    });
+    let described = |parameter| Parameter {
+        facts: ParameterFacts::new(&parameter),
+        given: found.param(parameter.name).map(given),
+    };
+    Some(Described {
+        directive: kind.directive,
+        kind: kind.name,
+        name: is_named(&found).then(|| found.entity.name.value.clone()),
+        place: Place::new(found.entity.name.span, sources, reading),
+        parameters: parameters.map(described).collect(),
+    })
+}
+
+/// The type of a directive in the schema.
+pub fn kind_of(found: &DirectiveText) -> Option<&'static Kind> {
+    let name = match found.param("type").map(|param| &param.values.value) {
+        Some(syntax::Values::Strings(names)) if is_named(found) => &names.first()?.value,
+        _ => &found.entity.name.value,
+    };
+    kinds().find(|kind| kind.directive == found.kind.keyword() && kind.name == name)
+}
+
+/// Whether the directive has a name in place of its type.
+fn is_named(found: &DirectiveText) -> bool {
+    found.kind == EntityKind::MakeNamedMaterial
+}
+
+fn given(param: &Param) -> TextValues {
+    let whole = |list: &[i32]| list.iter().map(|value| f64::from(*value)).collect();
+    let values = match &param.values.value {
+        syntax::Values::Integers(list) => Values::Numbers(whole(list)),
+        syntax::Values::Numbers(list) => Values::Numbers(list.clone()),
+        syntax::Values::Pairs(list) => Values::Numbers(list.as_flattened().to_vec()),
+        syntax::Values::Triples(list) => Values::Numbers(list.as_flattened().to_vec()),
+        syntax::Values::Bools(list) => Values::Words(list.iter().map(bool::to_string).collect()),
+        syntax::Values::Strings(list) => Values::Words(list.iter().map(|text| text.value.clone()).collect()),
+    };
+    TextValues { ty: param.ty.name(), values }
 }

@@ -1,28 +1,29 @@
-//! The pictures of a view: a small one while it moves, and then the one that `render` makes.
+//! The pictures of a view: a small one while it moves, then the one that `render` makes, its error map, and its reference.
 
 use std::ops::ControlFlow;
-use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, MutexGuard};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use lookat_image::Image;
-use lookat_render::{Progress, Settings};
+use lookat_image::{Image, Window, luminance};
+use lookat_render::{DARK, Progress, Settings, Stop};
+use lookat_scene::{Film, PixelBounds, View};
 
-use super::looking::relative_errors;
-use super::{Engine, Stage};
 use crate::render::Metadata;
-use crate::view::gallery::Gallery;
-use crate::view::messages::{About, Content, pixels};
-use crate::view::outbox::{Hub, Kind};
-use crate::view::requests::Requests;
+use crate::view::engine::{Engine, Stage};
+use crate::view::messages::{About, Content, Looking, News, ReferenceFrom, SetErrors, SetReference, pixels};
+use crate::view::outbox::{Hub, Requests, Topic};
+use crate::view::reference::Gallery;
+use crate::view::reference::{References, over};
+use crate::writer::lock;
 
 /// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
 const STEP: Duration = Duration::from_millis(60);
 
 impl Engine {
     /// Renders a picture of the resolution for which there is time.
-    pub(super) fn render_small(&mut self) {
+    pub fn render_small(&mut self) {
         let Some(opened) = &self.opened else {
             self.stage = Stage::Finished;
             return;
@@ -39,12 +40,12 @@ impl Engine {
     }
 
     /// Renders the picture that `render` makes, until there is something else to do.
-    pub(super) fn render_full(&mut self) {
+    pub fn render_full(&mut self) {
         let (started, settings, about) = (Instant::now(), self.settings(), self.about());
         let Some(opened) = &mut self.opened else { return };
         // The scene has memory for a film without error layers.
         let charge = if self.has_errors { opened.charge_film(&settings).map(Some) } else { Ok(None) };
-        let Ok(_charge) = charge.map_err(|reason| self.errors_refused = Some(reason)) else {
+        let Ok(_charge) = charge.map_err(|reason| self.errors_refused = Some(reason.into())) else {
             self.has_errors = false;
             return self.tell_looking();
         };
@@ -67,7 +68,7 @@ impl Engine {
             if now >= *next && progress.done > area {
                 let (done, total, seconds) = (progress.done, progress.total, started.elapsed().as_secs_f64());
                 let about = About { done, total, seconds, ..about };
-                show_full((hub, gallery), progress.snapshot_with_errors(), about);
+                show_full(hub, gallery, progress.snapshot_with_errors(), about);
                 *next = Instant::now() + STEP.max(10 * now.elapsed());
             }
             ControlFlow::Continue(())
@@ -86,14 +87,14 @@ impl Engine {
             image.metadata =
                 Metadata::new(&self.path, &opened.view.camera, settings.seed, samples_per_pixel).as_json();
             let about = About { done: total, total, seconds, content: Content::Finished, ..about };
-            show_full((hub, gallery), image, about);
+            show_full(hub, gallery, image, about);
             self.stage = Stage::Finished;
             self.compare();
         }
     }
 
     /// What all pictures of the view have in common.
-    pub(super) fn about(&self) -> About {
+    pub fn about(&self) -> About {
         let (generation, number) = (self.generation, self.set.number);
         About { generation, number, done: 0, total: 0, seconds: 0.0, content: Content::Growing }
     }
@@ -109,11 +110,11 @@ impl Drop for StopQueries<'_> {
 }
 
 /// Shows a picture of full size to the pages, with its errors if it knows them.
-fn show_full((hub, gallery): (&Hub, &Gallery), image: Image, about: About) {
+fn show_full(hub: &Hub, gallery: &Gallery, image: Image, about: About) {
     let image = gallery.put(image, about.content == Content::Finished);
     if let Some(errors) = relative_errors(&image) {
         let about = About { content: Content::Errors, ..about };
-        hub.tell(Kind::Errors, pixels(image.data_window.size(), &errors, about));
+        hub.tell(Topic::Errors, pixels(image.data_window.size(), &errors, about));
     }
     show(hub, &image, about);
 }
@@ -121,6 +122,220 @@ fn show_full((hub, gallery): (&Hub, &Gallery), image: Image, about: About) {
 /// Shows a picture to the pages.
 fn show(hub: &Hub, image: &Image, about: About) {
     if let Some(colors) = image.rgb() {
-        hub.tell(Kind::Picture, pixels(image.data_window.size(), &colors, about));
+        hub.tell(Topic::Picture, pixels(image.data_window.size(), &colors, about));
+    }
+}
+
+impl Engine {
+    /// How the picture is rendered.
+    pub fn settings(&self) -> Settings {
+        Settings { stop: Stop::Samples { error_layers: self.has_errors }, ..Settings::default() }
+    }
+
+    /// Renders the picture again, with or without error layers.
+    pub fn set_errors(&mut self, SetErrors { is_on }: SetErrors) {
+        let samples = self.opened.as_ref().map_or(u32::MAX, |opened| opened.view.sampler.samples_per_pixel);
+        let checked = if is_on { crate::render::check_error_layers(samples) } else { Ok(()) };
+        let is_on = is_on && checked.is_ok();
+        if is_on != self.has_errors && self.opened.is_some() {
+            self.restart();
+        }
+        self.has_errors = is_on;
+        self.hub.take_back(Topic::Errors);
+        self.errors_refused = checked.err().map(String::from);
+        self.tell_looking();
+    }
+
+    pub fn references(&self) -> MutexGuard<'_, References> {
+        lock(&self.references)
+    }
+
+    pub fn set_reference(&self, SetReference { from }: SetReference) {
+        let mut references = self.references();
+        match (from, self.gallery.newest()) {
+            (ReferenceFrom::Nothing, _) => references.clear(),
+            (ReferenceFrom::File, _) => references.read(),
+            (ReferenceFrom::Picture, Some(picture)) => references.keep(picture),
+            (ReferenceFrom::Picture, None) => {
+                references.refused = Some("the picture is not at full size yet".into());
+            }
+        }
+        drop(references);
+        self.show_reference();
+    }
+
+    /// Reads the file of the reference again, if it has changed.
+    pub fn follow_reference(&self) {
+        if self.references().has_changed() {
+            self.references().read();
+            self.show_reference();
+        }
+    }
+
+    /// Data window and display window of the picture.
+    pub fn film_windows(&self) -> Option<[Window; 2]> {
+        self.opened.as_ref().map(|opened| windows(&opened.view.film))
+    }
+
+    /// Shows the reference to the pages, and compares the picture with it.
+    pub fn show_reference(&self) {
+        let film = self.film_windows();
+        self.comparer.cancel();
+        let mut references = self.references();
+        self.hub.take_back(Topic::Reference);
+        self.hub.take_back(Topic::Compared);
+        (references.is_shown, references.mismatch) = (false, None);
+        if let (Some(reference), Some([data, display])) = (&references.current, film) {
+            match over(&reference.image, data, display) {
+                Ok(values) => {
+                    let about = About { content: Content::Reference, ..self.about() };
+                    self.hub.tell(Topic::Reference, pixels(data.size(), &values, about));
+                    references.is_shown = true;
+                }
+                Err(reason) => references.mismatch = Some(reason.into()),
+            }
+        }
+        drop(references);
+        self.tell_looking();
+        self.compare();
+    }
+
+    pub fn tell_looking(&self) {
+        let references = self.references();
+        let looking = Looking {
+            has_errors: self.has_errors,
+            errors_refused: self.errors_refused.as_deref(),
+            reference: references.current.as_ref().map(|reference| &*reference.name),
+            is_shown: references.is_shown,
+            reference_refused: references.mismatch.as_deref().or(references.refused.as_deref()),
+            file: references.file().map(|file| file.display().to_string()),
+        };
+        self.hub.tell(Topic::Looking, News::Looking(looking).message());
+    }
+
+    /// Compares the finished picture with the reference.
+    pub fn compare(&self) {
+        self.comparer.cancel();
+        let references = self.references();
+        let (Some(reference), Some(picture)) = (&references.current, self.gallery.finished()) else { return };
+        let pictures = [("picture".into(), picture), (reference.name.clone(), reference.image.clone())];
+        let hub = self.hub.clone();
+        let tell = move |compared| hub.tell(Topic::Compared, News::Compared(compared).message());
+        self.comparer.compare(self.generation, pictures, references.memory.clone(), tell);
+    }
+}
+
+/// Data window and display window of the pictures of a film.
+fn windows(film: &Film) -> [Window; 2] {
+    let PixelBounds { x0, y0, .. } = film.crop;
+    let [width, height] = film.resolution;
+    let (x, y) = (x0 as i32, y0 as i32);
+    let data = Window { x, y, width: film.crop.width(), height: film.crop.height() };
+    [data, Window { x: 0, y: 0, width, height }]
+}
+
+/// The estimated error of each pixel relative to its luminance, its standard error, and the number of replicates that tell it.
+/// Dark pixels are judged relative to the picture, as by `--target-error`. `None` without an error that is known.
+pub fn relative_errors(image: &Image) -> Option<Vec<[f32; 3]>> {
+    let (errors, colors) = (image.errors()?, image.rgb()?);
+    let roots: f64 = colors.iter().map(|color| f64::from(luminance(*color).max(0.0)).sqrt()).sum();
+    let brightness = (roots / colors.len() as f64).powi(2);
+    let least = (DARK * brightness) as f32;
+    let relative = |(error, color): (&lookat_image::PixelError, &[f32; 3])| {
+        let standard_error = luminance(error.standard_error);
+        let value = luminance(*color).max(least);
+        let share = if standard_error == 0.0 { 0.0 } else { standard_error / value };
+        [share, standard_error, error.replicates as f32]
+    };
+    let all: Vec<[f32; 3]> = errors.iter().zip(&colors).map(relative).collect();
+    all.iter().any(|error| error[0].is_finite()).then_some(all)
+}
+
+/// The time to render a picture, so that 30 appear in a second.
+const FRAME: Duration = Duration::from_millis(26);
+/// The longer side of a picture is at least so many pixels.
+const SHORTEST: f64 = 128.0;
+/// The longer side of the first picture, before anything is known of the scene.
+const FIRST: f64 = 256.0;
+
+/// How much lower the resolution is: each step halves the number of pixels.
+#[derive(Default)]
+pub struct Pace(Option<i32>);
+
+impl Pace {
+    /// The view in the resolution for which there is time, with one sample per pixel.
+    pub fn view(&mut self, view: &View) -> View {
+        View { film: self.film(&view.film), sampler: view.sampler.with_samples(1), ..view.clone() }
+    }
+
+    /// The film of the next picture.
+    fn film(&mut self, film: &Film) -> Film {
+        let longer = f64::from(film.crop.width().max(film.crop.height()));
+        let steps = |side: f64| (2.0 * (longer / side).log2()).max(0.0);
+        let step = self.0.unwrap_or(steps(FIRST).ceil() as i32).clamp(0, steps(SHORTEST).ceil() as i32);
+        self.0 = Some(step);
+        smaller(film, 0.5_f64.powf(0.5 * f64::from(step)).max(SHORTEST / longer).min(1.0))
+    }
+
+    /// Learns how long a picture took.
+    pub fn learn(&mut self, took: Duration) {
+        let share = took.as_secs_f64() / FRAME.as_secs_f64();
+        let change =
+            if share > 1.0 { share.log2().ceil() } else { (0.8 / share.max(1e-3)).log2().floor().max(0.0) };
+        let change = if share > 1.0 { change } else { -change };
+        self.0 = self.0.map(|step| step + change as i32);
+    }
+}
+
+/// A film of the same picture with fewer pixels.
+fn smaller(film: &Film, scale: f64) -> Film {
+    if scale == 1.0 {
+        return film.clone();
+    }
+    let side = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
+    let resolution = film.resolution.map(side);
+    let edges = |from: u32, to: u32, axis: usize| {
+        let ratio = f64::from(resolution[axis]) / f64::from(film.resolution[axis]);
+        let from = ((f64::from(from) * ratio).round() as u32).min(resolution[axis] - 1);
+        (from, ((f64::from(to) * ratio).round() as u32).max(from + 1))
+    };
+    let ((x0, x1), (y0, y1)) = (edges(film.crop.x0, film.crop.x1, 0), edges(film.crop.y0, film.crop.y1, 1));
+    Film { resolution, crop: PixelBounds { x0, y0, x1, y1 }, ..film.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_resolution_follows_the_time() {
+        let full = Film::new([1024, 512]);
+        let mut pace = Pace::default();
+        assert_eq!(pace.film(&full).resolution, [256, 128]);
+        pace.learn(FRAME / 8);
+        assert_eq!(pace.film(&full).resolution, [512, 256]);
+        pace.learn(FRAME * 9 / 10);
+        assert_eq!(pace.film(&full).resolution, [512, 256]);
+        pace.learn(FRAME * 3 / 2);
+        assert_eq!(pace.film(&full).resolution, [362, 181]);
+        pace.learn(FRAME * 1000);
+        assert_eq!(pace.film(&full).resolution, [128, 64]);
+        pace.learn(FRAME / 1000);
+        assert_eq!(pace.film(&full), full);
+        let odd = Film::new([800, 500]);
+        pace.learn(FRAME * 1000);
+        assert_eq!(pace.film(&odd).resolution, [128, 80]);
+        pace.learn(FRAME * 1000);
+        assert_eq!(pace.film(&Film::new([60, 40])).resolution, [60, 40]);
+    }
+
+    #[test]
+    fn crop_windows_shrink_alike() {
+        let crop = PixelBounds { x0: 400, y0: 40, x1: 800, y1: 50 };
+        let film = Film { crop, ..Film::new([1000, 100]) };
+        let small = smaller(&film, 0.25);
+        assert_eq!(small.resolution, [250, 25]);
+        assert_eq!(small.crop, PixelBounds { x0: 100, y0: 10, x1: 200, y1: 13 });
+        assert_eq!(smaller(&film, 1e-9).crop.area(), 1);
     }
 }

@@ -13,25 +13,25 @@ use crate::view::messages::{
     About, Content, Depths, GetDepths, GetLayer, GetValues, LAYERS, LayerValues, News, Pick, Picked, Query,
     pixels,
 };
-use crate::view::outbox::{Hub, Kind};
+use crate::view::outbox::{Hub, Topic};
 
 impl Engine {
     /// Answers a query in the resolution of the picture that is shown. Puts it back if another request comes before.
-    pub(super) fn answer_query(&mut self, query: Query) {
+    pub fn answer_query(&mut self, query: Query) {
         let is_full = self.stage == Stage::Finished;
-        let view = self.opened.as_ref().map(|opened| match is_full {
-            true => opened.view.clone(),
-            false => self.pace.view(&opened.view),
-        });
+        let view = self
+            .opened
+            .as_ref()
+            .map(|opened| if is_full { opened.view.clone() } else { self.pace.view(&opened.view) });
         // A small layer is there soon.
         let is_over = || is_full && (self.requests.has_any() || self.watch.has_changed());
-        if !self.is_answered(query, (view.as_ref(), 0), &is_over) {
+        if !self.is_answered(query, view.as_ref(), 0, &is_over) {
             self.requests.put_back(vec![query]);
         }
     }
 
     /// Answers beside a picture that is being rendered, until it is over. Puts the rest back then.
-    pub(super) fn answer_meanwhile(&self, is_over: &AtomicBool) {
+    pub fn answer_meanwhile(&self, is_over: &AtomicBool) {
         let Some(opened) = &self.opened else { return };
         // Without memory for another film, the others wait until the picture ends.
         let charge = opened.charge_film(&Settings::default());
@@ -39,8 +39,9 @@ impl Engine {
         while let Some(queries) = self.requests.take_queries(IDLE, accepts, is_over) {
             self.follow_reference();
             let ends = || is_over.load(Ordering::Relaxed);
-            let view = (Some(&opened.view), threads());
-            let left = queries.into_iter().filter(|query| !self.is_answered(*query, view, &ends)).collect();
+            let (view, threads) = (Some(&opened.view), threads());
+            let left =
+                queries.into_iter().filter(|query| !self.is_answered(*query, view, threads, &ends)).collect();
             self.requests.put_back(left);
         }
     }
@@ -49,7 +50,8 @@ impl Engine {
     fn is_answered(
         &self,
         query: Query,
-        (view, threads): (Option<&View>, usize),
+        view: Option<&View>,
+        threads: usize,
         is_over: &(dyn Fn() -> bool + Sync),
     ) -> bool {
         match (query, self.opened.as_ref().zip(view)) {
@@ -61,7 +63,7 @@ impl Engine {
             (Query::Pick(pick), Some((opened, _))) => tell_pick(pick, opened, self.reading, &self.hub),
             (Query::Depths(depths), Some((opened, _))) => tell_depths(depths, opened, &self.hub),
             (Query::Layer(layer), Some((opened, view))) => {
-                return show_layer(layer, opened, (view, threads), (&self.hub, self.about()), is_over);
+                return show_layer(layer, opened, view, threads, &self.hub, self.about(), is_over);
             }
             (Query::Values(values), Some((opened, _))) => {
                 return tell_values(values, opened, threads, &self.hub, is_over);
@@ -74,21 +76,23 @@ impl Engine {
 /// Tells what the picture shows at a place.
 fn tell_pick(Pick { by, number, at }: Pick, opened: &Opened, reading: u32, hub: &Hub) {
     let hit = opened.pick(at, reading);
-    hub.tell(Kind::Picked(by), News::Picked(Picked { by, number, at, hit }).message());
+    hub.tell(Topic::Picked(by), News::Picked(Picked { by, number, at, hit }).message());
 }
 
 /// Tells the depths of the picture.
 fn tell_depths(GetDepths { by, number, columns, rows }: GetDepths, opened: &Opened, hub: &Hub) {
     let depths = opened.depths(columns, rows);
-    hub.tell(Kind::Depths(by), News::Depths(Depths { by, number, columns, depths }).message());
+    hub.tell(Topic::Depths(by), News::Depths(Depths { by, number, columns, depths }).message());
 }
 
 /// Shows a layer to the pages. False if it was over before.
 fn show_layer(
     GetLayer { layer: number }: GetLayer,
     opened: &Opened,
-    (view, threads): (&View, usize),
-    (hub, about): (&Hub, About),
+    view: &View,
+    threads: usize,
+    hub: &Hub,
+    about: About,
     is_over: &(dyn Fn() -> bool + Sync),
 ) -> bool {
     let Some(layer) = LAYERS.get(usize::from(number)) else { return true };
@@ -97,7 +101,7 @@ fn show_layer(
     };
     let values: Vec<[f32; 3]> = values_of(&image, layer.1).map(padded).collect();
     let about = About { number: number.into(), content: Content::Layer, ..about };
-    hub.tell(Kind::Layer(number), pixels(image.data_window.size(), &values, about));
+    hub.tell(Topic::Layer(number), pixels(image.data_window.size(), &values, about));
     true
 }
 
@@ -115,7 +119,7 @@ fn tell_values(
         let Some(image) = layers(opened, &view, &LAYERS, threads, is_over) else { return false };
         values = LAYERS.map(|(_, layer)| values_of(&image, layer).next().unwrap_or_default()).into();
     }
-    hub.tell(Kind::Values(by), News::Values(LayerValues { by, number, at, values }).message());
+    hub.tell(Topic::Values(by), News::Values(LayerValues { by, number, at, values }).message());
     true
 }
 

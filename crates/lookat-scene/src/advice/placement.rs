@@ -1,0 +1,114 @@
+//! Advice about the camera and about transformations.
+
+use glam::DVec3;
+use lookat_syntax::{Diagnostic, Span};
+
+use crate::advice::{Summary, warn};
+use crate::facts::Rotation;
+use crate::report::Report;
+use crate::{Integrator, MaterialKind, Transform, transform};
+
+// Scales before the camera, which pbrt-v3 handles badly.
+
+/// Warns of a large world: pbrt-v3 loses hits at small distances in camera units.
+pub(super) fn advise_large_world(summary: &Summary, report: &mut Report) {
+    const LARGE: f64 = 1000.0;
+    let Some((at, world_from_camera)) = summary.facts.camera else { return };
+    let unit = world_from_camera.vector(DVec3::Z).length();
+    if unit * LARGE < 1.0 {
+        let times = (1.0 / unit).round();
+        let message = format!("pbrt-v3 may miss near surfaces: the camera transform scales by {times}");
+        warn(report, at, message, "remove the scale before Camera");
+    }
+}
+
+/// Warns of a scale before Camera: pbrt-v3 then passes the BSDF of the first surface a direction that is not
+/// normalized.
+pub(super) fn advise_scale(summary: &Summary, report: &mut Report) {
+    if !matches!(summary.integrator(), Some(Integrator::Path { .. })) {
+        return;
+    }
+    let is_seen = summary.drawn.iter().any(|primitive| is_glossy(&primitive.material.kind));
+    let camera = summary.facts.camera.as_ref();
+    if let Some((at, _)) = camera.filter(|(_, transform)| is_seen && is_scaled(transform)) {
+        let message = "a scale before Camera: pbrt-v3 renders glossy and transparent surfaces too dark or too bright, or crashes";
+        let help =
+            "lookat renders them correctly; for equal pictures, scale the world after WorldBegin instead";
+        warn(report, *at, message, help);
+    }
+}
+
+/// True if the camera transformation is more than a rotation and a translation.
+fn is_scaled(world_from_camera: &Transform) -> bool {
+    !world_from_camera.uniform_scale(1e-3).is_some_and(|scale| (scale - 1.0).abs() < 1e-3)
+}
+
+/// True if a material has glossy lobes.
+fn is_glossy(material: &MaterialKind) -> bool {
+    match material {
+        MaterialKind::None | MaterialKind::Matte(_) | MaterialKind::Mirror(_) => false,
+        MaterialKind::Mix(mix) => mix.materials.iter().any(|material| is_glossy(&material.kind)),
+        _ => true,
+    }
+}
+
+pub(super) fn transformations(summary: &Summary, report: &mut Report) {
+    let facts = summary.facts;
+    match (facts.idle_transform, facts.world_begin, facts.camera) {
+        (Some(idle), Some(_), Some(_)) => {
+            let help = "move it before Camera to place the camera, or after WorldBegin to place shapes";
+            warn(report, idle, "a transformation after Camera has no effect", help);
+        }
+        (Some(idle), Some(world_begin), None) => {
+            let message = "a transformation without Camera has no effect: the default camera stands at the origin and looks along +z";
+            let before = Span { end: world_begin.start, ..world_begin };
+            let warning = Diagnostic::warning(idle, message).help("write Camera after it");
+            report.push(warning.fix(before, "Camera \"perspective\"\n"));
+        }
+        _ => {}
+    }
+    // One that follows a camera in its place, or stands in a block, places shapes or lights.
+    let is_unplaced = facts.camera.is_none_or(|(_, placed)| placed == Transform::IDENTITY);
+    if let Some(at) = facts.look_at_in_world.filter(|_| is_unplaced) {
+        let message = "LookAt inside the world block moves shapes, not the camera";
+        warn(report, at, message, "to place the camera, move LookAt before Camera");
+    }
+    for (keyword, at) in &facts.motion {
+        let message = format!(
+            "{keyword}: lookat does not render motion; it uses the transformations at the start time"
+        );
+        report.unsupported(*at, message);
+    }
+}
+
+/// The most rotations for which doubtful ones are reported. Among more, some look doubtful by chance.
+const MANY: usize = 20;
+
+pub(super) fn rotations(summary: &Summary, report: &mut Report) {
+    let rotations = &summary.facts.rotations;
+    for warning in rotations.iter().filter_map(angle_last) {
+        report.push(warning);
+    }
+    let doubtful = || rotations.iter().filter_map(radians);
+    if rotations.len() < MANY * doubtful().count() {
+        for doubt in doubtful() {
+            report.push(doubt);
+        }
+    }
+}
+
+fn radians(rotation: &Rotation) -> Option<Diagnostic> {
+    let (severity, message, help) = transform::doubt("the angle of Rotate", rotation.angle)?;
+    let doubt = Diagnostic::warning(rotation.at, message).help(help);
+    Some(Diagnostic { severity, ..doubt })
+}
+
+fn angle_last(Rotation { angle, axis: [x, y, z], at }: &Rotation) -> Option<Diagnostic> {
+    let is_axis = [angle, x, y].into_iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
+    if !is_axis || !(10.0..=720.0).contains(&z.abs()) {
+        return None;
+    }
+    let message = format!("the angle of Rotate is {angle}: did you write the angle last?");
+    let warning = Diagnostic::warning(*at, message).help("write the angle first, then the axis");
+    Some(warning.fix(*at, format!("Rotate {z} {angle} {x} {y}")))
+}

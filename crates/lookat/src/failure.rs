@@ -1,0 +1,75 @@
+//! Why a command ends without its result.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use lookat_image::{AlignError, ImageError, io_reason};
+
+/// Why a command ends without its result. Its text is fit to be shown to the user.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Failure {
+    /// The arguments do not fit together or do not fit the scene, or a request of a page cannot be granted.
+    #[error("{0}")]
+    Refused(String),
+    /// The scene does not fit the memory limit.
+    #[error("{0}")]
+    TooLarge(String),
+    /// A file or folder cannot be read or written.
+    #[error("cannot {doing} {}: {reason}", path.display())]
+    File { doing: &'static str, path: PathBuf, reason: String },
+    #[error(transparent)]
+    Picture(#[from] ImageError),
+    #[error(transparent)]
+    Alignment(#[from] AlignError),
+    /// Standard output cannot be written.
+    #[error("cannot write the result")]
+    Unwritten,
+}
+
+impl Failure {
+    /// A file or folder that cannot be written.
+    pub fn write(path: &Path, reason: impl Into<String>) -> Failure {
+        Failure::File { doing: "write", path: path.into(), reason: reason.into() }
+    }
+
+    /// The same, as the system tells it.
+    pub fn io(doing: &'static str, path: &Path, error: &io::Error) -> Failure {
+        Failure::File { doing, path: path.into(), reason: io_reason(error) }
+    }
+
+    /// The exit status.
+    pub fn status(&self) -> u8 {
+        match self {
+            Failure::TooLarge(_) => crate::report::SCENE_FAULT,
+            _ => crate::TROUBLE,
+        }
+    }
+}
+
+impl From<String> for Failure {
+    fn from(message: String) -> Failure {
+        Failure::Refused(message)
+    }
+}
+
+impl From<&str> for Failure {
+    fn from(message: &str) -> Failure {
+        message.to_owned().into()
+    }
+}
+
+impl From<Failure> for String {
+    fn from(failure: Failure) -> String {
+        failure.to_string()
+    }
+}
+
+/// The exit status of a command. Prints its error message.
+pub fn exit_code(result: Result<u8, impl Into<Failure>>) -> ExitCode {
+    ExitCode::from(result.unwrap_or_else(|failure| {
+        let failure = failure.into();
+        crate::say(&format!("error: {failure}"));
+        failure.status()
+    }))
+}

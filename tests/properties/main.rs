@@ -1,0 +1,10 @@
+//! What holds for scene files, the meaning of scenes and their pictures, tested through the libraries.
+
+mod any_text;
+mod diagnostics;
+mod furnace;
+mod load_again;
+mod promises;
+mod stand_ins;
+mod supported;
+mod views;
