@@ -35,7 +35,7 @@ pub(crate) struct Child(u32);
 pub(crate) enum Leaf {
     /// The number of a block of triangles.
     Block(usize),
-    /// The number of something else.
+    /// The number of a non-triangle.
     NonTriangle(usize),
 }
 
@@ -240,9 +240,9 @@ pub(crate) struct SlabRays<S: Simd> {
     negative: [u64; 3],
 }
 
-/// What is tested against boxes: one ray in all lanes, or many that run the same way along each axis. Of many, boxes are entered
-/// where the first enters, and left where the last one leaves. Only of boxes behind the origin that is not true, and these are not
-/// met.
+/// Rays prepared for tests against boxes: one ray in all lanes, or many whose directions have the same signs. Many rays
+/// enter a box where the first one enters, and leave it where the last one leaves. This fails only for boxes behind the
+/// origin, which no ray hits.
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs<S: Simd> {
     axes: [AxisSlabs<S>; 3],

@@ -218,8 +218,8 @@ impl Curved {
         }
     }
 
-    /// How much larger a small area is on the shape at `p`, in the world, than the one of the unit square that
-    /// [`Curved::sample`] takes there: the inverse of the density by area.
+    /// The ratio of a small area of the shape at `p`, in the world, to the area of the unit square that [`Curved::sample`]
+    /// maps to it: the inverse of the density by area.
     pub fn stretch(&self, p: DVec3) -> f64 {
         self.own_stretch(self.own_from_world * (p - self.center))
     }

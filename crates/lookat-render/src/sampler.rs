@@ -64,7 +64,7 @@ impl Streams {
         Streams { samples: Vec::new(), places: Vec::new(), points, chosen: [0; LANES], dimension: 0 }
     }
 
-    /// Goes to the beginning of others.
+    /// Starts other samples at their first dimension.
     pub fn restart(&mut self, sampler: &Sampler, samples: &[Sample]) {
         (self.points.kind, self.points.count) = (sampler.kind, sampler.samples_per_pixel);
         self.samples.clear();

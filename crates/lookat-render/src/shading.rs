@@ -296,7 +296,8 @@ impl<'s> Materials<'s> {
         self.of_primitive[primitive as usize]
     }
 
-    /// The lobes of points on primitives, and where they have to be asked for.
+    /// Adds the lobes of points on primitives. Returns the points whose materials have textures, which [`Shaded::paint`]
+    /// handles.
     #[inline(always)]
     pub fn lobes<S: Simd>(
         &self,

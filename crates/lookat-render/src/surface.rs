@@ -255,11 +255,11 @@ pub(crate) struct Triangles {
     normals: [[[f64; LANES]; 3]; 3],
     /// Bits of the triangles whose meshes have normals.
     has_normals: u64,
-    /// Where the winding order gives the normals, the lanes that turn them.
+    /// The lanes that turn the normals that the winding order gives.
     is_n: u64,
     /// The lanes that turn the normals on the side that emits.
     is_emitting: u64,
-    /// Where the file gives the normals, the lanes that turn them.
+    /// The lanes that turn the normals that the file gives.
     is_smooth: u64,
 }
 
@@ -402,8 +402,8 @@ fn is_left(
     })
 }
 
-/// How a surface goes on about one of its points, by pbrt-v3's parameters u and v. In the world, or the space
-/// of an object.
+/// The parametric derivatives of a surface at a point, by pbrt-v3's parameters u and v. In the world, or in the space of an
+/// object.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Parametric<P = DVec2, V = DVec3> {
     /// The parameters; 0 to 1 on the shape.
@@ -450,7 +450,7 @@ pub(crate) struct Local {
     pub dpdv: DVec3,
     /// Half the gradient of f, on the side of `dpdu x dpdv`.
     pub gradient: DVec3,
-    /// How `gradient` changes along each axis: half the Hessian of f, which is diagonal.
+    /// The change of `gradient` along each axis: half the Hessian of f, which is diagonal.
     pub bend: DVec3,
 }
 

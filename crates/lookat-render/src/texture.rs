@@ -28,7 +28,7 @@ pub(crate) struct TexturePoint<S: Simd> {
     pub footprint: Option<Footprint<S>>,
 }
 
-/// How points change with the place on the film: x to the right and y down, by the distance of samples.
+/// The change of points with the film position, x to the right and y down, per distance of samples.
 #[derive(Clone, Copy)]
 pub(crate) struct Footprint<S: Simd> {
     pub dp: [Vec3x8<S>; 2],

@@ -240,7 +240,7 @@ fn side(p: (f64, f64, f64), q: (f64, f64, f64)) -> f64 {
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Block {
-    /// By corner, axis and triangle.
+    /// The coordinates by corner, axis and triangle.
     pub corners: [[[f32; WIDTH]; 3]; 3],
     /// The rounding error of the corners.
     error: f32,
@@ -428,8 +428,8 @@ impl<S: Simd> Filter<S> {
         [a.min(b).min(c), a.max(b).max(c)]
     }
 
-    /// Which triangles of a block one ray, in all lanes, may meet before `t_max`, as bits; and some of those that it certainly
-    /// meets. None of those that are `left_out`.
+    /// Bits of the triangles of a block that one ray, in all lanes, may hit before `t_max`, and bits of some that it
+    /// certainly hits. The triangles in `left_out` do not count.
     #[inline(always)]
     pub fn meet(&self, simd: S, block: &Block, t_max: f64, left_out: u32) -> (u32, u32) {
         let corner = |at: usize, axis: Axis| f32x8::from_slice(simd, &block.corners[at][axis as usize]);

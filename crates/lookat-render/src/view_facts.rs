@@ -331,7 +331,7 @@ pub struct Picked<'p> {
     pub p: DVec3,
     /// The unit normal there, on the side of the eye.
     pub n: DVec3,
-    /// Its z in camera space: the focal distance at which it is sharp. Negative for what an environment camera sees behind it.
+    /// The z of the point in camera space: the focal distance at which it is sharp. Negative behind an environment camera.
     pub depth: f64,
 }
 

@@ -241,7 +241,7 @@ pub(super) struct Paraboloid {
     /// The part that there is.
     z_min: f64,
     z_max: f64,
-    /// Where v is 0, which may be below the vertex.
+    /// The height at which v is 0, which may be below the vertex.
     v_zero: f64,
     sweep: Sweep,
     /// The area that a unit of u and of height covers, at the lowest and the highest z.
@@ -332,11 +332,11 @@ impl Paraboloid {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TurnedSegment {
     pub profile: Profile,
-    /// Where v is 0.
+    /// The end of the segment at which v is 0.
     p1: DVec3,
-    /// From there to where v is 1.
+    /// The vector from there to the end at which v is 1.
     along: DVec3,
-    /// Where the segment's line meets z = 0, and how far it goes sideways for each length upward.
+    /// The intersection of the line of the segment with z = 0, and its sideways step per unit of height.
     middle: DVec2,
     slope: DVec2,
     z_min: f64,
@@ -443,7 +443,7 @@ fn profile(p1: DVec3, p2: DVec3) -> Profile {
     }
 }
 
-/// How far a form is turned about the axis.
+/// The angle by which a profile sweeps around the axis.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sweep {
     /// In radians, more than 0 and at most 2 pi.

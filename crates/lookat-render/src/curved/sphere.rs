@@ -102,7 +102,7 @@ impl Sphere {
 /// The closest approach of a ray to the origin: no digits cancel, whatever the distance (after Haines et al., Ray Tracing
 /// Gems 7, 2019; see docs/conventions.md).
 struct Foot {
-    /// How far along the ray, in lengths of `d`, and what that was corrected by.
+    /// The distance along the ray in lengths of `d`, and its correction.
     k: f64,
     correction: f64,
     near: DVec3,

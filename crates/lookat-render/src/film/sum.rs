@@ -142,7 +142,8 @@ impl AddAssign for Sum {
     }
 }
 
-/// How far the replicates of a pixel lie apart: independent estimates of its value, each a weighted sum. They are added in a fixed order.
+/// The spread of the replicates of a pixel. Replicates are independent estimates of its value, each a weighted sum. They are
+/// added in a fixed order.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Spread {
     /// About the value of the pixel: sums of what differs from it do not lose their digits.
@@ -177,7 +178,8 @@ impl Spread {
     }
 
     /// The standard error of the weighted mean of all replicates together; infinite for less than two, and where it is not known.
-    /// By the delta method for a ratio: replicates with the sum S and the weight W scatter by S - M W around the mean M.
+    /// It uses the delta method for a ratio: replicates with the sum S and the weight W scatter by S - M W around the mean
+    /// M.
     pub fn standard_error(&self) -> Vec3 {
         let weight = self.weight;
         if self.replicates < 2 || weight == 0.0 {

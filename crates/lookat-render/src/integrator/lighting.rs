@@ -431,8 +431,8 @@ pub(super) enum LightSamples {
     Each(DirectStrategy),
 }
 
-/// How many directions from the BSDF there are at a surface. For one light: one, or two where no light is sampled. For all lights: as
-/// many as the light with the most samples has, and the samples of each light that is not sampled.
+/// The number of BSDF directions at a surface. For one light: one, or two if no light is sampled. For all lights: the most
+/// samples of any light, plus the samples of each light that is not sampled.
 pub(super) fn directions(table: &LightTable, lights: LightSamples, has_lune: bool) -> u32 {
     match lights {
         LightSamples::One(_) if table.leaves_all_to_directions(has_lune) => 2,
@@ -444,7 +444,7 @@ pub(super) fn directions(table: &LightTable, lights: LightSamples, has_lune: boo
     }
 }
 
-/// The most samples that any of the lights asks for, if any is more than a point or a direction.
+/// The most samples of any light that is not a delta light.
 pub(super) fn most_samples(table: &LightTable, strategy: DirectStrategy) -> u32 {
     let samples = (0..table.len()).map(|light| table.samples(light, strategy));
     samples.max().filter(|_| table.has_extended()).unwrap_or(0)

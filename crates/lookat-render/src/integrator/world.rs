@@ -249,7 +249,7 @@ impl<'s> World<'s> {
 /// The most surfaces without a material that a ray passes through in a row.
 pub(crate) const MAX_PASSED: u32 = 1000;
 
-/// Decides whether sampling goes on.
+/// Decides whether sampling continues.
 pub(crate) trait Supervisor: Sync {
     /// False once sampling stops.
     fn should_continue(&self) -> bool;

@@ -95,7 +95,7 @@ pub(super) fn beside(lights: &[SceneLight]) -> Vec<usize> {
     (0..lights.len()).filter(|light| lights[*light].leaves() == 0).collect()
 }
 
-/// True if "spatial" asks a tree of these lights: if there are many, or triangles among them.
+/// True if "spatial" uses a tree of these lights: there are many, or some are triangles.
 pub(super) fn needs_tree(lights: &[SceneLight]) -> bool {
     let leaves = || lights.iter().map(SceneLight::leaves);
     leaves().any(|leaves| leaves > 1) || lights.len() > MANY && leaves().any(|leaves| leaves > 0)
@@ -303,7 +303,7 @@ pub(super) fn radius(traceable: &Traceable) -> f64 {
 }
 
 impl SceneLight {
-    /// About the irradiance that its samples are for, were nothing in the way.
+    /// The approximate unoccluded irradiance that light samples are for.
     #[inline(always)]
     fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         match self {
@@ -322,7 +322,7 @@ impl SceneLight {
         }
     }
 
-    /// About the power that the light brings into a scene of the given radius.
+    /// The approximate power of the light in a scene of the given radius.
     fn power(&self, radius: f64) -> f64 {
         match self {
             SceneLight::Point(light) => light.power(),

@@ -145,7 +145,7 @@ impl Environment {
         length_in_light * length_in_light * length_in_light * self.growth
     }
 
-    /// True if it is everywhere alike, or nearly so, and not sampled but in a lune.
+    /// True if the sky is constant or nearly so, and therefore sampled only in a lune.
     pub fn is_even(&self) -> bool {
         self.table.mean_above() <= 0.0
     }

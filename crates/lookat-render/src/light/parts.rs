@@ -1,4 +1,4 @@
-//! What is sampled of each light where all lights are sampled: triangles of meshes, as in pbrt-v3.
+//! The parts of each light if all lights are sampled: triangles of meshes, as in pbrt-v3.
 
 use lookat_scene::DirectStrategy;
 

@@ -125,7 +125,7 @@ impl PointLight {
         )
     }
 
-    /// True if it shines alike in all directions.
+    /// True if the intensity is the same in all directions.
     pub fn is_even(&self) -> bool {
         matches!(self.spread, Spread::Even)
     }
@@ -161,7 +161,7 @@ impl PointLight {
         }
     }
 
-    /// About the irradiance at points, were nothing in the way.
+    /// The approximate unoccluded irradiance at points.
     #[inline(always)]
     pub fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         let IncidentLight { is_valid, wi, squared_distance, intensity } = self.incident(simd, at.surfaces.p);

@@ -68,7 +68,7 @@ pub(crate) struct LightHits<S: Simd> {
 
 /// The density of sampled points of a light.
 struct Density<S: Simd> {
-    /// All alike on this area, or in this solid angle.
+    /// Samples are uniform on this area, or in this solid angle.
     area: f64x8<S>,
     solid_angle: f64x8<S>,
     is_by_angle: mask64x8<S>,
@@ -129,7 +129,7 @@ impl SurfaceLight {
         (area > 0.0).then_some(light)
     }
 
-    /// About the irradiance that it brings to surfaces, were nothing in the way.
+    /// The approximate unoccluded irradiance from the light at surfaces.
     #[inline(always)]
     pub fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         let offset = Vec3x8::splat(simd, self.center) - at.surfaces.p;

@@ -27,7 +27,8 @@ const MOST_ENTRIES: usize = 40;
 /// The leaves are numbered from 0.
 pub(super) struct LightTree {
     nodes: Vec<Node>,
-    /// Where each leaf is: the number of its node times [`WIDTH`], and its number there. [`NONE`] of leaves without light.
+    /// The position of each leaf: the number of its node times [`WIDTH`], plus its index there. [`NONE`] for leaves without
+    /// light.
     places: Vec<u32>,
     /// Nodes and leaves that hold all leaves: the children of the nodes in `opened`, without the nodes that are opened themselves.
     cut: Vec<Entry>,
@@ -144,7 +145,7 @@ impl LightTree {
         (0..node.count()).map(entry).collect()
     }
 
-    /// About the irradiance that each entry of the cut brings to some points, were nothing in the way.
+    /// The approximate unoccluded irradiance from each entry of the cut at some points.
     #[inline(always)]
     pub fn estimates<S: Simd>(&self, simd: S, at: &Receivers<S>, mut add: impl FnMut(f64x8<S>)) {
         let Domain { n, ns, is_two_sided, is_diffuse } = at.domain;

@@ -15,9 +15,9 @@ use super::sample::{Job, Pattern};
 use crate::film::{Area, Film, Sum, Tile, lock};
 use crate::sampler::of_single_pixels;
 
-/// Samples of every pixel, at least, before their noise is asked for.
+/// The least samples of every pixel before their noise is estimated.
 const FEWEST: u32 = 4;
-/// Samples of every pixel before their noise is asked for, where it is not known how many there will be.
+/// The samples of every pixel before their noise is estimated, if the total number is unknown.
 const FIRST: u32 = 16;
 
 /// The scene's samples per pixel, or the most where there is a time, as their mean.
@@ -31,7 +31,7 @@ pub(super) struct Adaptive {
     is_by_need: bool,
     /// The variance of the samples of each source, row by row. `None` before the first pass that needs it.
     variances: Option<Vec<f64>>,
-    /// How many samples each source has, and how many after this pass, row by row; none before the first pass.
+    /// The number of samples of each source before and after this pass, row by row. Empty before the first pass.
     counts: Vec<u32>,
     goals: Vec<u32>,
     /// The filter's weights for the unit squares around a pixel, across and down.
@@ -85,9 +85,9 @@ impl Adaptive {
         })
     }
 
-    /// How much the estimate of a pixel by the samples of this pass counts beside earlier ones, in samples per pixel: their harmonic mean
-    /// over the sources that its filter reaches. It is known before the samples are taken, so that none decides how much it counts. 0
-    /// where a source has no samples.
+    /// The weight of the estimate of a pixel by the samples of this pass, in samples per pixel: the harmonic mean over the
+    /// sources that its filter reaches. It is known before the samples are taken, so that no sample decides its own weight.
+    /// 0 if a source has no samples.
     fn count_of(&self, place: [i32; 2], counts: &[u32]) -> f64 {
         let (mut all, mut inverse) = (0.0, 0.0);
         for (at, weight) in self.around(place) {
@@ -238,12 +238,12 @@ const EXPONENT: f64 = 1.0 / 3.0;
 /// Pixels of one class lie so many pixels apart, across and down: further than a neighbor may be.
 const APART: usize = REACH + 2;
 
-/// How many samples each pixel is to have, row by row: by the variance of the samples of its neighbors, by powers of two,
-/// for which patterns are best; `mean` on average, but for a few percent. None has less than its count so far, or than half
-/// of the mean.
+/// Allots a number of samples to each pixel, row by row, by the variance of its neighbors' samples. Numbers are powers of
+/// two, for which patterns are best, and `mean` on average within a few percent. No pixel gets less than its count so far,
+/// or less than half of the mean.
 ///
-/// What one pixel gets is taken from all others. So pixels are shared out by classes, each as if nothing were known of the
-/// samples of its own: by them a pixel has no say in how many more it gets.
+/// Samples for one pixel are taken from all others. So each class of pixels gets its numbers without using its own samples:
+/// the samples of a pixel have no influence on its number.
 fn allotted(variances: &[f64], width: usize, counts: &[u32], mean: u32) -> Vec<u32> {
     let around = (0..variances.len()).into_par_iter().map(|at| Around::new(variances, width, at)).collect();
     let shares = Shares { around, variances, width, counts, mean };
@@ -371,7 +371,7 @@ const LOWEST: i32 = -2 * STEPS as i32;
 /// and at this one all get the most.
 const HIGHEST: i32 = 54 * STEPS as i32;
 
-/// How many times the mean a pixel of so many may get; 1 where all are to have alike many.
+/// The most samples of a pixel over the mean, in a picture of `pixels` pixels. 1 if all pixels get the same number.
 fn most_times(pixels: usize) -> u32 {
     MOST.min((pixels / SHARE) as u32).max(1)
 }

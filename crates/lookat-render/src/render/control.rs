@@ -86,7 +86,7 @@ impl<'p> Control<'p> {
         }
     }
 
-    /// Asks the progress callback, when all samples are done, whether to go on. True if the rendering is interrupted.
+    /// Calls the progress callback after all samples are done. True if the rendering is interrupted.
     pub fn is_interrupted(&self) -> bool {
         self.advance(0);
         self.state().interrupted

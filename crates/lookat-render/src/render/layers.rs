@@ -25,7 +25,7 @@ use crate::view_facts::depth;
 /// The values of a pixel, by the numbers of the layers.
 type Values = [DVec3; TABLE.len()];
 
-/// The depth where there is nothing.
+/// The depth of pixels without a surface.
 const FAR: f64 = 1e10;
 
 /// Adds the layers to the picture of a film; nothing after an interruption, and then false.
@@ -211,7 +211,7 @@ impl Layers {
         Layers(self.0 | others.0)
     }
 
-    /// True if there is none.
+    /// True if there are no layers.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }

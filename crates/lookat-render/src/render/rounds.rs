@@ -22,7 +22,7 @@ pub(super) trait Policy: Sync {
     /// The state of a tile without samples.
     fn begin(&self, tile: &Tile) -> Self::State;
 
-    /// Decides about the next round, by the film so far. False if there is none.
+    /// Plans the next round from the film so far. False if the rendering is finished.
     fn next(&mut self, film: &Film, states: &mut [Self::State], control: &Control) -> bool;
 
     /// The samples of a tile in this round.

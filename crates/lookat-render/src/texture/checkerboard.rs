@@ -85,7 +85,7 @@ fn odd_length<S: Simd>(pairs: f64x8<S>) -> f64x8<S> {
 
 const RADIUS: f64 = 0.35;
 
-/// How far the middle of a dot may be from that of its cell.
+/// The largest distance of the middle of a dot from that of its cell.
 const MOST_SHIFT: f64 = 0.5 - RADIUS;
 
 #[inline(always)]

@@ -168,7 +168,7 @@ impl<'s> Element<'s> {
         })
     }
 
-    /// Which of some shadow rays to point lights, that meet it, do so nowhere but at their ends. `own` is its number.
+    /// The shadow rays to point lights that hit the element only at their ends. `own`: the number of the element.
     #[cold]
     #[inline(never)]
     fn ends<S: Simd>(&self, own: f64x8<S>, rays: &Rays<S>, met: mask64x8<S>) -> mask64x8<S> {
@@ -184,8 +184,8 @@ impl<'s> Element<'s> {
         bits(own.token(), ends)
     }
 
-    /// Where those of the rays that are active meet it, at which distances, and of a triangle in proportion to what its corners
-    /// weigh. `own` is its number.
+    /// The active rays that hit the element, the distances, and for a triangle the unnormalized weights of its corners.
+    /// `own`: the number of the element.
     #[inline(always)]
     fn meet<S: Simd>(
         &self,

@@ -333,7 +333,7 @@ mod tests {
         })
     }
 
-    /// What becomes of some rays, and how many of them meet something, each just what it meets alone.
+    /// The coherence of some rays and the number of rays with a hit. Checks that each hit equals that of the ray alone.
     fn trace<S: Simd>(simd: S, scene: &Traceable, rays: &[Ray]) -> (Coherence, usize) {
         let (mut packets, mut active) = (Vec::new(), Vec::new());
         for rays in rays.chunks(LANES) {

@@ -100,8 +100,8 @@ impl<S: Simd> ShearedRays<S> {
         }
     }
 
-    /// Where rays meet a triangle, at which distance, and in proportion to what the corners weigh; as
-    /// [`ShearedRay::intersect`], to the bit.
+    /// The rays that hit a triangle, the distances, and the unnormalized weights of the corners, with the bits of
+    /// [`ShearedRay::intersect`].
     #[inline(always)]
     pub fn intersect(
         &self,

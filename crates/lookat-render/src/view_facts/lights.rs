@@ -144,7 +144,7 @@ fn position(prepared: &Prepared, place: LightPlace) -> Option<DVec3> {
 struct Received {
     /// The sum of the irradiance.
     irradiance: f64,
-    /// How many surfaces receive any, and would if nothing were in the way.
+    /// The number of surfaces that receive light, and of those that would without occlusion.
     lit: usize,
     faced: usize,
 }

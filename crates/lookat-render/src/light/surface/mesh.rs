@@ -82,7 +82,7 @@ impl MeshLight {
         self.mesh.triangles() > MOST_WHOLE
     }
 
-    /// How far from a place there are vertices.
+    /// The largest distance of a vertex from `center`.
     pub fn radius(&self, center: DVec3) -> f64 {
         let squared = |p: &[f64; 3]| (DVec3::from(*p) - self.origin).distance_squared(center);
         self.mesh.positions().iter().map(squared).fold(0.0, f64::max).sqrt()

@@ -24,7 +24,7 @@ struct SphericalDisks<S: Simd> {
     radius: f64x8<S>,
     /// The axes of the disk: away from the point, across, and its normal.
     axes: [Vec3x8<S>; 3],
-    /// How far its middle is from the point, along the first axis and the last.
+    /// The distance of its middle from the point, along the first axis and the last.
     across: f64x8<S>,
     height: f64x8<S>,
     /// The direction of the axis of the cone, along the first axis and the last.

@@ -1,6 +1,6 @@
-//! Builds the tree of lights.
+//! Builds the light tree.
 //!
-//! What a leaf of the tree of lights emits.
+//! The emission of leaves and groups of the light tree.
 
 use std::f64::consts::PI;
 
@@ -389,7 +389,8 @@ impl Emitter {
         if sin_a * b + a * sin_b <= 0.0 && b < 1.0 - 1e-12 { EVERYWHERE } else { a * b - sin_a * sin_b }
     }
 
-    /// How far a cone around the axis of `group`, with its angle, begins behind `center` if it is to hold all light of this emitter.
+    /// The distance behind `center` at which a cone around the axis of `group`, with its angle, must begin to contain all
+    /// light of this emitter.
     pub fn shift_in(&self, group: &Emitter) -> f64 {
         let cos = group.least_cosine;
         let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();

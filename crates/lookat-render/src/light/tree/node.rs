@@ -16,7 +16,7 @@ pub(super) const NONE: u32 = u32::MAX;
 pub(super) const FAR: f64 = 1e7;
 /// The least cosine in estimates: see [`crate::light::LEAST_COSINE`].
 const LEAST_COSINE: f32 = 0.1;
-/// How much of the size of a group, over its distance, is added to cosines. By measurement.
+/// The share of a group's size over its distance that is added to cosines. Measured.
 const RIM: f32 = 0.25;
 /// No intensity is stored as less than this share of the largest, nor a spread in units of a node as less than this.
 pub(super) const FAINT: f64 = 1e-20;
@@ -65,12 +65,12 @@ pub(super) struct Node {
     pub inverse_scale: f64,
     /// The factor for the intensities of the children.
     pub strength: f64,
-    /// The place of the node, as of leaves.
+    /// The position of the node in its parent, encoded like that of leaves.
     pub parent: u32,
     pub children: Children,
 }
 
-/// Side by side, in units of the node.
+/// The children of a node side by side, in units of the node.
 #[derive(Clone, Copy)]
 pub(super) struct Children {
     pub offset: V3<[f32; WIDTH]>,
