@@ -2,7 +2,6 @@
 //! whole film as plain data, which programs add, write and read.
 
 use std::array::from_fn;
-use std::fmt;
 use std::ops::AddAssign;
 
 use glam::{DVec3, DVec4, Vec3};
@@ -216,30 +215,17 @@ pub struct FilmSums {
 }
 
 /// Why sums do not add up, or cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FilmSumsError {
     /// The film, the filter or the brightness of the scene differs.
+    #[error("the film sums are of different pictures: scene, film and filter must be the same")]
     OtherPicture,
     /// A pixel would have 2^32 samples or more.
+    #[error("a pixel would have 2^32 samples or more")]
     TooManySamples,
     /// The bytes are no film sums, are damaged, or of another version of lookat.
+    #[error("these are no film sums, or they are damaged, or of another version of lookat")]
     Unreadable,
-}
-
-impl std::error::Error for FilmSumsError {}
-
-impl fmt::Display for FilmSumsError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            FilmSumsError::OtherPicture => {
-                "the film sums are of different pictures: scene, film and filter must be the same"
-            }
-            FilmSumsError::TooManySamples => "a pixel would have 2^32 samples or more",
-            FilmSumsError::Unreadable => {
-                "these are no film sums, or they are damaged, or of another version of lookat"
-            }
-        })
-    }
 }
 
 impl Film<'_> {

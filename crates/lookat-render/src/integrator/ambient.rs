@@ -8,12 +8,12 @@ use glam::Vec3;
 use crate::bsdf::Slots;
 use crate::frame::Frames;
 use crate::integrator::path_batch::{PathBatch, PathPacket};
-use crate::integrator::world::Tracer;
-use crate::integrator::world::World;
+use crate::integrator::world::{Tracer, World};
 use crate::number::{first_lanes, narrow, set_lanes, splat_f32, to_f32, vectorized};
 use crate::sampler::Streams;
-use crate::warp::square_to_uniform_hemisphere_pdf;
-use crate::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
+use crate::warp::{
+    square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
+};
 
 /// A scene with ambient occlusion.
 pub(crate) struct Ambient<'s> {
