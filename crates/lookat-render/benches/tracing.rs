@@ -46,7 +46,7 @@ fn shadow_rays(probe: &Probe) -> Vec<Ray> {
     let leave = |ray: &Ray| {
         let hit = probe.nearest(ray)?;
         let to_light = light - probe.point(ray, &hit).p;
-        Some(Ray { t_max: to_light.length(), ..probe.leave(ray, &hit, to_light.normalize()) })
+        Some(Ray { t_max: to_light.length(), ..probe.spawn_ray(ray, &hit, to_light.normalize()) })
     };
     camera_rays(probe).iter().filter_map(leave).collect()
 }

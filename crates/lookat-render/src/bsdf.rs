@@ -11,42 +11,42 @@ use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::Vec3;
 use smallvec::SmallVec;
 
-pub(crate) use crate::bsdf::lobe::Single;
+pub(crate) use crate::bsdf::lobe::DeltaSample;
 use crate::frame::Frames;
 use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
 use lobe::{Kind, Lobe, Lobes, PointLobe};
 pub(crate) use material::most_lobes;
 
-/// Which lobes are meant.
+/// Selects lobes by whether they are delta distributions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Part {
+pub(crate) enum LobeFilter {
     All,
-    /// Those that scatter into all directions.
-    Smooth,
-    /// Those that scatter into single directions, which lights cannot be sampled for.
-    Specular,
+    /// Lobes that scatter into all directions.
+    NonDelta,
+    /// Delta lobes, which scatter into single directions. Light samples cannot reach these directions.
+    Delta,
 }
 
-impl Part {
+impl LobeFilter {
     fn holds(self, kind: Kind) -> bool {
         match self {
-            Part::All => true,
-            Part::Smooth => !kind.is_specular(),
-            Part::Specular => kind.is_specular(),
+            LobeFilter::All => true,
+            LobeFilter::NonDelta => !kind.is_delta(),
+            LobeFilter::Delta => kind.is_delta(),
         }
     }
 }
 
-/// Where the light comes from that surfaces scatter into all directions.
+/// The directions from which non-delta lobes scatter light.
 #[derive(Clone, Copy)]
 pub(crate) struct Domain<S: Simd> {
     /// The geometric normals on the side of `wo`.
     pub n: Vec3x8<S>,
     /// The shading normals on the side of `wo`: the BSDF samples directions on the same side of them.
     pub ns: Vec3x8<S>,
-    /// Light comes through from behind, too.
+    /// The points where light also comes through from behind.
     pub is_two_sided: mask64x8<S>,
-    /// All directions count by their cosine: it is evenly diffuse.
+    /// The points whose only lobe is Lambertian: all directions count by their cosine.
     pub is_diffuse: mask64x8<S>,
 }
 
@@ -55,27 +55,28 @@ pub(crate) struct Domain<S: Simd> {
 pub(crate) struct Bsdf<'s, S: Simd> {
     /// The geometric normals on the side of `wo`: they decide which directions are on the same side.
     n: Vec3x8<S>,
-    /// The shading normals, and the frames around them.
+    /// The shading normals and frames.
     ns: Vec3x8<S>,
     frames: Frames<f32x8<S>>,
     wo: Vec3x8<S>,
-    /// `wo` in these frames.
+    /// `wo` in the shading frames.
     local_o: V3<f32x8<S>>,
     slots: &'s [Slot<S>],
 }
 
-/// Directions that light may come from.
+/// Sampled directions of incident light.
 pub(crate) struct BsdfSample<S: Simd> {
-    /// Where there is one.
+    /// The lanes with a valid sample.
     pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
-    /// Densities of `wi` by solid angle, more than 0. Of specular samples the probabilities of their directions.
+    /// The densities of `wi` by solid angle, more than 0. For delta samples: the probabilities of their directions.
     pub pdf: f64x8<S>,
-    /// By what radiance from `wi` is multiplied.
+    /// The factor for radiance from `wi`: the BSDF times the cosine over the density.
     pub weight: Colors<S>,
-    /// No other direction could have been sampled nearby.
-    pub is_specular: mask64x8<S>,
-    /// What refraction alone does to radiance, and the way out undoes: the ratio of the squared indices of refraction, or 1.
+    /// The lanes with delta samples.
+    pub is_delta: mask64x8<S>,
+    /// The factor by which refraction scales radiance: the ratio of the squared indices of refraction. 1 for reflection.
+    /// Leaving the medium undoes it.
     pub radiance_scale: f32x8<S>,
 }
 
@@ -83,26 +84,28 @@ pub(crate) struct BsdfSample<S: Simd> {
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 impl<'s, S: Simd> Bsdf<'s, S> {
-    /// Those at points with geometric normals `n` and shading normals `ns`. Weighs the lobes.
+    /// The BSDFs at points with geometric normals `n` and shading normals `ns`. Sets the probabilities of the lobes.
     #[inline(always)]
     pub fn new(
-        (n, ns, frames): (Vec3x8<S>, Vec3x8<S>, Frames<f32x8<S>>),
+        n: Vec3x8<S>,
+        ns: Vec3x8<S>,
+        frames: Frames<f32x8<S>>,
         wo: Vec3x8<S>,
         slots: &'s mut Slots<S>,
     ) -> Self {
         let local_o = frames.to_local(wo.narrow());
-        let n = (-n).or(n.dot(wo).simd_lt(0.0), n);
+        let n = n.face_forward(wo);
         weigh(&mut slots.0, local_o.z);
         Bsdf { n, ns, frames, wo, local_o, slots: &slots.0 }
     }
 
-    /// Where there are lobes of a part.
+    /// The points with lobes that pass the filter.
     #[inline(always)]
-    pub fn has(&self, part: Part) -> mask64x8<S> {
-        self.of(|kind| part.holds(kind))
+    pub fn has(&self, filter: LobeFilter) -> mask64x8<S> {
+        self.of(|kind| filter.holds(kind))
     }
 
-    /// Where there are lobes of some kinds.
+    /// The points with lobes of some kinds.
     #[inline(always)]
     fn of(&self, holds: impl Fn(Kind) -> bool) -> mask64x8<S> {
         let mut all = mask32x8::splat(self.local_o.z.token(), false);
@@ -112,29 +115,29 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         widen(all)
     }
 
-    /// Where the light comes from, single directions aside.
+    /// The domain of incident light for non-delta lobes.
     #[inline(always)]
     pub fn domain(&self) -> Domain<S> {
         Domain {
             n: self.n,
-            ns: (-self.ns).or(widen(self.local_o.z.simd_lt(0.0)), self.ns),
+            ns: (-self.ns).keep_where(widen(self.local_o.z.simd_lt(0.0)), self.ns),
             is_two_sided: self.of(Kind::transmits),
             is_diffuse: !self.of(|kind| kind != Kind::Lambert),
         }
     }
 
-    /// The BSDF times the cosine between `wi` and the shading normal, and the density by solid angle with which [`Bsdf::sample`] gives
-    /// `wi`; single directions aside.
+    /// The BSDF times the cosine between `wi` and the shading normal, and the density by solid angle with which
+    /// [`Bsdf::sample`] gives `wi`. Delta lobes do not count.
     #[inline(always)]
-    pub fn f_cos_pdf(&self, wi: Vec3x8<S>, part: Part) -> (Colors<S>, f64x8<S>) {
-        let (f_cos, pdf) = self.at(wi, self.frames.to_local(wi.narrow()), part);
+    pub fn f_cos_pdf(&self, wi: Vec3x8<S>, filter: LobeFilter) -> (Colors<S>, f64x8<S>) {
+        let (f_cos, pdf) = self.at(wi, self.frames.to_local(wi.narrow()), filter);
         (f_cos, to_f64(pdf))
     }
 
-    /// The same of a direction of the world and of the frames. The geometric normal tells the sides, so that bent normals let no light
-    /// through.
+    /// Evaluates the BSDF times cosine and the density, for a direction in the world that is `local_i` in the shading
+    /// frames. The geometric normal decides the side, so that bumps let no light through.
     #[inline(never)]
-    fn at(&self, wi: Vec3x8<S>, local_i: V3<f32x8<S>>, part: Part) -> (Colors<S>, f32x8<S>) {
+    fn at(&self, wi: Vec3x8<S>, local_i: V3<f32x8<S>>, filter: LobeFilter) -> (Colors<S>, f32x8<S>) {
         let simd = wi.x.token();
         vectorized!(simd, {
             let (none, black) = (splat_f32(simd, 0.0), Colors::splat(simd, Vec3::ZERO));
@@ -144,30 +147,30 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             let through = narrow(side.simd_lt(0.0)) & is_seen;
             let same_side = (wo.z * local_i.z).simd_gt(0.0);
             let (mut f, mut pdf) = (black, none);
-            for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_specular()) {
+            for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_delta()) {
                 let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i, above);
                 let (side, sampled) = match slot.lobe.kind {
                     Kind::RoughGlass => (above | through, is_seen),
                     kind if kind.transmits() => (through, !same_side),
                     _ => (above, same_side),
                 };
-                f = f + own_f.or(side & slot.mask, black);
+                f = f + own_f.keep_where(side & slot.mask, black);
                 pdf += (sampled & slot.mask).select(slot.probability * own_pdf, none);
             }
-            if part == Part::Smooth {
-                let all = probability(simd, self.slots, part);
+            if filter == LobeFilter::NonDelta {
+                let all = probability(simd, self.slots, filter);
                 pdf = all.simd_gt(0.0).select(pdf / all, none);
             }
             (f * local_i.z.abs(), pdf)
         })
     }
 
-    /// Directions of one of the lobes, the likelier the more it scatters.
+    /// Samples directions of one lobe, with a probability that grows with its albedo.
     #[inline(never)]
-    pub fn sample(&self, [u, v]: [f64x8<S>; 2], part: Part) -> BsdfSample<S> {
+    pub fn sample(&self, [u, v]: [f64x8<S>; 2], filter: LobeFilter) -> BsdfSample<S> {
         let simd = u.token();
         vectorized!(simd, {
-            let choice = choose(self.slots, part, u);
+            let choice = choose(self.slots, filter, u);
             let one = splat_f32(simd, 1.0);
             // What is left of the number beyond the 24 bits that directions take.
             let fine = choice.rest * 16_777_216.0;
@@ -175,47 +178,47 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             let square = [to_f32(choice.rest).min(BELOW_ONE), to_f32(v).min(BELOW_ONE)];
             let none = mask32x8::splat(simd, false);
             let (mut local, mut radiance_scale, mut is_smooth) = (self.local_o, one, none);
-            let mut single: Option<(mask64x8<S>, Single<S>)> = None;
+            let mut single: Option<(mask64x8<S>, DeltaSample<S>)> = None;
             for (number, slot) in self.slots.iter().enumerate() {
                 let own = choice.slot.simd_eq(number as f32);
                 if !own.any_true() {
                     continue;
                 }
-                if slot.lobe.kind.is_specular() {
+                if slot.lobe.kind.is_delta() {
                     let sample = slot.lobe.single(self.ns, self.wo, choice.rest);
                     let own = widen(own);
                     single = Some(match single {
-                        Some((others, all)) => (own | others, sample.or(own, all)),
+                        Some((others, all)) => (own | others, sample.keep_where(own, all)),
                         None => (own, sample),
                     });
                 } else {
                     let (wi, is_valid) = slot.lobe.sample(self.local_o, square, fine);
-                    local = wi.or(own, local);
+                    local = wi.keep_where(own, local);
                     is_smooth |= own & is_valid;
                     radiance_scale =
                         own.select(slot.lobe.radiance_scale(self.local_o.z, wi.z), radiance_scale);
                 }
             }
-            let mut sample = self.smooth(local, is_smooth, part);
+            let mut sample = self.non_delta(local, is_smooth, filter);
             sample.radiance_scale = radiance_scale;
             if let Some((own, single)) = single {
-                sample.put(own, single, choice.probability);
+                sample.set_delta(own, single, choice.probability);
             }
             sample.is_valid &= widen(self.local_o.z.simd_ne(0.0));
             sample
         })
     }
 
-    /// The single directions that [`Bsdf::sample`] chooses from at each point, in the order of the lobes, each with the probability of its
-    /// choice.
+    /// All delta samples that [`Bsdf::sample`] chooses from at each point, in the order of the lobes, with the probability
+    /// of each choice.
     #[inline(never)]
-    pub fn singles(&self) -> SmallVec<[Single<S>; 2]> {
+    pub fn delta_samples(&self) -> SmallVec<[DeltaSample<S>; 2]> {
         let simd = self.local_o.z.token();
         vectorized!(simd, {
-            let all = probability(simd, self.slots, Part::Specular);
+            let all = probability(simd, self.slots, LobeFilter::Delta);
             let is_seen = widen(self.local_o.z.simd_ne(0.0));
-            let mut singles: SmallVec<[Single<S>; 2]> = SmallVec::new();
-            for slot in self.slots.iter().filter(|slot| slot.lobe.kind.is_specular()) {
+            let mut delta_samples: SmallVec<[DeltaSample<S>; 2]> = SmallVec::new();
+            for slot in self.slots.iter().filter(|slot| slot.lobe.kind.is_delta()) {
                 let mut own = widen(slot.mask) & is_seen;
                 // Glass reflects for small numbers, and refracts for large ones.
                 for u in [0.0, 1.0 - f64::EPSILON] {
@@ -223,50 +226,49 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                     let rest = own & widen(single.probability.simd_lt(1.0));
                     single.probability *= slot.probability / all;
                     single.is_valid &= own & single.factor.is_light();
-                    for place in &mut singles {
+                    for place in &mut delta_samples {
                         let free = single.is_valid & !place.is_valid;
-                        *place = single.or(free, *place);
+                        *place = single.keep_where(free, *place);
                         single.is_valid &= !free;
                     }
                     if single.is_valid.any_true() {
-                        singles.push(single);
+                        delta_samples.push(single);
                     }
                     own = rest;
                 }
             }
-            singles
+            delta_samples
         })
     }
 
-    /// Samples of directions of the frames.
+    /// Completes samples of directions in the shading frames.
     #[inline(always)]
-    fn smooth(&self, local: V3<f32x8<S>>, is_valid: mask32x8<S>, part: Part) -> BsdfSample<S> {
+    fn non_delta(&self, local: V3<f32x8<S>>, is_valid: mask32x8<S>, filter: LobeFilter) -> BsdfSample<S> {
         let simd = local.x.token();
         let wi = self.frames.to_world(local).widen().normalize();
-        let (weight, pdf) = match is_valid.any_true() {
-            true => {
-                let (f_cos, pdf) = self.at(wi, local, part);
-                (f_cos / pdf, pdf)
-            }
-            false => (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0)),
+        let (weight, pdf) = if is_valid.any_true() {
+            let (f_cos, pdf) = self.at(wi, local, filter);
+            (f_cos / pdf, pdf)
+        } else {
+            (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0))
         };
         let is_valid = widen(is_valid & pdf.simd_gt(0.0)) & weight.is_light();
-        let (is_specular, radiance_scale) = (bits(simd, 0), splat_f32(simd, 1.0));
-        BsdfSample { is_valid, wi, pdf: to_f64(pdf), weight, is_specular, radiance_scale }
+        let (is_delta, radiance_scale) = (bits(simd, 0), splat_f32(simd, 1.0));
+        BsdfSample { is_valid, wi, pdf: to_f64(pdf), weight, is_delta, radiance_scale }
     }
 }
 
 impl<S: Simd> BsdfSample<S> {
-    /// Puts single directions into the lanes `own`. `probability`: the probability of their lobes.
+    /// Replaces the samples in the lanes `own` by delta samples. `probability`: the probability of their lobes.
     #[inline(always)]
-    fn put(&mut self, own: mask64x8<S>, single: Single<S>, probability: f32x8<S>) {
+    fn set_delta(&mut self, own: mask64x8<S>, single: DeltaSample<S>, probability: f32x8<S>) {
         let pdf = single.probability * probability;
         let is_valid = single.is_valid & single.factor.is_light() & widen(pdf.simd_gt(0.0));
         self.is_valid = self.is_valid & !own | own & is_valid;
-        self.wi = single.wi.or(own, self.wi);
+        self.wi = single.wi.keep_where(own, self.wi);
         self.pdf = own.select(to_f64(pdf), self.pdf);
-        self.weight = (single.factor / pdf).or_wide(own, self.weight);
-        self.is_specular |= own;
+        self.weight = (single.factor / pdf).keep_where_wide(own, self.weight);
+        self.is_delta |= own;
         self.radiance_scale = narrow(own).select(single.radiance_scale, self.radiance_scale);
     }
 }
@@ -276,7 +278,7 @@ impl<S: Simd> BsdfSample<S> {
 /// distributions", Technometrics 37(2), 1995).
 const ALIKE: f32 = 0.25;
 
-/// Makes lobes the likelier, the more they scatter of what comes at an angle of cosine `cos_o`.
+/// Sets the probabilities of lobes by their albedo at an angle of cosine `cos_o`.
 #[inline(always)]
 fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
     if slots.len() < 2 {
@@ -299,42 +301,43 @@ fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
     }
 }
 
-/// The probability that a sample of all lobes is one of a part.
+/// The probability that a sample of all lobes passes the filter.
 #[inline(always)]
-fn probability<S: Simd>(simd: S, slots: &[Slot<S>], part: Part) -> f32x8<S> {
-    if part == Part::All {
+fn probability<S: Simd>(simd: S, slots: &[Slot<S>], filter: LobeFilter) -> f32x8<S> {
+    if filter == LobeFilter::All {
         return splat_f32(simd, 1.0);
     }
     let mut sum = splat_f32(simd, 0.0);
-    for (_, slot) in of(slots, part) {
+    for (_, slot) in of(slots, filter) {
         sum += slot.probability;
     }
     sum
 }
 
-fn of<S: Simd>(slots: &[Slot<S>], part: Part) -> impl Iterator<Item = (usize, &Slot<S>)> {
-    slots.iter().enumerate().filter(move |(_, slot)| part.holds(slot.lobe.kind))
+fn of<S: Simd>(slots: &[Slot<S>], filter: LobeFilter) -> impl Iterator<Item = (usize, &Slot<S>)> {
+    slots.iter().enumerate().filter(move |(_, slot)| filter.holds(slot.lobe.kind))
 }
 
-/// Lobes of a part.
-struct Choice<S: Simd> {
-    /// Their slots; -1 where there is none.
+/// A choice of one lobe at each point.
+struct LobeChoice<S: Simd> {
+    /// The index of the slot, or -1 without a lobe.
     pub slot: f32x8<S>,
-    /// The probability of each among the lobes of the part.
+    /// The probability of the choice among the lobes that pass the filter.
     pub probability: f32x8<S>,
-    /// Numbers from 0 to 1 to go on with.
+    /// The rest of the random number, rescaled to 0..1.
     pub rest: f64x8<S>,
 }
 
-/// Chooses a lobe of a part at each point: the first where the sum of probabilities exceeds `u` times the total, or the last.
+/// Chooses a lobe that passes the filter at each point: the first where the sum of probabilities exceeds `u` times the
+/// total, or the last.
 #[inline(always)]
-fn choose<S: Simd>(slots: &[Slot<S>], part: Part, u: f64x8<S>) -> Choice<S> {
+fn choose<S: Simd>(slots: &[Slot<S>], filter: LobeFilter, u: f64x8<S>) -> LobeChoice<S> {
     let simd = u.token();
-    let all = probability(simd, slots, part);
+    let all = probability(simd, slots, filter);
     let mut rest = u * to_f64(all);
     let mut open = mask32x8::splat(simd, true);
-    let mut choice = Choice { slot: splat_f32(simd, -1.0), probability: all, rest };
-    for (number, slot) in of(slots, part) {
+    let mut choice = LobeChoice { slot: splat_f32(simd, -1.0), probability: all, rest };
+    for (number, slot) in of(slots, filter) {
         let own = open & slot.mask;
         choice.slot = own.select(splat_f32(simd, number as f32), choice.slot);
         choice.probability = own.select(slot.probability, choice.probability);
@@ -347,17 +350,17 @@ fn choose<S: Simd>(slots: &[Slot<S>], part: Part, u: f64x8<S>) -> Choice<S> {
     choice
 }
 
-/// A lobe.
+/// A lobe and the points that have it.
 #[derive(Clone, Copy)]
 struct Slot<S: Simd> {
     pub lobe: Lobes<S>,
-    /// Where it is.
+    /// The points that have the lobe.
     pub mask: mask32x8<S>,
-    /// The probability that a sample of all lobes is one of it.
+    /// The probability that a sample of all lobes is of this lobe.
     pub probability: f32x8<S>,
 }
 
-/// All lobes; the lobes of a point are in order. Few materials have more than six.
+/// The lobes of all points. The lobes of each point are in order. Few materials have more than six.
 pub(crate) struct Slots<S: Simd>(SmallVec<[Slot<S>; 6]>);
 
 /// The lobes of a material at a point.
@@ -365,7 +368,7 @@ pub(crate) struct Slots<S: Simd>(SmallVec<[Slot<S>; 6]>);
 pub(crate) struct PointLobes(SmallVec<[PointLobe; 8]>);
 
 impl<S: Simd> Slots<S> {
-    /// Of points without any.
+    /// An empty list of lobes.
     #[inline(always)]
     pub fn new() -> Self {
         Slots(SmallVec::new())
@@ -389,7 +392,7 @@ impl<S: Simd> Slots<S> {
         let at = at.map_or(self.0.len(), |at| *from + at);
         match self.0.get_mut(at) {
             Some(slot) => {
-                slot.lobe = lobe.or(own, slot.lobe);
+                slot.lobe = lobe.keep_where(own, slot.lobe);
                 slot.mask |= own;
             }
             None => self.0.push(Slot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
@@ -403,7 +406,7 @@ impl<S: Simd> Slots<S> {
         let black = Colors::splat(simd, Vec3::ZERO);
         let mut sum = black;
         for slot in &self.0 {
-            sum = sum + slot.lobe.albedo(splat_f32(simd, 1.0)).or(slot.mask, black);
+            sum = sum + slot.lobe.albedo(splat_f32(simd, 1.0)).keep_where(slot.mask, black);
         }
         sum
     }

@@ -30,12 +30,12 @@ pub(crate) struct Node {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Child(u32);
 
-/// What a leaf holds.
+/// The contents of a leaf.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Leaf {
     /// The number of a block of triangles.
     Block(usize),
-    /// The number of something else.
+    /// The number of a non-triangle.
     NonTriangle(usize),
 }
 
@@ -83,7 +83,7 @@ const MAX_DEPTH: usize = 88;
 const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
 impl Bvh {
-    /// How many nodes there are; none where one leaf holds all.
+    /// The number of nodes. 0 if one leaf holds all elements.
     pub fn nodes(&self) -> usize {
         self.nodes.len()
     }
@@ -236,13 +236,13 @@ struct AxisSlabs<S: Simd> {
 #[derive(Clone, Copy)]
 pub(crate) struct SlabRays<S: Simd> {
     axes: [AxisSlabs<S>; 3],
-    /// Where directions are negative along each axis, as bits.
+    /// Bits of the rays whose directions are negative along each axis.
     negative: [u64; 3],
 }
 
-/// What is tested against boxes: one ray in all lanes, or many that run the same way along each axis. Of many, boxes are entered
-/// where the first enters, and left where the last one leaves. Only of boxes behind the origin that is not true, and these are not
-/// met.
+/// Rays prepared for tests against boxes: one ray in all lanes, or many whose directions have the same signs. Many rays
+/// enter a box where the first one enters, and leave it where the last one leaves. This fails only for boxes behind the
+/// origin, which no ray hits.
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs<S: Simd> {
     axes: [AxisSlabs<S>; 3],
@@ -254,7 +254,7 @@ pub(crate) struct Slabs<S: Simd> {
 const SLACK: f32 = 5.0 * f32::EPSILON;
 
 impl<S: Simd> SlabRays<S> {
-    /// Of origins and directions that have been rounded once.
+    /// Prepares rays whose origins and directions were rounded once to `f32`.
     #[inline(always)]
     pub fn new(simd: S, o: [f32x8<S>; 3], d: [f32x8<S>; 3]) -> Self {
         SlabRays {
@@ -272,7 +272,7 @@ impl<S: Simd> SlabRays<S> {
         }
     }
 
-    /// All of them, each in its lane. `None` where they run different ways, or a direction is not a number.
+    /// All rays, each in its lane. `None` if the signs of the directions differ, or a direction is not a number.
     #[inline(always)]
     pub fn all(&self) -> Option<Slabs<S>> {
         let are_alike = self.negative.iter().all(|negative| [0, (1 << WIDTH) - 1].contains(negative));
@@ -300,7 +300,7 @@ impl<S: Simd> Slabs<S> {
         Slabs { axes, near: self.near }
     }
 
-    /// Which boxes of a node may be met before `t_max`, as bits, and from which distance on, not negative.
+    /// Bits of the boxes of a node that the ray may hit before `t_max`, and the distances where it enters them, at least 0.
     #[inline(always)]
     pub fn meet(&self, simd: S, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
         let planes = three!(axis, {
@@ -311,7 +311,7 @@ impl<S: Simd> Slabs<S> {
         (is_met.to_bitmask() as u32, near.to_array())
     }
 
-    /// Which of eight boxes may be met, as bits: from their lowest and highest corners.
+    /// Bits of the eight boxes that the ray may hit, given their lowest and highest corners.
     #[inline(always)]
     pub fn meet_boxes(&self, simd: S, [low, high]: [[f32x8<S>; 3]; 2], t_max: f32) -> u32 {
         let planes = three!(
@@ -324,7 +324,7 @@ impl<S: Simd> Slabs<S> {
         self.within(simd, planes, t_max).1.to_bitmask() as u32
     }
 
-    /// Where boxes are entered, and which of them are before a limit.
+    /// The distances where boxes are entered, and a mask of those before a limit.
     #[inline(always)]
     fn within(&self, simd: S, planes: [[f32x8<S>; 2]; 3], t_max: f32) -> (f32x8<S>, mask32x8<S>) {
         let (mut near, mut far) = (splat_f32(simd, 0.0), splat_f32(simd, t_max));
@@ -354,7 +354,7 @@ impl<S: Simd> AxisSlabs<S> {
         }
     }
 
-    /// That of one of the rays, in all lanes.
+    /// One of the rays, in all lanes.
     #[inline(always)]
     fn one(&self, simd: S, lane: usize) -> Self {
         self.map(|x| splat_f32(simd, x[lane]))
@@ -419,7 +419,7 @@ pub(crate) fn within_box(o: DVec3, inverse: DVec3, low: DVec3, high: DVec3, t: f
     (near <= far).then(|| t.clamp(near, far))
 }
 
-/// Where a ray enters and leaves a box.
+/// The distances where a ray enters and leaves a box.
 ///
 /// Near and far are told by the sign of the direction, before anything is compared; then a NaN, which a ray in the
 /// plane of a side gives, drops out, because it compares as false.
@@ -442,7 +442,7 @@ pub(crate) struct BoxRays<S: Simd> {
     o: [f64x8<S>; 3],
     /// One over the direction.
     inverse: [f64x8<S>; 3],
-    /// Where the direction is negative along an axis.
+    /// The rays whose direction is negative along an axis.
     negative: [mask64x8<S>; 3],
 }
 
@@ -455,7 +455,7 @@ impl<S: Simd> BoxRays<S> {
         BoxRays { o: [o.x, o.y, o.z], inverse, negative }
     }
 
-    /// Where they enter and leave the box between two corners; as [`slabs`], to the bit.
+    /// The distances where rays enter and leave the box between two corners, with the bits of [`slabs`].
     #[inline(always)]
     pub fn ends(&self, simd: S, low: &DVec3, high: &DVec3) -> (f64x8<S>, f64x8<S>) {
         let (mut near, mut far): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), f64::INFINITY.simd_into(simd));

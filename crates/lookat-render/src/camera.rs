@@ -58,7 +58,7 @@ impl CameraRays {
         }
     }
 
-    /// Whether rays need a point on the lens.
+    /// True if rays need a point on the lens.
     pub fn has_lens(&self) -> bool {
         self.lens.is_some()
     }
@@ -80,7 +80,7 @@ impl CameraRays {
         (o, d.normalize())
     }
 
-    /// The same with directions of any length.
+    /// Camera rays whose directions have any length.
     #[inline(always)]
     fn lines<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
         let (start, step, middle) = (self.start, self.step, self.film_middle);
@@ -170,7 +170,7 @@ pub struct Focus {
 }
 
 impl Focus {
-    /// That of a camera with a lens.
+    /// The focus of a camera with a lens. `None` without a lens.
     pub fn new(camera: &Camera, film: &Film) -> Option<Focus> {
         let lens = camera.lens?;
         let step = CameraRays::new(camera, film, DVec3::ZERO).step.abs();
@@ -214,7 +214,7 @@ impl Focus {
     }
 }
 
-/// What sends camera rays.
+/// A camera and the spacing of its samples.
 #[derive(Clone, Copy)]
 pub(crate) struct Viewer<'v> {
     pub camera: &'v CameraRays,
@@ -222,15 +222,15 @@ pub(crate) struct Viewer<'v> {
     pub spacing: f64,
 }
 
-/// Where camera rays of samples come from.
+/// The camera samples of a packet of rays.
 #[derive(Clone, Copy)]
 pub(crate) struct Views<'v> {
     pub of: Viewer<'v>,
-    /// Of each sample its place on the film, and what chooses the point on the lens.
+    /// For each sample, its film position and the random numbers for the lens.
     pub places: &'v [(DVec2, DVec2)],
-    /// Which of the samples are side by side.
+    /// The samples in the lanes of the packet.
     pub samples: &'v [u16],
-    /// Those of them whose rays have not passed anything, as bits.
+    /// Bits of the samples whose rays have not passed anything.
     pub direct: u64,
 }
 

@@ -37,7 +37,7 @@ struct PlacedCurve {
 struct Piece {
     curve: u32,
     segment: u32,
-    /// Its first and last parameter in the segment.
+    /// The first and last parameter of the piece in its segment.
     range: [f64; 2],
     /// Control points, in the curve's own space.
     points: [DVec3; 4],
@@ -46,7 +46,7 @@ struct Piece {
 /// Pieces overlap by this much of their parameter, so that no ray passes between two.
 const OVERLAP: f64 = 1e-9;
 
-/// Where a ray meets a curve.
+/// The hit of a ray on a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Meeting {
     /// Distance in lengths of the ray's direction.
@@ -56,7 +56,7 @@ pub(crate) struct Meeting {
 }
 
 impl Curves {
-    /// How many pieces there are.
+    /// The number of pieces.
     pub fn len(&self) -> usize {
         self.pieces.len()
     }
@@ -115,7 +115,7 @@ impl Curves {
         Some(Meeting { t, uv: DVec2::new(u, v) })
     }
 
-    /// Whether a ray that leaves the curve at the piece `left` is, up to a meeting with it, still within half a width of
+    /// True if a ray that leaves the curve at the piece `left` is, up to a meeting with it, still within half a width of
     /// it: that is where the ray came from, not where it goes to.
     fn is_inside(&self, placed: &PlacedCurve, view: &View, piece: &Piece, u: f64, left: u32) -> bool {
         const STEPS: u32 = 8;
@@ -260,7 +260,7 @@ impl View {
     }
 }
 
-/// Whether the box around a piece, wider by `reach`, is on the ray.
+/// True if the box around a piece, wider by `reach`, is on the ray.
 fn may_meet(seen: &[DVec3; 4], reach: f64, z_max: f64) -> bool {
     let [a, b, c, d] = *seen;
     let (low, high) = (a.min(b).min(c).min(d), a.max(b).max(c).max(d));
@@ -344,7 +344,7 @@ fn falls_within(g: &Quintic, from: f64, to: f64, visit: &mut impl FnMut(f64)) {
     }
 }
 
-/// How often the sign changes along the coefficients, with the signs of the first and the last given.
+/// The number of sign changes along the coefficients, for given signs of the first and the last.
 fn changes(g: &Quintic, first: bool, last: bool) -> u32 {
     let (mut count, mut positive) = (0, first);
     let mut next = |sign: bool| {

@@ -22,12 +22,12 @@ pub(crate) use sphere::Sphere;
 /// size of the form to about one, so that products of its measures are finite.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Curved {
-    form: Form,
+    form: UnitShape,
     /// The origin of its own space.
     pub center: DVec3,
     /// Takes offsets from the center to its own space.
     pub own_from_world: DMat3,
-    /// And back.
+    /// The transformation from its own space to the world.
     pub world_from_own: DMat3,
     /// The largest distance from the axis, and half the height; in its own space.
     radius: f64,
@@ -39,12 +39,12 @@ pub(crate) struct Curved {
 /// The largest squared distance, relative to the squared radius, at which a hit may be the origin of its ray.
 pub(crate) const AT_ORIGIN: f64 = f64::EPSILON;
 
-/// What rounding may take from a coordinate, over half of itself.
+/// A bound of the rounding error of a coordinate, relative to half of its size.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// The form, in its own space.
+/// The shape in its own space.
 #[derive(Debug, Clone, Copy)]
-enum Form {
+enum UnitShape {
     Sphere(Sphere),
     Disk(Disk),
     TurnedSegment(TurnedSegment),
@@ -63,7 +63,7 @@ impl Curved {
         };
         let world_from_own = DMat3::from_mat4(m) * unit;
         Curved {
-            form: Form::new(quadric, middle, unit, world_from_own),
+            form: UnitShape::new(quadric, middle, unit, world_from_own),
             center: m.w_axis.truncate() - origin + m.z_axis.truncate() * middle,
             own_from_world: DMat3::from_mat4(inv) * unit.recip(),
             world_from_own,
@@ -77,7 +77,7 @@ impl Curved {
     pub fn half_extent(&self) -> DVec3 {
         let rows = self.world_from_own.transpose();
         let along = |row: DVec3| match self.form {
-            Form::Sphere(_) => row.length() * self.radius,
+            UnitShape::Sphere(_) => row.length() * self.radius,
             _ => row.truncate().length() * self.radius + row.z.abs() * self.half_height,
         };
         DVec3::new(along(rows.x_axis), along(rows.y_axis), along(rows.z_axis))
@@ -91,19 +91,19 @@ impl Curved {
     /// The sphere that it is.
     pub fn as_sphere(&self) -> Option<&Sphere> {
         match &self.form {
-            Form::Sphere(sphere) => Some(sphere),
+            UnitShape::Sphere(sphere) => Some(sphere),
             _ => None,
         }
     }
 
-    /// Its radius, if it is a whole sphere, and one in the world.
+    /// The radius if this is a whole sphere in the world.
     pub fn whole_sphere(&self) -> Option<f64> {
         self.as_sphere().filter(|sphere| sphere.is_whole())?.world_radius
     }
 
     /// The axes of a whole disk in the world, the last one its normal, and its radius; if it is a circle there.
     pub fn whole_disk(&self) -> Option<([DVec3; 3], f64)> {
-        let Form::Disk(disk) = &self.form else { return None };
+        let UnitShape::Disk(disk) = &self.form else { return None };
         let [x, y] = [DVec3::X, DVec3::Y].map(|axis| self.world_from_own * axis);
         let scale = x.length();
         let is_round = (y.length() / scale - 1.0).abs() < 1e-12 && (x.dot(y) / (scale * scale)).abs() < 1e-12;
@@ -121,7 +121,7 @@ impl Curved {
     pub fn intersect(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
         let (o, d) = self.own_ray(ray);
         let intersect = |leaving| match &self.form {
-            Form::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
+            UnitShape::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
             other => other.intersect(o, d, t_max, leaving),
         };
         let t = intersect(leaving)?;
@@ -131,7 +131,7 @@ impl Curved {
         if starts_here { intersect(true) } else { Some(t) }
     }
 
-    /// Whether a shadow ray to a point light, which meets the shape, does so nowhere but at the light.
+    /// True if a shadow ray to a point light, which meets the shape, does so nowhere but at the light.
     pub fn is_met_at_end(&self, ray: &Ray, leaving: bool) -> bool {
         let end = ray.end();
         self.holds(end, (end - ray.o).abs())
@@ -141,7 +141,7 @@ impl Curved {
             })
     }
 
-    /// Whether a point lies on the uncut form, if each coordinate is moved by so little of itself as rounding may take.
+    /// True if a point lies on the uncut shape within the rounding errors of its coordinates.
     /// `spread`: what the point was computed from, along each axis.
     #[cold]
     fn holds(&self, p: DVec3, spread: DVec3) -> bool {
@@ -153,14 +153,14 @@ impl Curved {
         self.form.value(own).abs() <= ROUNDING * self.form.gradient(own).abs().dot(size)
     }
 
-    /// Whether the end of the ray, a point of the shape, lies behind another part of it. `leaving`: the ray leaves the shape.
+    /// True if the end of the ray, a point of the shape, lies behind another part of it. `leaving`: the ray leaves the shape.
     pub fn hides_end_of(&self, ray: &Ray, leaving: bool) -> bool {
         let (o, d) = self.own_ray(ray);
         let middle = match &self.form {
-            Form::Disk(_) => None,
-            Form::Sphere(_) => Some(-o.dot(d) / d.length_squared()),
-            Form::TurnedSegment(segment) => segment.profile.meet(o, d).map(|line| line.middle()),
-            Form::Paraboloid(paraboloid) => paraboloid.profile.meet(o, d).map(|line| line.middle()),
+            UnitShape::Disk(_) => None,
+            UnitShape::Sphere(_) => Some(-o.dot(d) / d.length_squared()),
+            UnitShape::TurnedSegment(segment) => segment.profile.meet(o, d).map(|line| line.middle()),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.profile.meet(o, d).map(|line| line.middle()),
         };
         middle.is_some_and(|middle| ray.t_max > middle && self.intersect(ray, middle, leaving).is_some())
     }
@@ -185,25 +185,25 @@ impl Curved {
     fn own_point(&self, p: DVec3) -> DVec3 {
         let own = self.own_from_world * (p - self.center);
         match &self.form {
-            Form::Sphere(sphere) => own.normalize_or(DVec3::Z) * sphere.radius,
-            Form::Disk(_) => own.with_z(0.0),
-            Form::TurnedSegment(segment) => {
+            UnitShape::Sphere(sphere) => own.normalize_or(DVec3::Z) * sphere.radius,
+            UnitShape::Disk(_) => own.with_z(0.0),
+            UnitShape::TurnedSegment(segment) => {
                 quadric::project(own, |p| (segment.value(p), segment.gradient(p)))
             }
-            Form::Paraboloid(paraboloid) => {
+            UnitShape::Paraboloid(paraboloid) => {
                 quadric::project(own, |p| (paraboloid.value(p), paraboloid.gradient(p)))
             }
         }
     }
 
-    /// How the surface goes on about the point of it nearest to `p`.
+    /// The parametric derivatives at the point of the surface nearest to `p`.
     pub fn parametric(&self, p: DVec3) -> Parametric {
         let own = self.own_point(p);
         let local = match &self.form {
-            Form::Sphere(sphere) => sphere.parametric(own),
-            Form::Disk(disk) => disk.parametric(own),
-            Form::TurnedSegment(segment) => segment.parametric(own),
-            Form::Paraboloid(paraboloid) => paraboloid.parametric(own),
+            UnitShape::Sphere(sphere) => sphere.parametric(own),
+            UnitShape::Disk(disk) => disk.parametric(own),
+            UnitShape::TurnedSegment(segment) => segment.parametric(own),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.parametric(own),
         };
         local.placed(self.world_from_own, self.own_from_world.transpose() * self.unit)
     }
@@ -211,25 +211,25 @@ impl Curved {
     /// A point of the shape for one of the unit square; in its own space. Spheres are sampled by their light.
     pub fn sample(&self, u: DVec2) -> DVec3 {
         match &self.form {
-            Form::Sphere(sphere) => sphere.sample(u),
-            Form::Disk(disk) => disk.sample(u),
-            Form::TurnedSegment(segment) => segment.sample(u),
-            Form::Paraboloid(paraboloid) => paraboloid.sample(u),
+            UnitShape::Sphere(sphere) => sphere.sample(u),
+            UnitShape::Disk(disk) => disk.sample(u),
+            UnitShape::TurnedSegment(segment) => segment.sample(u),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.sample(u),
         }
     }
 
-    /// How much larger a small area is on the shape at `p`, in the world, than the one of the unit square that
-    /// [`Curved::sample`] takes there: the inverse of the density by area.
+    /// The ratio of a small area of the shape at `p`, in the world, to the area of the unit square that [`Curved::sample`]
+    /// maps to it: the inverse of the density by area.
     pub fn stretch(&self, p: DVec3) -> f64 {
         self.own_stretch(self.own_from_world * (p - self.center))
     }
 
     fn own_stretch(&self, own: DVec3) -> f64 {
         let area = match &self.form {
-            Form::Sphere(sphere) => sphere.area(),
-            Form::Disk(disk) => disk.area(),
-            Form::TurnedSegment(segment) => segment.stretch(own),
-            Form::Paraboloid(paraboloid) => paraboloid.stretch(own),
+            UnitShape::Sphere(sphere) => sphere.area(),
+            UnitShape::Disk(disk) => disk.area(),
+            UnitShape::TurnedSegment(segment) => segment.stretch(own),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.stretch(own),
         };
         // The cofactors of the transformation, applied to the normal.
         let normal = self.form.gradient(own).normalize_or(DVec3::Z);
@@ -248,17 +248,17 @@ impl Curved {
     }
 }
 
-impl Form {
-    fn new(quadric: &Quadric, middle: f64, unit: f64, world_from_own: DMat3) -> Form {
+impl UnitShape {
+    fn new(quadric: &Quadric, middle: f64, unit: f64, world_from_own: DMat3) -> UnitShape {
         let sweep = Sweep::new(quadric.phi_max);
         let segment = |p1: DVec3, p2: DVec3| {
             let own = |p: DVec3| (p - DVec3::Z * middle) / unit;
-            Form::TurnedSegment(TurnedSegment::new([own(p1), own(p2)], sweep))
+            UnitShape::TurnedSegment(TurnedSegment::new([own(p1), own(p2)], sweep))
         };
         match quadric.form {
-            QuadricForm::Sphere(sphere) => Form::Sphere(Sphere::new(sphere, sweep, world_from_own)),
+            QuadricForm::Sphere(sphere) => UnitShape::Sphere(Sphere::new(sphere, sweep, world_from_own)),
             QuadricForm::Disk(disk) => {
-                Form::Disk(Disk::new(disk.radius / unit, disk.inner_radius / unit, sweep))
+                UnitShape::Disk(Disk::new(disk.radius / unit, disk.inner_radius / unit, sweep))
             }
             QuadricForm::Cylinder(form) => {
                 segment(DVec3::new(form.radius, 0.0, form.z_min), DVec3::new(form.radius, 0.0, form.z_max))
@@ -267,7 +267,9 @@ impl Form {
                 segment(DVec3::new(form.radius, 0.0, 0.0), DVec3::new(0.0, 0.0, form.height))
             }
             QuadricForm::Hyperboloid(form) => segment(form.p1, form.p2),
-            QuadricForm::Paraboloid(form) => Form::Paraboloid(Paraboloid::new(&form, middle, unit, sweep)),
+            QuadricForm::Paraboloid(form) => {
+                UnitShape::Paraboloid(Paraboloid::new(&form, middle, unit, sweep))
+            }
         }
     }
 
@@ -275,13 +277,13 @@ impl Form {
     #[inline(never)]
     fn intersect(&self, o: DVec3, d: DVec3, t_max: f64, leaving: bool) -> Option<f64> {
         match self {
-            Form::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
-            Form::Disk(_) if leaving => None,
-            Form::Disk(disk) => disk.intersect(o, d, t_max),
-            Form::TurnedSegment(segment) => {
+            UnitShape::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
+            UnitShape::Disk(_) if leaving => None,
+            UnitShape::Disk(disk) => disk.intersect(o, d, t_max),
+            UnitShape::TurnedSegment(segment) => {
                 segment.profile.meet(o, d)?.first(t_max, leaving, |p| segment.has(p))
             }
-            Form::Paraboloid(paraboloid) => {
+            UnitShape::Paraboloid(paraboloid) => {
                 paraboloid.profile.meet(o, d)?.first(t_max, leaving, |p| paraboloid.has(p))
             }
         }
@@ -290,20 +292,20 @@ impl Form {
     /// A function that is 0 on the uncut form.
     fn value(&self, p: DVec3) -> f64 {
         match self {
-            Form::Sphere(sphere) => p.length_squared() - sphere.radius * sphere.radius,
-            Form::Disk(_) => p.z,
-            Form::TurnedSegment(segment) => segment.value(p),
-            Form::Paraboloid(paraboloid) => paraboloid.value(p),
+            UnitShape::Sphere(sphere) => p.length_squared() - sphere.radius * sphere.radius,
+            UnitShape::Disk(_) => p.z,
+            UnitShape::TurnedSegment(segment) => segment.value(p),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.value(p),
         }
     }
 
     /// In the direction of the normal, half the gradient of that, or more; at the tip of a cone zero.
     fn gradient(&self, p: DVec3) -> DVec3 {
         match self {
-            Form::Sphere(_) => p,
-            Form::Disk(_) => DVec3::Z,
-            Form::TurnedSegment(segment) => segment.gradient(p),
-            Form::Paraboloid(paraboloid) => paraboloid.gradient(p),
+            UnitShape::Sphere(_) => p,
+            UnitShape::Disk(_) => DVec3::Z,
+            UnitShape::TurnedSegment(segment) => segment.gradient(p),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.gradient(p),
         }
     }
 }

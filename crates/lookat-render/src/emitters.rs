@@ -1,4 +1,4 @@
-//! Where a ray may find what glows.
+//! Bounds of the emitters that rays may find.
 
 use fearless_simd::{Simd, mask64x8, prelude::*};
 
@@ -15,22 +15,22 @@ pub(crate) struct Emitters(Vec<Bounds>);
 const MOST: usize = 8;
 
 impl Emitters {
-    /// Those of so many shapes.
+    /// The emitters of a scene. Above [`MOST`] shapes, one box bounds them all.
     pub fn new(bounds: Vec<Bounds>) -> Self {
-        match bounds.len() <= MOST {
-            true => Emitters(bounds),
-            false => Emitters(vec![bounds.into_iter().fold(Bounds::EMPTY, Bounds::union)]),
+        if bounds.len() <= MOST {
+            return Emitters(bounds);
         }
+        Emitters(vec![bounds.into_iter().fold(Bounds::EMPTY, Bounds::union)])
     }
 
-    /// Whether there is none.
+    /// True if the scene has no emitters.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Which rays may meet one of them; others certainly do not.
+    /// The rays that may hit an emitter. Other rays certainly do not.
     #[inline(always)]
-    pub fn may_be_met_by<S: Simd>(&self, simd: S, rays: &Rays<S>) -> mask64x8<S> {
+    pub fn may_be_hit<S: Simd>(&self, simd: S, rays: &Rays<S>) -> mask64x8<S> {
         let mut may_be = bits(simd, 0);
         if self.is_empty() {
             return may_be;
@@ -83,7 +83,7 @@ mod tests {
                 );
                 let may_be_met = side_by_side!(fearless_simd::Level::new(), simd => {
                     let rays = Rays::new(Vec3x8::splat(simd, ray.o), Vec3x8::splat(simd, ray.d));
-                    traceable.emitters.may_be_met_by(simd, &rays).all_true()
+                    traceable.emitters.may_be_hit(simd, &rays).all_true()
                 });
                 let is_light = traceable.nearest(&ray).is_some_and(|hit| traceable.emits(&hit));
                 assert!(may_be_met || !is_light, "{copies} {ray:?}");

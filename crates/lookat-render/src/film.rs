@@ -29,9 +29,9 @@ pub(crate) struct Film<'v> {
     pub filter: PixelFilter,
     /// Pixels on a side of the tiles.
     side: i32,
-    /// Whether it keeps errors without the filter.
+    /// True if the film keeps errors without the filter.
     has_unfiltered: bool,
-    /// That of 1 until it is set.
+    /// The scale of the sums, which is for a brightness of 1 until it is set.
     scale: OnceLock<Scale>,
     light_paths: AtomicU64,
     /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
@@ -39,14 +39,14 @@ pub(crate) struct Film<'v> {
     pub tiles: Vec<Mutex<Tile>>,
 }
 
-/// What the film keeps beside the sums of all samples.
+/// The data that the film keeps beside the sums of all samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Keeps {
     /// Nothing.
     Sums,
     /// The sums of each pass over the picture, until they are merged.
     Passes,
-    /// Those, and how far replicates lie apart.
+    /// The sums of passes, and the variance between replicates.
     Spreads,
 }
 
@@ -55,19 +55,20 @@ pub(crate) enum Keeps {
 pub(crate) struct Tile {
     /// The pixels: none in tiles beyond the crop window.
     pub bounds: Area,
-    /// Where its samples are taken: in these pixels, and beyond the crop window as far as the filter reaches.
+    /// The pixels in which its samples are taken. At the edges of the crop window, they extend beyond it by the reach of the
+    /// filter.
     pub sources: Area,
     /// The samples taken in each source, row by row.
     pub counts: Vec<u32>,
     /// The sums of each pixel, row by row.
     pub sums: Vec<Sum>,
-    /// Those of the pass over the picture that is not merged yet; empty where samples are added to `sums` at once.
+    /// The sums of the pass that is not merged yet. Empty if samples are added to `sums` at once.
     pub pass: Vec<Sum>,
-    /// Those of splats; empty before the first.
+    /// The sums of splats. Empty before the first.
     splats: Vec<Sum>,
     /// The spread of the replicates of each pixel; empty without estimates of errors.
     pub spreads: Vec<Spread>,
-    /// That of the samples in each pixel itself, without the filter; empty if that is no other.
+    /// The spread of the samples in each pixel itself, without the filter. Empty if the filter makes no difference.
     unfiltered: Vec<Spread>,
 }
 
@@ -91,15 +92,17 @@ impl Tile {
         self.counts[self.sources.index(self.bounds.place(at))]
     }
 
-    /// Whether samples count for a pixel.
+    /// True if samples count for a pixel.
     pub fn is_reached(&self, at: usize) -> bool {
         self.so_far(at).has_weight()
     }
 
-    /// What the film holds of a pixel, and the pass that is not merged yet.
+    /// The sum of a pixel, including the pass that is not merged yet.
     fn so_far(&self, at: usize) -> Sum {
         let mut sum = self.sums[at];
-        self.pass.get(at).into_iter().for_each(|pass| sum += *pass);
+        if let Some(pass) = self.pass.get(at) {
+            sum += *pass;
+        }
         sum
     }
 }
@@ -131,7 +134,7 @@ impl<'v> Film<'v> {
         Area::of(self.of.crop)
     }
 
-    /// Where samples are taken.
+    /// The pixels in which samples are taken.
     pub fn sources(&self) -> Area {
         self.crop().grown(self.filter.reach())
     }
@@ -296,7 +299,9 @@ fn develop(film: &lookat_scene::Film, values: impl Iterator<Item = (usize, DVec3
         let value = value.max(DVec3::ZERO) * film.scale;
         let value = value.clamp(DVec3::splat(f32::MIN.into()), DVec3::splat(f32::MAX.into()));
         let value = value.as_vec3().to_array();
-        planes.iter_mut().zip(value).for_each(|(plane, value)| plane[at] = value);
+        for (plane, value) in planes.iter_mut().zip(value) {
+            plane[at] = value;
+        }
     }
     let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
     let PixelBounds { x0, y0, .. } = film.crop;
@@ -305,7 +310,7 @@ fn develop(film: &lookat_scene::Film, values: impl Iterator<Item = (usize, DVec3
     Image::from_planes(data, display, planes)
 }
 
-/// What no other thread uses meanwhile.
+/// Locks a value. A panic in another thread does not poison it.
 pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -361,7 +366,7 @@ impl Area {
         self.width() * self.height()
     }
 
-    /// Its pixels, row by row.
+    /// The pixels of the area, row by row.
     pub fn places(self) -> impl Iterator<Item = [i32; 2]> {
         (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| [x, y]))
     }
@@ -374,7 +379,7 @@ impl Area {
         [self.x0 + (at % self.width()) as i32, self.y0 + (at / self.width()) as i32]
     }
 
-    /// Where a pixel is among all, row by row.
+    /// The index of a pixel in the area, row by row.
     pub fn index(self, [x, y]: [i32; 2]) -> usize {
         (y - self.y0) as usize * self.width() + (x - self.x0) as usize
     }
@@ -432,7 +437,7 @@ pub(crate) struct Frame {
     sums: Vec<DVec4>,
     /// The samples taken in each source, row by row.
     pub counts: Vec<u32>,
-    /// And the sums of samples taken in each source, without the filter, if the film asks for their errors.
+    /// The sums of samples in each source, without the filter. Empty unless the film keeps errors.
     pub unfiltered: Vec<DVec4>,
     /// Room for the weights of a sample, across and down.
     weights: [Vec<f64>; 2],
@@ -456,7 +461,9 @@ impl Frame {
     pub fn add(&mut self, filter: &PixelFilter, source: [i32; 2], square: DVec2, sample: DVec4) {
         let at = self.area.index(source);
         self.counts[at] += 1;
-        self.unfiltered.get_mut(at).into_iter().for_each(|sum| *sum += sample);
+        if let Some(sum) = self.unfiltered.get_mut(at) {
+            *sum += sample;
+        }
         let [x, y] = source;
         let block = self.area.square_of(BLOCK, source);
         let width = BLOCK as usize + 2 * self.reach[0] as usize;

@@ -17,7 +17,7 @@ impl PixelFilter {
         PixelFilter { axes: [axis(0), axis(1)] }
     }
 
-    /// How many pixels away, across and down, a sample still counts.
+    /// The largest distance in pixels, across and down, at which a sample still counts.
     pub fn reach(&self) -> [u32; 2] {
         [0, 1].map(|axis| self.axes[axis].reach)
     }
@@ -54,7 +54,9 @@ impl PixelFilter {
             let mut weights = Vec::new();
             for step in 0..STEPS {
                 axis.weigh((step as f64 + 0.5) / STEPS as f64, &mut weights);
-                sums.iter_mut().zip(&weights).for_each(|(sum, weight)| *sum += weight / STEPS as f64);
+                for (sum, weight) in sums.iter_mut().zip(&weights) {
+                    *sum += weight / STEPS as f64;
+                }
             }
             sums
         };
@@ -72,10 +74,10 @@ struct Axis {
     scale: f64,
     noise_area: f64,
     integral: f64,
-    /// Of a Gaussian its value at the radius.
+    /// For a Gaussian: its value at the radius.
     floor: f64,
-    /// What does not depend on the sample, for pixels so far away: of a Gaussian its value there; of a sinc the sine and the cosine of the
-    /// window's angle.
+    /// Values at whole pixel distances, which do not depend on the sample. For a Gaussian: its value. For a sinc: sine and
+    /// cosine of the window's angle.
     far: Vec<[f64; 2]>,
 }
 

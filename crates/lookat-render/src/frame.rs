@@ -19,7 +19,7 @@ pub(crate) struct Frames<T> {
 }
 
 impl<T: Number> Frames<T> {
-    /// Those with `z`, of length one, as their z axes (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+    /// Frames with the z axes `z`, of length one (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
     #[inline(always)]
     pub fn from_z(z: V3<T>) -> Self {
         let one = T::of(z.z.token(), 1.0);
@@ -48,7 +48,7 @@ impl<S: Simd> Frames<f64x8<S>> {
     pub fn from_zx(z: Vec3x8<S>, x: Vec3x8<S>) -> Self {
         let (x, is_valid) = (x - z * z.dot(x)).try_normalize();
         let others = Frames::from_z(z);
-        Frames { x: x.or(is_valid, others.x), y: z.cross(x).or(is_valid, others.y), z }
+        Frames { x: x.keep_where(is_valid, others.x), y: z.cross(x).keep_where(is_valid, others.y), z }
     }
 
     /// Rounded to `f32`.
@@ -59,11 +59,15 @@ impl<S: Simd> Frames<f64x8<S>> {
 }
 
 impl<S: Simd> Frames<f32x8<S>> {
-    /// These where `mask` says so, and the others elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         let mask = narrow(mask);
-        Frames { x: self.x.or(mask, others.x), y: self.y.or(mask, others.y), z: self.z.or(mask, others.z) }
+        Frames {
+            x: self.x.keep_where(mask, others.x),
+            y: self.y.keep_where(mask, others.y),
+            z: self.z.keep_where(mask, others.z),
+        }
     }
 }
 
@@ -72,7 +76,7 @@ impl<S: Simd> Frames<f32x8<S>> {
 pub(crate) fn pbrt_frame<S: Simd>(v: Vec3x8<S>) -> [Vec3x8<S>; 2] {
     let zero = f64x8::splat(v.x.token(), 0.0);
     let is_x = v.x.abs().simd_gt(v.y.abs());
-    let x = V3 { x: -v.z, y: zero, z: v.x }.or(is_x, V3 { x: zero, y: v.z, z: -v.y });
+    let x = V3 { x: -v.z, y: zero, z: v.x }.keep_where(is_x, V3 { x: zero, y: v.z, z: -v.y });
     let x = x.normalize_or(DVec3::X);
     [x, v.cross(x)]
 }
@@ -98,7 +102,7 @@ impl Bounds {
         Bounds::new(min - error, max + error)
     }
 
-    /// Whether it holds nothing.
+    /// True if the box is empty.
     pub fn is_empty(&self) -> bool {
         self.min.x > self.max.x
     }

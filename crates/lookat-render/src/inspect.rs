@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::bsdf::most_lobes;
 use crate::bvh::Node;
-use crate::integrator::{Draw, SceneIntegrator, direct, path};
+use crate::integrator::{SampleDimensions, SceneIntegrator, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Prepared;
 use crate::render::{Settings, film_bytes};
@@ -30,7 +30,7 @@ pub struct Inspection {
     /// True if shapes may have holes.
     pub has_cutouts: bool,
     /// True if rays traverse the BVH. False if eight rays at a time are tested against each shape directly.
-    pub asks_tree: bool,
+    pub uses_bvh: bool,
     /// The materials. `None` if the integrator does not use them.
     pub surfaces: Option<Surfaces>,
     /// The kind of each light. Infinite lights come last.
@@ -41,7 +41,7 @@ pub struct Inspection {
     /// How lights are chosen at a surface.
     pub choice: Choice,
     /// The most sample dimensions at each surface of a path, by purpose.
-    pub draws: Vec<Draw>,
+    pub dimensions: Vec<SampleDimensions>,
     /// The most surfaces of a path.
     pub depth: u32,
 }
@@ -113,7 +113,7 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
     let Prepared { traceable, lights, .. } = prepared;
     let integrator = SceneIntegrator::new(&view.integrator, traceable, lights);
     let materials = surfaces(&integrator.world().materials.all);
-    let (choice, draws, depth) = integration(&view.integrator, lights, materials.specular > 0);
+    let (choice, dimensions, depth) = integration(&view.integrator, lights, materials.specular > 0);
     let asks_materials = !matches!(view.integrator, Integrator::AmbientOcclusion { .. });
     Inspection {
         film_bytes: film_bytes(view, &Settings::default()),
@@ -122,23 +122,27 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
         has_cutouts: traceable.has_cutouts(),
-        asks_tree: integrator.world().asks_tree(),
+        uses_bvh: integrator.world().uses_bvh(),
         surfaces: asks_materials.then_some(materials),
         lights: lights.kinds().collect(),
         constant_skies: lights.len() - lights.eligible(false),
         choice,
-        draws,
+        dimensions,
         depth,
     }
 }
 
 /// How lights are chosen, the sample dimensions at each surface, and the most surfaces of a path.
-fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) -> (Choice, Vec<Draw>, u32) {
+fn integration(
+    integrator: &Integrator,
+    lights: &LightTable,
+    is_specular: bool,
+) -> (Choice, Vec<SampleDimensions>, u32) {
     let one =
         |choice| if lights.is_choice(choice) { Choice::One(lights.rule(choice)) } else { Choice::Nothing };
     match *integrator {
         Integrator::Path { max_depth, light_choice, .. } => {
-            (one(light_choice), path::draws(max_depth, lights, light_choice), max_depth)
+            (one(light_choice), path::dimensions(max_depth, lights, light_choice), max_depth)
         }
         Integrator::DirectLighting { strategy, max_depth } => {
             let choice = match strategy {
@@ -148,10 +152,11 @@ fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) 
             };
             // Paths continue only along specular directions.
             let depth = if is_specular { max_depth.max(1) } else { 1 };
-            (choice, direct::draws(lights, strategy, depth, is_specular), depth)
+            (choice, direct::dimensions(lights, strategy, depth, is_specular), depth)
         }
         Integrator::AmbientOcclusion { samples, .. } => {
-            let directions = Draw { of: "direction", numbers: samples.saturating_mul(2), surfaces: 0..1 };
+            let directions =
+                SampleDimensions { purpose: "direction", count: samples.saturating_mul(2), surfaces: 0..1 };
             (Choice::Unused, vec![directions], 1)
         }
     }

@@ -27,7 +27,7 @@ pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
 use world::{Sees, World};
 
-/// What takes the samples of a scene.
+/// The integrator of a scene.
 pub(crate) enum SceneIntegrator<'s> {
     Path(path::Paths<'s>),
     Direct(direct::Direct<'s>),
@@ -51,7 +51,7 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
-    /// The world, and what it is made of.
+    /// The world that the integrator traces rays in.
     pub fn world(&self) -> &World<'s> {
         match self {
             SceneIntegrator::Path(path) => &path.world,
@@ -60,8 +60,8 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
-    /// Adds what camera rays see to the radiance in the batch, surface by surface.
-    /// Light is missing once the tracer [is stopped](Tracer::is_stopped).
+    /// Adds the radiance along camera rays to the batch, surface by surface. The radiance is incomplete once the tracer [is
+    /// stopped](Tracer::is_stopped).
     #[inline(always)]
     pub fn li<S: Simd>(
         &self,
@@ -77,17 +77,17 @@ impl<'s> SceneIntegrator<'s> {
             SceneIntegrator::Direct(direct) => (direct.surfaces(), direct.numbers(), Sees::Materials),
             SceneIntegrator::Ambient(_) => (1, 0, Sees::Nothing),
         };
-        self.world().begin(simd, tracer, rays, (surfaces > 0, sees), batch);
+        self.world().start_paths(simd, tracer, rays, (surfaces > 0, sees), batch);
         while let Some((depth, count)) = batch.begin_surface() {
             for first in (0..count).step_by(LANES) {
-                if !tracer.goes_on() {
+                if !tracer.should_continue() {
                     return;
                 }
                 tracer.profile(|profiler| {
                     profiler.enter(Stage::Shading);
                     profiler.count(LANES.min(count - first) as u64);
                 });
-                let paths = batch.take(simd, first, count.min(first + LANES));
+                let paths = batch.packet(simd, first, count.min(first + LANES));
                 // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
                 let before = CAMERA_NUMBERS.wrapping_add(depth.wrapping_mul(numbers));
                 streams.choose(simd, &paths.samples, before);
@@ -108,13 +108,13 @@ impl<'s> SceneIntegrator<'s> {
     }
 }
 
-/// Numbers that are taken at each surface, and for what.
+/// The sample dimensions that a path uses for one purpose at each surface.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Draw {
-    /// What they choose.
-    pub of: &'static str,
-    /// How many, at most.
-    pub numbers: u32,
-    /// The surfaces where they are, counted from 0.
+pub struct SampleDimensions {
+    /// The purpose, such as "light choice".
+    pub purpose: &'static str,
+    /// The most dimensions at each surface.
+    pub count: u32,
+    /// The surfaces of a path that use them, counted from 0.
     pub surfaces: Range<u32>,
 }

@@ -74,12 +74,12 @@ pub use crate::camera::Focus;
 pub use crate::view_facts::Picked;
 pub use film::{FilmSums, FilmSumsError, REPLICATES};
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
-pub use integrator::{Draw, StageProfile};
+pub use integrator::{SampleDimensions, StageProfile};
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::{Scene, glam};
 pub use prepare::{Prepared, preparation_bytes};
-pub use probe::{Point, Probe};
+pub use probe::{Probe, SurfacePoint};
 pub use ray::{ElementId, Hit, Ray};
 pub use render::{
     BrightestSample, DARK, Layer, Layers, PathEnd, Progress, Reached, Rendered, Settings, Statistics, Stop,

@@ -26,33 +26,35 @@ pub(crate) use choice::{Chosen, LightSampler};
 use environment::{Environment, EnvironmentSample};
 pub(crate) use lune::Lunes;
 use point::{PointLight, Spread};
-pub(crate) use surface::Found;
+pub(crate) use surface::LightHits;
 use surface::{SurfaceForm, SurfaceLight};
 
 /// All lights of a scene.
 pub(crate) struct LightTable {
-    /// Skies last, and of these last those that are everywhere alike.
+    /// The lights. Skies come last, and constant skies last of all.
     lights: Vec<SceneLight>,
-    /// The number of the first sky.
+    /// The index of the first sky.
     pub first_sky: usize,
-    /// How many are not everywhere alike: all that there is to sample from a surface without a lune, see [`Lunes`].
+    /// The number of lights that are not constant skies. Surfaces without a lune sample only these: see [`Lunes`].
     uneven: usize,
-    /// The share of each light in the power of all, about; and the sums up to each that is no sky.
+    /// The approximate share of each light in the total power.
     power_shares: Vec<f64>,
+    /// The sums of these shares up to each light that is no sky.
     power_cdf: Vec<f64>,
     /// The light that a primitive is, or none.
     of_primitive: Vec<Option<usize>>,
     has_surfaces: bool,
-    /// The sum of what comes alike from all directions in which there is nothing.
+    /// The radiance of all constant skies.
     background: Vec3,
-    /// The lights without a place, such as skies, which are in no tree.
+    /// The lights without a position, such as skies, which are in no tree.
     beside: Vec<usize>,
-    /// Whether "spatial" asks a tree.
+    /// True if the strategy "spatial" uses a light tree.
     needs_tree: bool,
-    /// The tree, once it has been asked.
+    /// The light tree, built on first use.
     leaves: OnceLock<Leaves>,
-    /// The lights that have too many triangles to sample each; and the tree of these triangles, once it has been asked.
+    /// The lights with too many triangles to sample each.
     finely_split: Vec<usize>,
+    /// The tree of their triangles, built on first use.
     triangles: OnceLock<Leaves>,
 }
 
@@ -104,7 +106,7 @@ impl LightTable {
         }
     }
 
-    /// How many lights there are.
+    /// The number of lights.
     pub fn len(&self) -> usize {
         self.lights.len()
     }
@@ -123,12 +125,12 @@ impl LightTable {
         })
     }
 
-    /// The primitives of the world that are lights, in the order of these.
+    /// The primitives of the world that are lights, in the order of the lights.
     pub fn primitives(&self) -> impl Iterator<Item = usize> {
         self.of_primitive.iter().enumerate().filter_map(|(number, light)| light.map(|_| number))
     }
 
-    /// How many samples of direct light there are of a light, where all are sampled.
+    /// The number of samples of a light if all lights are sampled.
     pub fn samples(&self, light: usize, strategy: DirectStrategy) -> u32 {
         match &self.lights[light] {
             _ if strategy == DirectStrategy::EachOnce => 1,
@@ -139,22 +141,22 @@ impl LightTable {
         }
     }
 
-    /// Whether directions from the BSDF alone look for light, at a surface with a lune or without.
+    /// True if only BSDF directions look for light. `has_lune`: at a surface with a lune.
     pub fn leaves_all_to_directions(&self, has_lune: bool) -> bool {
         self.eligible(has_lune) == 0 && self.len() > 0
     }
 
-    /// Whether light may come from where there is nothing.
+    /// True if rays that hit nothing may find light.
     pub fn has_skies(&self) -> bool {
         self.first_sky < self.lights.len()
     }
 
-    /// Whether any light is more than a point or a direction.
+    /// True if any light is not a delta light.
     pub fn has_extended(&self) -> bool {
         self.has_surfaces || self.has_skies()
     }
 
-    /// How far from its middle a shape of the world emits; 0 for other lights.
+    /// The radius of a light that is a shape; 0 for other lights.
     pub fn radius(&self, light: usize) -> f64 {
         match &self.lights[light] {
             SceneLight::Surface(surface) => surface.radius,
@@ -162,12 +164,12 @@ impl LightTable {
         }
     }
 
-    /// Whether a light is only a point or a direction, which no ray finds by chance.
+    /// True for delta lights: a point or a direction, which no ray finds by chance.
     pub fn is_delta(&self, light: usize) -> bool {
         self.lights[light].is_delta()
     }
 
-    /// Radiance from directions in which there is nothing.
+    /// The radiance of all skies along directions.
     #[inline(always)]
     pub fn background<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Colors<S> {
         let mut sum = Colors::splat(simd, self.background);
@@ -179,8 +181,8 @@ impl LightTable {
         sum
     }
 
-    /// Directions towards a light. `leaving`: where the surface is the light itself. `triangles`: the triangles of a light whose
-    /// triangles are chosen one by one.
+    /// Samples directions towards a light. `leaving`: the lanes whose surface is the light itself. `triangles`: the chosen
+    /// triangles of a light whose triangles are chosen one by one.
     #[inline(always)]
     pub fn sample<S: Simd>(
         &self,
@@ -193,7 +195,7 @@ impl LightTable {
         match &self.lights[light] {
             SceneLight::Point(light) => light.sample(simd, at),
             SceneLight::Distant { direction, radiance } => {
-                let shadow = at.surfaces.leave(Vec3x8::splat(simd, *direction));
+                let shadow = at.surfaces.spawn_ray(Vec3x8::splat(simd, *direction));
                 LightSample::of_delta(all, Colors::splat(simd, *radiance), shadow)
             }
             SceneLight::Infinite { radiance, .. } => {
@@ -201,11 +203,16 @@ impl LightTable {
                     Some(lunes) => (lunes.is_valid, lunes.sample(u), lunes.inside_pdf()),
                     None => (!all, at.surfaces.n, 1.0.simd_into(simd)),
                 };
-                LightSample::with_pdf(is_valid, Colors::splat(simd, *radiance), pdf, at.surfaces.leave(wi))
+                LightSample::with_pdf(
+                    is_valid,
+                    Colors::splat(simd, *radiance),
+                    pdf,
+                    at.surfaces.spawn_ray(wi),
+                )
             }
             SceneLight::Environment(environment) => {
                 let EnvironmentSample { wi, radiance, pdf } = environment.sample(simd, at.lunes.as_ref(), u);
-                LightSample::with_pdf(all, radiance, pdf, at.surfaces.leave(wi))
+                LightSample::with_pdf(all, radiance, pdf, at.surfaces.spawn_ray(wi))
             }
             SceneLight::Surface(surface) => surface.sample(simd, (at, leaving), (triangles, u)),
         }
@@ -220,7 +227,8 @@ impl LightTable {
         }
     }
 
-    /// As [`LightTable::sample`], of one light for each point. Only the points in `alike` count: their lights must be alike.
+    /// Samples a different light for each point. Only the points in `alike` count; all pairs of their lights must satisfy
+    /// [`LightTable::are_alike`].
     #[inline(always)]
     pub fn sample_alike<S: Simd>(
         &self,
@@ -253,7 +261,7 @@ impl LightTable {
         }
     }
 
-    /// The element that is a light, if it is a curved shape.
+    /// The element of a light that is a curved shape.
     pub fn curved_element(&self, light: usize) -> ElementId {
         match &self.lights[light] {
             SceneLight::Surface(light) if matches!(light.form, SurfaceForm::Curved(_)) => light.element(),
@@ -267,14 +275,14 @@ impl LightTable {
         self.of_primitive.get(element.primitive as usize).copied().flatten().filter(|_| in_world)
     }
 
-    /// Densities by solid angle with which [`LightTable::sample`] finds, from surfaces, the points of a light that rays have found.
+    /// The densities by solid angle with which [`LightTable::sample`] samples the points of a light that rays have hit.
     #[inline(always)]
     pub fn surface_pdf<S: Simd>(
         &self,
         simd: S,
         light: usize,
         at: &Surfaces<S>,
-        found: &Found<S>,
+        found: &LightHits<S>,
     ) -> f64x8<S> {
         match &self.lights[light] {
             SceneLight::Surface(surface) => surface.pdf(simd, at, found),
@@ -324,7 +332,7 @@ impl SceneLight {
         matches!(self, SceneLight::Infinite { .. } | SceneLight::Environment(_))
     }
 
-    /// Whether it is a sky that is everywhere alike.
+    /// True for a constant sky.
     fn is_even(&self) -> bool {
         match self {
             SceneLight::Infinite { .. } => true,
@@ -333,7 +341,7 @@ impl SceneLight {
         }
     }
 
-    /// The share of its light that samples of it are for: of a sky, what samples of the BSDF do not find as well.
+    /// The share of its light that light samples are for. For a sky: the light that BSDF samples do not find as well.
     #[inline(always)]
     fn sampled_share<S: Simd>(&self, simd: S, lunes: Option<&Lunes<S>>) -> f64x8<S> {
         let above = match self {
@@ -375,59 +383,58 @@ impl SceneLight {
     }
 }
 
-/// The place of a light in render space, and the transformation of directions to light space.
+/// The position of a light in render space, and the transformation of directions to light space.
 fn placed(world_from_light: &Transform, origin: DVec3) -> (DVec3, DMat3) {
     (world_from_light.point(DVec3::ZERO) - origin, DMat3::from_mat4(world_from_light.inverse_matrix()))
 }
 
 /// Samples of lights.
 pub(crate) struct LightSample<S: Simd> {
-    /// Where there is one.
+    /// The lanes with a valid sample.
     pub is_valid: mask64x8<S>,
-    /// Radiance, or for lights that are only a point or direction the irradiance on a surface that faces them. Nothing has been looked
-    /// up about what is in the way.
+    /// The radiance, without occlusion. For delta lights: the irradiance on a surface that faces them.
     pub li: Colors<S>,
     /// Densities by solid angle; 1 for lights that no other direction can hit.
     pub pdf: f64x8<S>,
-    /// Where other directions can hit the light.
+    /// The lanes with lights that BSDF directions can hit.
     pub has_pdf: mask64x8<S>,
-    /// The rays that must be free.
+    /// The shadow rays.
     pub shadow: Rays<S>,
 }
 
 impl<S: Simd> LightSample<S> {
-    /// Of a light that no other direction can hit.
+    /// A sample of a delta light.
     #[inline(always)]
     pub fn of_delta(is_valid: mask64x8<S>, li: Colors<S>, shadow: Rays<S>) -> Self {
         let simd = shadow.t_max.token();
         LightSample { is_valid, li, pdf: 1.0.simd_into(simd), has_pdf: bits(simd, 0), shadow }
     }
 
-    /// Of a light that others can.
+    /// A sample of a light that BSDF directions can hit.
     #[inline(always)]
     pub fn with_pdf(is_valid: mask64x8<S>, li: Colors<S>, pdf: f64x8<S>, shadow: Rays<S>) -> Self {
         let is_valid = is_valid & pdf.simd_gt(0.0) & pdf.is_finite();
         LightSample { is_valid, li, pdf, has_pdf: bits(pdf.token(), 0xff), shadow }
     }
 
-    /// These where `mask` says so, and the others elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         LightSample {
             is_valid: mask & self.is_valid | !mask & others.is_valid,
-            li: self.li.or_wide(mask, others.li),
+            li: self.li.keep_where_wide(mask, others.li),
             pdf: mask.select(self.pdf, others.pdf),
             has_pdf: mask & self.has_pdf | !mask & others.has_pdf,
-            shadow: self.shadow.or(mask, others.shadow),
+            shadow: self.shadow.keep_where(mask, others.shadow),
         }
     }
 }
 
-/// Points of surfaces, and the directions that these scatter light from.
+/// Surfaces that receive light, and the directions from which they scatter it.
 pub(crate) struct Receivers<'v, S: Simd> {
     pub surfaces: &'v Surfaces<S>,
     pub domain: Domain<S>,
-    /// Where samples of the BSDF miss light of skies; `None` if nowhere.
+    /// The directions in which BSDF samples miss light of skies. `None` if there are no such directions.
     pub lunes: Option<Lunes<S>>,
 }
 
@@ -435,7 +442,7 @@ pub(crate) struct Receivers<'v, S: Simd> {
 const LEAST_COSINE: f64 = 0.1;
 
 impl<S: Simd> Receivers<'_, S> {
-    /// One number where there is no lune, and another one where there is.
+    /// `numbers[0]` in lanes without a lune, `numbers[1]` in lanes with one.
     #[inline(always)]
     pub fn by_lune(&self, simd: S, numbers: [f64; 2]) -> f64x8<S> {
         let [without, with] = numbers.map(|number| number.simd_into(simd));

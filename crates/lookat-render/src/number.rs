@@ -9,7 +9,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::LUMINANCE;
 
-/// So many samples side by side.
+/// The number of lanes: samples that are computed side by side.
 pub(crate) const LANES: usize = 8;
 
 /// Does something with the instructions of `simd`: in functions that are not inlined, which know none.
@@ -76,7 +76,7 @@ pub(crate) use baseline;
 pub(crate) trait Number: SimdFloat<<Self as Number>::Token> {
     type Token: Simd;
 
-    /// The same one everywhere.
+    /// The same value in all lanes.
     fn of(simd: Self::Token, x: f64) -> Self;
 }
 
@@ -116,7 +116,7 @@ pub(crate) type Vec2x8<S> = [f64x8<S>; 2];
 pub(crate) type Colors<S> = V3<f32x8<S>>;
 
 impl<T: Number> V3<T> {
-    /// The same one everywhere.
+    /// The same value in all lanes.
     #[inline(always)]
     pub fn splat(simd: T::Token, v: impl Into<[T::Element; 3]>) -> Self {
         let [x, y, z] = v.into();
@@ -142,13 +142,13 @@ impl<T: Number> V3<T> {
         self.dot(self)
     }
 
-    /// Of length one.
+    /// The vectors scaled to length one.
     #[inline(always)]
     pub fn normalize(self) -> Self {
         self.try_normalize().0
     }
 
-    /// Of length one, and where there is such a vector.
+    /// The vectors scaled to length one, and a mask of the lanes where this is possible.
     #[inline(always)]
     pub fn try_normalize(self) -> (Self, T::Mask) {
         let simd = self.x.token();
@@ -156,16 +156,16 @@ impl<T: Number> V3<T> {
         (self * inverse, inverse.is_finite() & inverse.simd_gt(T::of(simd, 0.0)))
     }
 
-    /// Of length one, or else `v`.
+    /// The vectors scaled to length one, or `v` where this is impossible.
     #[inline(always)]
     pub fn normalize_or(self, v: impl Into<[T::Element; 3]>) -> Self {
         let (normalized, is_valid) = self.try_normalize();
-        normalized.or(is_valid, V3::splat(self.x.token(), v))
+        normalized.keep_where(is_valid, V3::splat(self.x.token(), v))
     }
 
-    /// These where `mask` says so, and the others elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
-    pub fn or(self, mask: T::Mask, others: Self) -> Self {
+    pub fn keep_where(self, mask: T::Mask, others: Self) -> Self {
         V3 {
             x: mask.select(self.x, others.x),
             y: mask.select(self.y, others.y),
@@ -179,15 +179,21 @@ impl<T: Number> V3<T> {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
     }
 
-    /// Puts another one in a lane.
+    /// Replaces the vector in one lane.
     #[inline(always)]
-    pub fn put(&mut self, lane: usize, v: impl Into<[T::Element; 3]>) {
+    pub fn set_lane(&mut self, lane: usize, v: impl Into<[T::Element; 3]>) {
         [self.x[lane], self.y[lane], self.z[lane]] = v.into();
     }
 }
 
 impl<S: Simd> Vec3x8<S> {
-    /// Transformed.
+    /// This vector or its opposite, whichever lies on the same side as `v` (PBR 2.2.1).
+    #[inline(always)]
+    pub fn face_forward(self, v: Self) -> Self {
+        (-self).keep_where(self.dot(v).simd_lt(0.0), self)
+    }
+
+    /// Transforms the vector by a matrix.
     #[inline(always)]
     pub fn by(self, m: &DMat3) -> Self {
         let (x, y, z) = (&m.x_axis, &m.y_axis, &m.z_axis);
@@ -198,7 +204,7 @@ impl<S: Simd> Vec3x8<S> {
         }
     }
 
-    /// Those whose coordinates are these.
+    /// Vectors from arrays of their coordinates.
     #[inline(always)]
     pub fn from_arrays(simd: S, [x, y, z]: &[[f64; LANES]; 3]) -> Self {
         V3 { x: (*x).simd_into(simd), y: (*y).simd_into(simd), z: (*z).simd_into(simd) }
@@ -210,7 +216,7 @@ impl<S: Simd> Vec3x8<S> {
         [V3::from_arrays(simd, a), V3::from_arrays(simd, b), V3::from_arrays(simd, c)]
     }
 
-    /// That of a lane.
+    /// The value in one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> DVec3 {
         DVec3::new(self.x[lane], self.y[lane], self.z[lane])
@@ -235,33 +241,33 @@ impl<S: Simd> Colors<S> {
         (self.widen() * by).narrow()
     }
 
-    /// As [`strength`].
+    /// The luminance of the magnitudes, like [`strength`].
     #[inline(always)]
     pub fn strength(self) -> f64x8<S> {
         let of = |x: f32x8<S>, share: f64| to_f64(x.abs()) * share;
         of(self.x, LUMINANCE.x) + of(self.y, LUMINANCE.y) + of(self.z, LUMINANCE.z)
     }
 
-    /// As [`V3::or`], by a mask of `f64`.
+    /// Does what [`V3::keep_where`] does, with a mask of `f64` lanes.
     #[inline(always)]
-    pub fn or_wide(self, mask: mask64x8<S>, others: Self) -> Self {
-        self.or(narrow(mask), others)
+    pub fn keep_where_wide(self, mask: mask64x8<S>, others: Self) -> Self {
+        self.keep_where(narrow(mask), others)
     }
 
-    /// The sums of the channels, as far as these are not negative.
+    /// The sums of the channels, with negative channels as 0.
     #[inline(always)]
     pub fn amount(self) -> f32x8<S> {
         let positive = |x: f32x8<S>| x.simd_gt(0.0).select(x, splat_f32(x.token(), 0.0));
         positive(self.x) + positive(self.y) + positive(self.z)
     }
 
-    /// Where they are not black.
+    /// The lanes that are not black.
     #[inline(always)]
     pub fn is_light(self) -> mask64x8<S> {
         widen(!(self.x.simd_eq(0.0) & self.y.simd_eq(0.0) & self.z.simd_eq(0.0)))
     }
 
-    /// That of a lane.
+    /// The value in one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Vec3 {
         Vec3::new(self.x[lane], self.y[lane], self.z[lane])
@@ -306,7 +312,7 @@ impl<T: Div<Output = T> + Copy> Div<T> for V3<T> {
     }
 }
 
-/// Where bits are set.
+/// A mask of the lanes whose bits are set.
 #[inline(always)]
 pub(crate) fn bits<S: Simd>(simd: S, bits: u64) -> mask64x8<S> {
     mask64x8::from_bitmask(simd, bits)
@@ -346,13 +352,13 @@ pub(crate) fn groups(
     )
 }
 
-/// How many there are.
+/// The number of lanes in a mask.
 #[inline(always)]
 pub(crate) fn count<S: Simd>(mask: mask64x8<S>) -> u64 {
     u64::from(mask.to_bitmask().count_ones())
 }
 
-/// The same number everywhere.
+/// The same number in all lanes.
 #[inline(always)]
 pub(crate) fn splat_f32<S: Simd>(simd: S, x: f32) -> f32x8<S> {
     x.simd_into(simd)
@@ -365,7 +371,7 @@ pub(crate) fn to_f32<S: Simd>(x: f64x8<S>) -> f32x8<S> {
     simd.split_f32x16(simd.narrow_f64x8(x, x)).0
 }
 
-/// As `f64`.
+/// Widens numbers to `f64`.
 #[inline(always)]
 pub(crate) fn to_f64<S: Simd>(x: f32x8<S>) -> f64x8<S> {
     let (low, high) = x.widen();
@@ -392,12 +398,12 @@ pub(crate) fn luminance(rgb: Vec3) -> f64 {
     rgb.as_dvec3().dot(LUMINANCE)
 }
 
-/// How bright a color is; negative channels count as positive ones, so that no light with any is 0.
+/// The luminance of a color. Negative channels count as positive, so that only black has luminance 0.
 pub(crate) fn strength(rgb: Vec3) -> f64 {
     luminance(rgb.abs())
 }
 
-/// What processors load at once, in bytes.
+/// The size of a cache line in bytes.
 const LINE: usize = 64;
 
 /// Asks for some lines of memory, counted from a place, which may be anywhere.

@@ -79,7 +79,7 @@ impl Prepared {
         (self.traceable, self.lights) = relative_to(&self.world, self.traceable.origin);
     }
 
-    /// Whether a camera is in the cell of the origin, so that nothing has to be prepared for it.
+    /// True if a camera is in the cell of the origin, so that nothing has to be prepared for it.
     pub fn is_near(&self, camera: &Camera) -> bool {
         self.lattice.origin(CameraRays::eye(camera)) == self.traceable.origin
     }
@@ -123,7 +123,7 @@ pub fn preparation_bytes(world: &World) -> u64 {
     const INSTANCE: u64 = 480;
     /// A leaf of the tree of lights, and what is said of it.
     const LIGHT: u64 = 500;
-    /// Of a light with a picture.
+    /// The bytes of the table of a light with a picture.
     const TABLE: u64 = 80_000_000;
     let of_shape = |primitive: &Primitive| match &primitive.shape {
         Shape::TriangleMesh(mesh) => {
@@ -191,7 +191,7 @@ impl Lattice {
     }
 }
 
-/// How many triangles a shape has; a quadric or a curve counts as one.
+/// The number of triangles of a shape. A quadric or a curve counts as one.
 fn elements(primitive: &Primitive) -> usize {
     match &primitive.shape {
         Shape::TriangleMesh(mesh) => mesh.triangles(),
@@ -253,7 +253,8 @@ fn stride(primitives: &[Primitive]) -> usize {
     primitives.iter().map(elements).sum::<usize>().div_ceil(MEASURED).max(1)
 }
 
-/// Whether worlds have the same trees: shapes and instances at the same places in the same order, and the same of them emit.
+/// True if worlds have the same trees: the same shapes and instances at the same positions in the same order, and the same
+/// emitting shapes.
 fn is_geometry(a: &World, b: &World) -> bool {
     are_shapes(&a.primitives, &b.primitives)
         && a.instances.len() == b.instances.len()
@@ -261,7 +262,7 @@ fn is_geometry(a: &World, b: &World) -> bool {
         && are_instances(&a.instances, &b.instances)
 }
 
-/// Whether worlds of the same geometry have the same light tables.
+/// True if worlds of the same geometry have the same light tables.
 fn are_lights(a: &World, b: &World) -> bool {
     // Its place in the text makes no difference.
     let light = |shape: &Primitive| shape.emission.map(|emission| Emission { span: None, ..emission });
@@ -332,7 +333,7 @@ fn is_transform(a: &Transform, b: &Transform) -> bool {
     bits(a) == bits(b)
 }
 
-/// Whether numbers have the same bits: 0 is not -0.
+/// True if numbers have the same bits: 0 is not -0.
 fn are_bits(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }

@@ -16,7 +16,7 @@ pub struct Probe {
 
 /// A point of a surface. Normals have length one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct SurfacePoint {
     /// Position.
     pub p: DVec3,
     /// The geometric normal.
@@ -54,25 +54,25 @@ impl Probe {
         self.prepared.traceable.nearest(ray)
     }
 
-    /// The same without trees: by testing every element in turn. `lookat stability` holds trees against it, to the bit, in V1 to V3.
-    /// Only the renderer can give it, because elements are rounded relative to [`Probe::origin`].
+    /// The nearest hit without trees, by testing every element in turn. `lookat stability` compares trees with it, to the
+    /// bit, in V1 to V3. Only the renderer can compute it, because elements are rounded relative to [`Probe::origin`].
     pub fn nearest_by_all(&self, ray: &Ray) -> Option<Hit> {
         self.prepared.traceable.nearest_by_all(ray)
     }
 
-    /// Whether anything is in the way of a ray that ends at its `t_max`.
+    /// True if anything is in the way of a ray that ends at its `t_max`.
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.prepared.traceable.occluded(ray)
     }
 
     /// The point that a ray has hit.
-    pub fn point(&self, ray: &Ray, hit: &Hit) -> Point {
+    pub fn point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let Surface { p, n, ns, .. } = Surface::new(&self.prepared.traceable, ray, hit);
-        Point { p, n, ns }
+        SurfacePoint { p, n, ns }
     }
 
     /// The ray that leaves that point in direction `d`, of length one.
-    pub fn leave(&self, ray: &Ray, hit: &Hit, d: DVec3) -> Ray {
-        Surface::new(&self.prepared.traceable, ray, hit).leave(d)
+    pub fn spawn_ray(&self, ray: &Ray, hit: &Hit, d: DVec3) -> Ray {
+        Surface::new(&self.prepared.traceable, ray, hit).spawn_ray(d)
     }
 }

@@ -37,7 +37,7 @@ impl Ray {
         self.at(self.t_max)
     }
 
-    /// Whether a hit may be the point light that the ray ends at, as far as its distance tells: that is less exact the more
+    /// True if a hit may be the point light that the ray ends at, as far as its distance tells: that is less exact the more
     /// the surface is seen edge-on.
     #[inline(always)]
     pub(crate) fn may_end_at(&self, t: f64) -> bool {
@@ -56,11 +56,11 @@ pub(crate) const NEAR_END: f64 = 1.0 - 1.0 / 1024.0;
 /// Names one triangle or curved shape of the scene, the same however the scene is sorted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ElementId {
-    /// Which instance it belongs to, or [`ElementId::WORLD`].
+    /// The index of the instance, or [`ElementId::WORLD`].
     pub instance: u32,
-    /// Which primitive.
+    /// The index of the primitive.
     pub primitive: u32,
-    /// Which triangle of a mesh, or piece of all curves; 0 for other shapes.
+    /// The index of the triangle in its mesh, or of the piece among all pieces of curves. 0 for other shapes.
     pub index: u32,
 }
 
@@ -78,7 +78,7 @@ impl ElementId {
 pub struct Hit {
     /// Distance in lengths of the ray's direction.
     pub t: f64,
-    /// What is hit.
+    /// The element that is hit.
     pub element: ElementId,
     /// Weights of the first two vertices of a triangle, u and v of a curve, 0 for other shapes.
     pub barycentric: [f64; 2],
@@ -87,10 +87,10 @@ pub struct Hit {
 }
 
 impl Hit {
-    /// That of what is no triangle.
+    /// The index of non-triangles.
     pub const NO_PLACE: u32 = u32::MAX;
 
-    /// Whether a hit of `element` at `t` replaces this one: nearer, or as near and named earlier, so that the order of
+    /// True if a hit of `element` at `t` replaces this one: nearer, or as near and named earlier, so that the order of
     /// traversal does not matter.
     pub(crate) fn yields_to(&self, t: f64, element: ElementId) -> bool {
         t < self.t || (t == self.t && element < self.element)

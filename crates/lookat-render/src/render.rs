@@ -39,19 +39,19 @@ use target::Target;
 /// which is the square of the mean of the roots of its pixels' luminances.
 pub const DARK: f64 = 0.05;
 
-/// How far a rendering is.
+/// The progress of a rendering.
 #[derive(Debug, Clone, Copy)]
 pub struct Progress<'f> {
     /// Camera samples done.
     pub done: u64,
-    /// Camera samples in all; with a target error what is guessed so far, with a time the most.
+    /// Camera samples in total. With a target error: an estimate. With a time limit: the most.
     pub total: u64,
-    /// Camera samples left, at least and at most: the same number without a target error. `None` while too few pixels are
-    /// known to tell.
+    /// The least and the most camera samples left. Both are equal without a target error. `None` while too few pixels have
+    /// finished for an estimate.
     pub left: Option<[u64; 2]>,
     /// Pixels that have reached the target error so far, after whole rounds; 0 without one.
     pub pixels_done: u64,
-    /// Of finished tiles.
+    /// The statistics of finished tiles.
     statistics: Statistics,
     film: &'f Film<'f>,
 }
@@ -63,8 +63,8 @@ impl Progress<'_> {
         self.film.develop(false)
     }
 
-    /// The same with the error layers so far, if the settings ask for them. Errors are infinite where there are less than two
-    /// replicates.
+    /// The picture so far with error layers, if the settings ask for them. The error is infinite for pixels with fewer than
+    /// two replicates.
     pub fn snapshot_with_errors(&self) -> Image {
         self.film.develop(true)
     }
@@ -83,27 +83,27 @@ impl Progress<'_> {
     }
 }
 
-/// What [`render`] gives.
+/// The result of [`render`].
 #[derive(Debug)]
 pub struct Rendered {
     /// The picture: linear RGB, with the film's crop window as data window.
     pub image: Image,
     /// The sums of the film, if the settings ask for them: see [`Progress::sums`].
     pub sums: Option<FilmSums>,
-    /// What it took.
+    /// Counts of samples and rays.
     pub statistics: Statistics,
-    /// How long it took to sort the scene into trees and to weigh its lights, before the first sample.
+    /// The time to build BVHs and light tables, before the first sample.
     pub preparation: Duration,
-    /// Whether the rendering came to its end, be it that of its time; not so after the callback broke off.
+    /// True if the rendering finished or used up its time. False if the callback stopped it.
     pub complete: bool,
 }
 
 /// Counts of a rendering.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// Camera samples, also those beyond the edges of the picture, as far as the filter reaches.
+    /// Camera samples, including those beyond the edges of the picture that the filter reaches.
     pub samples: u64,
-    /// Those in the pixels of the picture.
+    /// Camera samples in the pixels of the picture.
     pub samples_in_picture: u64,
     /// Rays of all kinds.
     pub rays: u64,
@@ -118,18 +118,18 @@ pub struct Statistics {
     pub most: u32,
     /// Pixels with samples of which none counts: the filter is narrower than the gaps between samples, or falls to nothing within them. These pixels are black.
     pub unreached: u64,
-    /// What became of the target error; `None` without one.
+    /// Pixels by whether they reached the target error. `None` without one.
     pub target: Option<Reached>,
 }
 
 /// Pixels, by whether they reached the target error.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Reached {
-    /// As exact as the target.
+    /// Pixels that reached the target error.
     pub within: u64,
-    /// Not so exact after the most samples. Nothing is known of their errors but the layers of the picture.
+    /// Pixels that took the most samples without reaching the target. Only the error layers tell their errors.
     pub at_cap: u64,
-    /// Not so exact when the rendering was ended.
+    /// Pixels that had not reached the target when the rendering ended.
     pub out_of_time: u64,
     /// Pixels in which a sample was more than 20 times as bright as the brightest pixel around. Where light is so rare, a
     /// pixel may have seen none of it, and be taken for exact: the target may be missed around these.
@@ -244,7 +244,7 @@ fn run(
 }
 
 impl Film<'_> {
-    /// Adds how many samples the pixels have.
+    /// Adds the sample counts of the pixels to the statistics.
     fn count(&self, statistics: Statistics) -> Statistics {
         let none = Statistics {
             samples: 0,
@@ -268,7 +268,7 @@ impl Film<'_> {
     }
 }
 
-/// The picture of a film, and what it took.
+/// Develops the film, and adds the layers that the settings ask for.
 fn develop(context: &Context, view: &View, settings: &Settings, target: Option<Reached>) -> Rendered {
     let Context { film, control, .. } = context;
     let mut image = film.develop(settings.stop.has_error_layers());

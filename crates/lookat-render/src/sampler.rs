@@ -16,11 +16,11 @@ use lookat_scene::{Sampler, SamplerKind};
 use crate::number::{LANES, vectorized};
 use sobol::Shuffled;
 
-/// How many numbers a camera ray takes: for the place on the film and on a lens, whether there is one or not.
+/// The number of sample dimensions of a camera ray: film position and lens position, with or without a lens.
 pub(crate) const CAMERA_NUMBERS: u32 = 4;
 
-/// The same sampler, but samples of neighboring pixels have nothing in common: where pixels decide about the samples of their neighbors,
-/// errors that cancel would decide, too.
+/// A variant of the sampler in which neighboring pixels have independent samples. Adaptive sampling needs it: the errors of
+/// correlated neighbors cancel, and would bias the decision about each other's samples.
 pub(crate) fn of_single_pixels(sampler: Sampler) -> Sampler {
     match sampler.kind {
         SamplerKind::Sobol { .. } => Sampler { samples_per_pixel: sobol::ALONE, ..sampler },
@@ -35,9 +35,9 @@ pub(crate) type Sample = (u64, [i32; 2], u32);
 #[derive(Debug, Clone)]
 pub(crate) struct Streams {
     samples: Vec<Sample>,
-    /// Of each sample the seed of its pattern, and its number in that.
+    /// For each sample, the seed of its pattern and its index in the pattern.
     places: Vec<(u64, u32)>,
-    /// Those that are had, and which of the samples they are.
+    /// The current points, and the samples that they belong to.
     points: Points,
     chosen: [u16; LANES],
     dimension: u32,
@@ -47,18 +47,18 @@ pub(crate) struct Streams {
 #[derive(Debug, Clone, Copy)]
 struct Points {
     kind: SamplerKind,
-    /// How many samples each pixel has.
+    /// The number of samples in each pixel.
     count: u32,
     /// Of Sobol' points: see [`sobol::pixel_bits`].
     pixel_bits: u32,
     seeds: [u64; LANES],
     indices: [u32; LANES],
-    /// Of Sobol' points.
+    /// The state of Sobol' points.
     shuffled: Shuffled,
 }
 
 impl Streams {
-    /// Those of no samples as yet.
+    /// Streams without samples.
     pub fn new() -> Self {
         let points = Points {
             kind: SamplerKind::Random,
@@ -71,7 +71,7 @@ impl Streams {
         Streams { samples: Vec::new(), places: Vec::new(), points, chosen: [0; LANES], dimension: 0 }
     }
 
-    /// Goes to the beginning of others.
+    /// Starts other samples at their first dimension.
     pub fn restart(&mut self, sampler: &Sampler, samples: &[Sample]) {
         (self.points.kind, self.points.count) = (sampler.kind, sampler.samples_per_pixel);
         self.points.pixel_bits = sobol::pixel_bits(sampler.samples_per_pixel);
@@ -81,7 +81,7 @@ impl Streams {
         self.places.extend(samples.iter().map(|sample| self.points.place(*sample)));
     }
 
-    /// Goes on with some of the samples, of which so many dimensions have been taken.
+    /// Selects some of the samples, at dimension `dimension`.
     #[inline(always)]
     pub fn choose<S: Simd>(&mut self, simd: S, samples: &[u16], dimension: u32) {
         for lane in 0..LANES {
@@ -155,7 +155,7 @@ impl Points {
         }
     }
 
-    /// What other indices change.
+    /// Updates the state that depends on the indices.
     #[inline(always)]
     fn shuffle<S: Simd>(&mut self, simd: S) {
         if let SamplerKind::Sobol { .. } = self.kind {
@@ -205,7 +205,7 @@ impl Points {
         })
     }
 
-    /// Those of the `k`-th of `count` nested samples.
+    /// The points of nested sample `k` out of `count`.
     #[inline(never)]
     fn nested_pair<S: Simd>(
         &self,
@@ -237,9 +237,10 @@ impl Points {
             if let SamplerKind::Stratified { cells, .. } = &mut nested.kind {
                 cells[0] = cells[0].saturating_mul(count);
             }
-            let [mut x, mut y] = match needed > u64::from(u32::MAX) {
-                true => [0.0.simd_into(simd); 2],
-                false => nested.pair(simd, dimension),
+            let [mut x, mut y] = if needed > u64::from(u32::MAX) {
+                [0.0.simd_into(simd); 2]
+            } else {
+                nested.pair(simd, dimension)
             };
             for lane in (0..LANES).filter(|lane| !is_numbered[*lane]) {
                 // More than can be numbered: independent ones.
@@ -276,7 +277,7 @@ impl Points {
         self.each(simd, |seed, index| random(seed, dimension, index))
     }
 
-    /// What a function gives for each seed and index.
+    /// Applies a function to each seed and index.
     #[inline(always)]
     fn each<S: Simd>(&self, simd: S, number: impl Fn(u64, u32) -> f64) -> f64x8<S> {
         f64x8::from_fn(simd, |lane| number(self.seeds[lane], self.indices[lane]))
@@ -344,8 +345,8 @@ fn unit(bits: u64) -> f64 {
     f64::from_bits(bits >> 12 | 1.0_f64.to_bits()) - BELOW_ONE
 }
 
-/// The same of 32 bits side by side. A hash of them and of the scramble gives 20 more: enough to choose one of a million, and to use what
-/// is left of the number.
+/// Numbers in 0..1 from 32 bits in each lane. A hash of the bits and of the scramble adds 20 bits: enough to choose one of a
+/// million, and to use the remainder of the number.
 #[inline(always)]
 fn units<S: Simd>(bits: u32x8<S>, scramble: u32x8<S>) -> f64x8<S> {
     let all = widened(bits) << 20 | widened(lowbias(bits ^ scramble)) >> 12 | 1.0_f64.to_bits();
@@ -362,7 +363,7 @@ fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// The same of 32 bits (Wellons's hash "lowbias32").
+/// A hash of 32 bits in each lane (Wellons's "lowbias32").
 #[inline(always)]
 fn lowbias<S: Simd>(mut x: u32x8<S>) -> u32x8<S> {
     x ^= x >> 16;

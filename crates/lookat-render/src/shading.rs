@@ -14,7 +14,7 @@ use crate::number::prefetch;
 use crate::number::{LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::Parametrics;
-use crate::surface::{Point, Sheet, Surface, Surfaces, Triangles};
+use crate::surface::{ShapePoint, Sheet, Surface, Surfaces, Triangles};
 use crate::texture::{Footprint, TexturePoint};
 use crate::trace::{
     List, Tree,
@@ -23,28 +23,28 @@ use crate::trace::{
 use crate::traceable::Traceable;
 use crate::triangle::parametric::ParametricTriangles;
 
-/// A ray, and what it has hit.
-pub(crate) type Found = (Ray, Hit);
+/// A ray and its hit.
+pub(crate) type RayHit = (Ray, Hit);
 
 /// The texture coordinates of a surface, where a ray has found it.
-pub(crate) fn uv(scene: &Traceable, surface: &Surface, found: Found) -> DVec2 {
+pub(crate) fn uv(scene: &Traceable, surface: &Surface, found: RayHit) -> DVec2 {
     baseline!(simd => {
         let none = Vec3x8::splat(simd, DVec3::ZERO);
         let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
         let mut surfaces = Surfaces { p: none, n: none, ns: none, magnitude: 0.0.simd_into(simd), element, instance };
-        surfaces.put(0, surface);
+        surfaces.set_lane(0, surface);
         let mut all = [None; LANES];
         all[0] = Some(found);
         Coordinates::new(scene, &surfaces, &all, first_lanes(simd, 1)).flat.lane(0).uv
     })
 }
 
-/// Where on surfaces of a material its textures are looked up, and the shading frames there.
+/// The points where the textures of a material are evaluated, and the shading frames there.
 #[inline(always)]
 fn points<S: Simd>(
     (scene, material): (&Traceable, &Material),
     surfaces: &Surfaces<S>,
-    found: &[Option<Found>; LANES],
+    found: &[Option<RayHit>; LANES],
     views: Option<&Views>,
     active: mask64x8<S>,
 ) -> (TexturePoint<S>, Frames<f64x8<S>>) {
@@ -59,7 +59,7 @@ fn points<S: Simd>(
     (at, Frames::from_zx(ns, dpdu))
 }
 
-/// How much the points of surfaces and their coordinates change from camera rays to their neighbors (PBR 10.1.1).
+/// The change of surface points and texture coordinates from camera rays to their neighbors (PBR 10.1.1).
 #[inline(never)]
 fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Views) -> Footprint<S> {
     let (simd, Surfaces { p, n, .. }) = (surfaces.magnitude.token(), *surfaces);
@@ -70,7 +70,7 @@ fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Vie
         );
         let is_valid = bits(simd, views.direct) & is_finite(right) & is_finite(below);
         let none = Vec3x8::splat(simd, DVec3::ZERO);
-        let (right, below) = (right.or(is_valid, none), below.or(is_valid, none));
+        let (right, below) = (right.keep_where(is_valid, none), below.keep_where(is_valid, none));
         let sides = sides(n);
         let (a, b) = (pick(flat.dpdu, sides), pick(flat.dpdv, sides));
         let determinant = a[0] * b[1] - a[1] * b[0];
@@ -88,14 +88,14 @@ fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Vie
     })
 }
 
-/// Whether normals are nearest to x, and else whether to y.
+/// Masks of the normals that are nearest to the x axis, and of those nearest to y if not to x.
 #[inline(always)]
 fn sides<S: Simd>(n: Vec3x8<S>) -> [mask64x8<S>; 2] {
     let (x, y, z) = (n.x.abs(), n.y.abs(), n.z.abs());
     [x.simd_gt(y) & x.simd_gt(z), y.simd_gt(z)]
 }
 
-/// Two of three coordinates, those along the axes that surfaces face least.
+/// Two of the three coordinates: those along the axes that the surfaces face least.
 #[inline(always)]
 fn pick<S: Simd>(v: Vec3x8<S>, [is_x, is_y]: [mask64x8<S>; 2]) -> Vec2x8<S> {
     [is_x.select(v.y, v.x), (is_x | is_y).select(v.z, v.y)]
@@ -141,8 +141,8 @@ fn bumped<S: Simd>(
         // A height of minus the radius leaves nothing but rounding.
         let whole = (shading.dpdu.length_squared() * shading.dpdv.length_squared()).sqrt();
         let is_valid = is_valid & across.length_squared().sqrt().simd_gt(1e-9 * whole);
-        let bent = (-bent).or(bent.dot(surfaces.n).simd_lt(0.0), bent);
-        (bent.or(is_valid, ns), dpdu.or(is_valid, shading.dpdu))
+        let bent = bent.face_forward(surfaces.n);
+        (bent.keep_where(is_valid, ns), dpdu.keep_where(is_valid, shading.dpdu))
     })
 }
 
@@ -153,12 +153,12 @@ struct Coordinates<S: Simd> {
 }
 
 impl<S: Simd> Coordinates<S> {
-    /// Of surfaces that are active, where rays have found them.
+    /// The coordinates of the active surfaces. `found`: the rays and hits.
     #[inline(never)]
     pub fn new(
         scene: &Traceable,
         surfaces: &Surfaces<S>,
-        found: &[Option<Found>; LANES],
+        found: &[Option<RayHit>; LANES],
         active: mask64x8<S>,
     ) -> Self {
         let simd = active.token();
@@ -173,7 +173,7 @@ impl<S: Simd> Coordinates<S> {
                         ns = instance.normal_to_object(ns);
                     }
                     let normal = (ns, primitive.reverse_orientation);
-                    triangles.put(lane, (mesh, index as usize), hit.barycentric, normal);
+                    triangles.set_lane(lane, (mesh, index as usize), hit.barycentric, normal);
                 }
             }
             let [flat, shading] = triangles.parametrics(simd);
@@ -185,9 +185,9 @@ impl<S: Simd> Coordinates<S> {
         })
     }
 
-    /// What is no triangle of the world, one by one.
+    /// Computes the coordinates of a single non-triangle or a triangle of an instance.
     #[inline(never)]
-    fn place(&mut self, scene: &Traceable, surfaces: &Surfaces<S>, (lane, (ray, hit)): (usize, &Found)) {
+    fn place(&mut self, scene: &Traceable, surfaces: &Surfaces<S>, (lane, (ray, hit)): (usize, &RayHit)) {
         let instance = scene.instance(hit.element.instance);
         let own = match &scene.primitive(hit.element.primitive).shape {
             Shape::TriangleMesh(_) if instance.is_none() => return,
@@ -208,8 +208,8 @@ impl<S: Simd> Coordinates<S> {
             Some(instance) => instance.parametric_to_world(own),
             None => own,
         });
-        self.flat.put(lane, &flat);
-        self.shading.put(lane, &shading);
+        self.flat.set_lane(lane, &flat);
+        self.shading.set_lane(lane, &shading);
     }
 }
 
@@ -218,7 +218,7 @@ impl<S: Simd> Coordinates<S> {
 pub(crate) struct Shaded<S: Simd> {
     pub surfaces: Surfaces<S>,
     pub frames: Frames<f32x8<S>>,
-    /// Those whose materials have textures: their lobes have to be asked for.
+    /// The surfaces whose materials have textures. [`Shaded::paint`] computes their lobes.
     pub is_open: mask64x8<S>,
 }
 
@@ -229,7 +229,7 @@ impl<S: Simd> Shaded<S> {
     pub fn paint(
         &mut self,
         scene: &Traceable,
-        found: &[Option<Found>; LANES],
+        found: &[Option<RayHit>; LANES],
         views: Option<&Views>,
         slots: &mut Slots<S>,
     ) {
@@ -242,8 +242,8 @@ impl<S: Simd> Shaded<S> {
                 let Some(material) = material(first) else { continue };
                 let active = bits(simd, own);
                 let (at, frames) = points((scene, material), &self.surfaces, found, views, active);
-                self.surfaces.ns = frames.z.or(active, self.surfaces.ns);
-                self.frames = frames.narrow().or(active, self.frames);
+                self.surfaces.ns = frames.z.keep_where(active, self.surfaces.ns);
+                self.frames = frames.narrow().keep_where(active, self.frames);
                 slots.build(material.kind(), &at, active);
             }
         })
@@ -255,11 +255,11 @@ pub(crate) struct Materials<'s> {
     /// All, in the order of the first primitives that have them.
     pub all: Vec<&'s Material>,
     pub has_textures: bool,
-    /// Whether any surface has none, so that rays pass it.
+    /// True if any surface has no material, so that rays pass it.
     pub has_passed: bool,
-    /// Whether shading normals may differ from geometric ones.
+    /// True if shading normals may differ from geometric ones.
     pub has_normals: bool,
-    /// Their lobes where these are everywhere alike; `None` of those with textures.
+    /// The lobes of materials without textures. `None` for materials with textures.
     lobes: Vec<Option<PointLobes>>,
     /// The material of each primitive.
     of_primitive: Vec<u32>,
@@ -296,7 +296,8 @@ impl<'s> Materials<'s> {
         self.of_primitive[primitive as usize]
     }
 
-    /// The lobes of points on primitives, and where they have to be asked for.
+    /// Adds the lobes of points on primitives. Returns the points whose materials have textures, which [`Shaded::paint`]
+    /// handles.
     #[inline(always)]
     pub fn lobes<S: Simd>(
         &self,
@@ -330,7 +331,7 @@ impl<'s> Sheets<'s> {
         elements.collect::<Option<Vec<_>>>().map(Sheets)
     }
 
-    /// Where rays have hit something, and the primitives there; one of them has.
+    /// The surfaces at the hits, and their primitives. At least one ray has a hit.
     #[inline(always)]
     pub fn at<S: Simd>(
         &self,
@@ -343,12 +344,13 @@ impl<'s> Sheets<'s> {
         // Mostly it is one element.
         while rest.any_true() {
             let others = rest;
-            surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives).or(others, surfaces);
+            surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives).keep_where(others, surfaces);
         }
         (surfaces, primitives)
     }
 
-    /// The same of the element that the first of the rest has hit. Takes all that have hit it from the rest, and notes its primitive.
+    /// The surfaces of the element that the first remaining ray has hit. Removes all rays with this element from `rest`, and
+    /// records its primitive.
     #[inline(always)]
     fn next<S: Simd>(
         &self,
@@ -370,7 +372,7 @@ impl<'s> Sheets<'s> {
 }
 
 impl Tree<'_> {
-    /// Where rays have hit something, and the primitives there; one of them has.
+    /// The surfaces at the hits, and their primitives. At least one ray has a hit.
     #[inline(always)]
     pub fn at<S: Simd>(
         &self,
@@ -399,11 +401,11 @@ impl Tree<'_> {
             let primitive = self.scene.primitive(element.primitive);
             if let Shape::TriangleMesh(mesh) = &primitive.shape {
                 let corners = self.scene.group(element.instance).triangle(place).in_order();
-                triangles.put(lane, primitive, (mesh, element.index as usize, corners));
+                triangles.set_lane(lane, primitive, (mesh, element.index as usize, corners));
                 there |= 1 << lane;
             }
         }
-        let Point { p, magnitude, n, ns, .. } = triangles.points(simd, hits.sides, bits(simd, there));
+        let ShapePoint { p, magnitude, n, ns, .. } = triangles.points(simd, hits.sides, bits(simd, there));
         let (others, placed) = (is_hit & !bits(simd, there), is_hit & !hits.instance.simd_eq(WORLD));
         let Hits { element, instance, .. } = *hits;
         let mut surfaces = Surfaces { p, n, ns, magnitude, element, instance };
@@ -416,7 +418,7 @@ impl Tree<'_> {
         (surfaces, primitives)
     }
 
-    /// Those that are no triangles.
+    /// Adds the hits of non-triangles.
     #[inline(never)]
     fn put_others<S: Simd>(
         &self,
@@ -426,7 +428,7 @@ impl Tree<'_> {
         surfaces: &mut Surfaces<S>,
     ) {
         for lane in set_lanes(others) {
-            surfaces.put(lane, &Surface::new(self.scene, &self.ray(rays, lane), &self.hit(hits, lane)));
+            surfaces.set_lane(lane, &Surface::new(self.scene, &self.ray(rays, lane), &self.hit(hits, lane)));
         }
     }
 }

@@ -30,9 +30,10 @@ pub(crate) struct Surface<'s> {
     pub ns: DVec3,
     /// The side that emits light.
     pub emitting: DVec3,
-    /// What was hit.
+    /// The element that was hit.
     pub element: ElementId,
-    /// As in [`Hit::place`]; [`Hit::NO_PLACE`] of points that are sampled on lights, which no ray leaves.
+    /// The index of the triangle in its group: see [`Hit::place`]. [`Hit::NO_PLACE`] for points sampled on lights, which no
+    /// ray leaves.
     pub place: u32,
     /// The shape with its material.
     pub primitive: &'s Primitive,
@@ -56,17 +57,17 @@ impl<'s> Surface<'s> {
                 // The hit is as exact as its distance; the shape is exacter.
                 let (p, outward) = shape.project(p);
                 let (n, emitting) = (turned(outward), flipped(outward, primitive.reverse_orientation));
-                Point { p, magnitude: shape.magnitude(), n, ns: n, emitting }
+                ShapePoint { p, magnitude: shape.magnitude(), n, ns: n, emitting }
             }
             (_, None) => {
                 let local = instance.map_or(*ray, |instance| instance.ray(ray, t));
                 let n = turned(scene.curves.normal(element.index, &local, hit.barycentric.into()));
                 let (p, magnitude) = (local.at(t), local.at(t).abs().max(local.o.abs()).max_element());
                 // It turns with the ray, so it has no side that is dark.
-                Point { p, magnitude, n, ns: n, emitting: -local.d.normalize_or(DVec3::Z) }
+                ShapePoint { p, magnitude, n, ns: n, emitting: -local.d.normalize_or(DVec3::Z) }
             }
         };
-        let Point { mut p, mut magnitude, .. } = point;
+        let ShapePoint { mut p, mut magnitude, .. } = point;
         let [mut n, mut ns, mut emitting] = [point.n, point.ns, point.emitting];
         if let Some(instance) = instance {
             (p, magnitude) = (instance.to_world(p), instance.magnitude(magnitude));
@@ -83,7 +84,7 @@ impl<'s> Surface<'s> {
         }
     }
 
-    /// The same with its normal on the side that a ray in direction `d` comes from.
+    /// The surface with its normal turned to the side that a ray in direction `d` comes from.
     pub fn facing(self, d: DVec3) -> Self {
         Surface { n: flipped(self.n, self.n.dot(d) > 0.0), ..self }
     }
@@ -92,7 +93,7 @@ impl<'s> Surface<'s> {
     ///
     /// The element itself is not met again. Others that touch it here are told from it by an offset of 2^-40 of the
     /// coordinates, thousands of times their rounding and less than any gap in a scene.
-    pub fn leave(&self, d: DVec3) -> Ray {
+    pub fn spawn_ray(&self, d: DVec3) -> Ray {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
         Ray { leaving: self.element, leaving_place: self.place, ..Ray::new(self.p + offset, d) }
     }
@@ -113,7 +114,7 @@ fn direction_across(e1: DVec3, e2: DVec3) -> DVec3 {
 /// 2^-40.
 const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// Points of surfaces, relative to the origin; as [`Surface`].
+/// Eight points of surfaces, relative to the origin. The fields are those of [`Surface`].
 #[derive(Clone, Copy)]
 pub(crate) struct Surfaces<S: Simd> {
     pub p: Vec3x8<S>,
@@ -122,18 +123,18 @@ pub(crate) struct Surfaces<S: Simd> {
     pub magnitude: f64x8<S>,
     /// The numbers of the elements in their groups.
     pub element: f64x8<S>,
-    /// Their instances.
+    /// The instances of the elements.
     pub instance: f64x8<S>,
 }
 
 impl<S: Simd> Surfaces<S> {
-    /// These where `mask` says so, and the others elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         Surfaces {
-            p: self.p.or(mask, others.p),
-            n: self.n.or(mask, others.n),
-            ns: self.ns.or(mask, others.ns),
+            p: self.p.keep_where(mask, others.p),
+            n: self.n.keep_where(mask, others.n),
+            ns: self.ns.keep_where(mask, others.ns),
             magnitude: mask.select(self.magnitude, others.magnitude),
             // Of the same hits.
             element: self.element,
@@ -141,9 +142,9 @@ impl<S: Simd> Surfaces<S> {
         }
     }
 
-    /// As [`Surface::leave`].
+    /// Rays that leave the surfaces in directions `d`: see [`Surface::spawn_ray`].
     #[inline(always)]
-    pub fn leave(&self, d: Vec3x8<S>) -> Rays<S> {
+    pub fn spawn_ray(&self, d: Vec3x8<S>) -> Rays<S> {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
         let (leaving, leaving_instance) = (self.element, self.instance);
         Rays { leaving, leaving_instance, ..Rays::new(self.p + offset, d) }
@@ -152,8 +153,8 @@ impl<S: Simd> Surfaces<S> {
     /// Shadow rays to points of a light: from where rays leave the surface to just there. Were they to run beside the lines
     /// from the surface to the light, they would meet the plane that the light lies in before their end.
     #[inline(always)]
-    pub fn towards(&self, light: Vec3x8<S>) -> Rays<S> {
-        let start = self.leave(light - self.p);
+    pub fn spawn_ray_to(&self, light: Vec3x8<S>) -> Rays<S> {
+        let start = self.spawn_ray(light - self.p);
         let way = light - start.o;
         let distance = way.length_squared().sqrt();
         Rays { d: way * (1.0 / distance.max(f64::MIN_POSITIVE)), t_max: distance, ..start }
@@ -172,34 +173,34 @@ impl<S: Simd> Surfaces<S> {
         self.magnitude.max(magnitude) * 4.0 * OFFSET
     }
 
-    /// Takes some from the space of their objects to the world.
+    /// Transforms the points in `placed` from the space of their objects to the world.
     #[inline(never)]
     pub fn place_in_world(&mut self, scene: &Traceable, placed: mask64x8<S>) {
         for lane in set_lanes(placed) {
             let Some(instance) = scene.instance(self.instance[lane] as u32) else { continue };
-            self.p.put(lane, instance.to_world(self.p.lane(lane)));
+            self.p.set_lane(lane, instance.to_world(self.p.lane(lane)));
             self.magnitude[lane] = instance.magnitude(self.magnitude[lane]);
-            self.n.put(lane, instance.normal_to_world(self.n.lane(lane)));
-            self.ns.put(lane, instance.normal_to_world(self.ns.lane(lane)));
+            self.n.set_lane(lane, instance.normal_to_world(self.n.lane(lane)));
+            self.ns.set_lane(lane, instance.normal_to_world(self.ns.lane(lane)));
         }
     }
 
-    /// Puts another surface in the place of one.
-    pub fn put(&mut self, lane: usize, surface: &Surface) {
-        self.p.put(lane, surface.p);
-        self.n.put(lane, surface.n);
-        self.ns.put(lane, surface.ns);
+    /// Replaces the surface in one lane.
+    pub fn set_lane(&mut self, lane: usize, surface: &Surface) {
+        self.p.set_lane(lane, surface.p);
+        self.n.set_lane(lane, surface.n);
+        self.ns.set_lane(lane, surface.ns);
         self.magnitude[lane] = surface.magnitude;
     }
 }
 
-/// What points of an element of a list have in common.
+/// The data that all points of an element of a [`List`](crate::trace::List) share.
 pub(crate) struct Sheet<'s> {
-    form: Form<'s>,
+    shape: SheetShape<'s>,
     magnitude: f64,
 }
 
-enum Form<'s> {
+enum SheetShape<'s> {
     /// A triangle, its corners as the mesh has them, and its normal.
     Flat { triangle: &'s Triangle, corners: [DVec3; 3], n: DVec3 },
     /// A sphere; whether its normal points inwards.
@@ -207,37 +208,37 @@ enum Form<'s> {
 }
 
 impl<'s> Sheet<'s> {
-    /// `None` of those that have shading normals.
+    /// `None` for meshes with shading normals.
     pub fn new(level: Level, element: &Element<'s>, primitive: &Primitive) -> Option<Self> {
         match (element.shape, &primitive.shape) {
             (ListedShape::Triangle(BoxedTriangle { triangle, .. }), Shape::TriangleMesh(mesh)) => {
                 let corners = triangle.in_order();
                 // Normal and magnitude are those of any point.
                 let of_mesh = (&**mesh, element.id.index as usize, corners);
-                let Point { magnitude, n, .. } = on_triangle(level, primitive, of_mesh, [1.0, 0.0, 0.0]);
-                let form = Form::Flat { triangle, corners, n };
-                mesh.normals().is_empty().then_some(Sheet { form, magnitude })
+                let ShapePoint { magnitude, n, .. } = on_triangle(level, primitive, of_mesh, [1.0, 0.0, 0.0]);
+                let shape = SheetShape::Flat { triangle, corners, n };
+                mesh.normals().is_empty().then_some(Sheet { shape, magnitude })
             }
             (ListedShape::Sphere(curved), _) => {
                 let is_inward = primitive.reverse_orientation != primitive.mirrored;
-                let form = Form::Round { curved, is_inward };
-                Some(Sheet { form, magnitude: curved.magnitude() })
+                let shape = SheetShape::Round { curved, is_inward };
+                Some(Sheet { shape, magnitude: curved.magnitude() })
             }
             _ => None,
         }
     }
 
-    /// Where the rays meet it.
+    /// The points where the rays hit the element.
     #[inline(always)]
     pub fn points<S: Simd>(&self, simd: S, rays: &Rays<S>, hits: &Hits<S>) -> Surfaces<S> {
-        let (p, n) = match &self.form {
-            Form::Flat { triangle, corners: [p0, p1, p2], n } => {
+        let (p, n) = match &self.shape {
+            SheetShape::Flat { triangle, corners: [p0, p1, p2], n } => {
                 let [b0, b1, b2] = triangle.weights(hits.sides);
                 let (p0, p1, p2) =
                     (Vec3x8::splat(simd, *p0), Vec3x8::splat(simd, *p1), Vec3x8::splat(simd, *p2));
                 (p0 * b0 + p1 * b1 + p2 * b2, Vec3x8::splat(simd, *n))
             }
-            Form::Round { curved, is_inward } => {
+            SheetShape::Round { curved, is_inward } => {
                 let (p, outward) = curved.on_sphere(rays.at(hits.t));
                 (p, if *is_inward { -outward } else { outward })
             }
@@ -252,19 +253,19 @@ impl<'s> Sheet<'s> {
 pub(crate) struct Triangles {
     corners: [[[f64; LANES]; 3]; 3],
     normals: [[[f64; LANES]; 3]; 3],
-    /// Which of them have normals.
+    /// Bits of the triangles whose meshes have normals.
     has_normals: u64,
-    /// Where the winding order gives the normals, the lanes that turn them.
+    /// The lanes that turn the normals that the winding order gives.
     is_n: u64,
     /// The lanes that turn the normals on the side that emits.
     is_emitting: u64,
-    /// Where the file gives the normals, the lanes that turn them.
+    /// The lanes that turn the normals that the file gives.
     is_smooth: u64,
 }
 
-/// A point of a shape, or points; as in [`Surface`].
+/// One point of a shape or eight. The fields are those of [`Surface`].
 #[derive(Clone, Copy)]
-pub(crate) struct Point<V = DVec3, N = f64> {
+pub(crate) struct ShapePoint<V = DVec3, N = f64> {
     pub p: V,
     pub magnitude: N,
     pub n: V,
@@ -272,7 +273,7 @@ pub(crate) struct Point<V = DVec3, N = f64> {
     pub emitting: V,
 }
 
-pub(crate) type Points<S> = Point<Vec3x8<S>, f64x8<S>>;
+pub(crate) type ShapePoints<S> = ShapePoint<Vec3x8<S>, f64x8<S>>;
 
 /// The point of a triangle, of a mesh and with these corners, that the corners weigh so much at.
 pub(crate) fn on_triangle(
@@ -280,21 +281,21 @@ pub(crate) fn on_triangle(
     primitive: &Primitive,
     triangle: (&Mesh, usize, [DVec3; 3]),
     weights: [f64; 3],
-) -> Point {
+) -> ShapePoint {
     let mut triangles = Triangles::default();
-    triangles.put(0, primitive, triangle);
+    triangles.set_lane(0, primitive, triangle);
     side_by_side!(level, simd => {
         let weights = three!(corner, weights[corner].simd_into(simd));
-        let Point { p, magnitude, n, ns, emitting } = triangles.points(simd, weights, bits(simd, 1));
+        let ShapePoint { p, magnitude, n, ns, emitting } = triangles.points(simd, weights, bits(simd, 1));
         let [p, n, ns, emitting] = [p.lane(0), n.lane(0), ns.lane(0), emitting.lane(0)];
-        Point { p, magnitude: magnitude[0], n, ns, emitting }
+        ShapePoint { p, magnitude: magnitude[0], n, ns, emitting }
     })
 }
 
 impl Triangles {
-    /// Puts a triangle of a primitive, a mesh, in its place.
+    /// Sets the triangle in one lane.
     #[inline(always)]
-    pub fn put(
+    pub fn set_lane(
         &mut self,
         lane: usize,
         primitive: &Primitive,
@@ -323,31 +324,36 @@ impl Triangles {
         Vec3x8::three(simd, &self.corners)
     }
 
-    /// Those that the corners weigh so much at; of the triangles that are there.
+    /// The points with these weights of the corners. `there`: the lanes with a triangle.
     #[inline(always)]
-    pub fn points<S: Simd>(&self, simd: S, [b0, b1, b2]: [f64x8<S>; 3], there: mask64x8<S>) -> Points<S> {
+    pub fn points<S: Simd>(
+        &self,
+        simd: S,
+        [b0, b1, b2]: [f64x8<S>; 3],
+        there: mask64x8<S>,
+    ) -> ShapePoints<S> {
         let [p0, p1, p2] = self.corners(simd);
         let p = p0 * b0 + p1 * b1 + p2 * b2;
         let magnitude = p0.magnitude().max(p1.magnitude()).max(p2.magnitude());
         let winding = across(p1 - p0, p2 - p0, there);
-        let mut n = (-winding).or(bits(simd, self.is_n), winding);
-        let (mut ns, mut emitting) = (n, (-winding).or(bits(simd, self.is_emitting), winding));
+        let mut n = (-winding).keep_where(bits(simd, self.is_n), winding);
+        let (mut ns, mut emitting) = (n, (-winding).keep_where(bits(simd, self.is_emitting), winding));
         if self.has_normals != 0 {
             let [n0, n1, n2] = Vec3x8::three(simd, &self.normals);
             let (smooth, is_valid) = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize();
             let is_valid = is_valid & bits(simd, self.has_normals);
-            let turned = (-smooth).or(bits(simd, self.is_smooth), smooth);
-            let own_n = (-winding).or(winding.dot(turned).simd_lt(0.0), winding);
-            let own_emitting = (-winding).or(winding.dot(smooth).simd_lt(0.0), winding);
-            n = own_n.or(is_valid, n);
-            ns = turned.or(is_valid, ns);
-            emitting = own_emitting.or(is_valid, emitting);
+            let turned = (-smooth).keep_where(bits(simd, self.is_smooth), smooth);
+            let own_n = winding.face_forward(turned);
+            let own_emitting = winding.face_forward(smooth);
+            n = own_n.keep_where(is_valid, n);
+            ns = turned.keep_where(is_valid, ns);
+            emitting = own_emitting.keep_where(is_valid, emitting);
         }
-        Point { p, magnitude, n, ns, emitting }
+        ShapePoint { p, magnitude, n, ns, emitting }
     }
 }
 
-/// As [`direction_across`].
+/// Does what [`direction_across`] does, in eight lanes.
 #[inline(always)]
 fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S> {
     let product = e1.cross(e2);
@@ -355,12 +361,12 @@ fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S
     let mut direction = product * (1.0 / squared.sqrt());
     let is_usual = squared.simd_gt(1e-200) & squared.simd_lt(1e200);
     for lane in set_lanes(there & !is_usual) {
-        direction.put(lane, direction_across(e1.lane(lane), e2.lane(lane)));
+        direction.set_lane(lane, direction_across(e1.lane(lane), e2.lane(lane)));
     }
     direction
 }
 
-/// Whether there is something at a point of an element of the primitive, and no hole.
+/// True if an element of the primitive has no hole at a point.
 #[inline]
 pub(crate) fn is_solid(
     level: Level,
@@ -396,8 +402,8 @@ fn is_left(
     })
 }
 
-/// How a surface goes on about one of its points, by pbrt-v3's parameters u and v. In the world, or the space
-/// of an object.
+/// The parametric derivatives of a surface at a point, by pbrt-v3's parameters u and v. In the world, or in the space of an
+/// object.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Parametric<P = DVec2, V = DVec3> {
     /// The parameters; 0 to 1 on the shape.
@@ -411,11 +417,11 @@ pub(crate) struct Parametric<P = DVec2, V = DVec3> {
     pub dndv: V,
 }
 
-/// The same side by side.
+/// Parametric derivatives of eight points.
 pub(crate) type Parametrics<S> = Parametric<Vec2x8<S>, Vec3x8<S>>;
 
 impl<S: Simd> Parametrics<S> {
-    /// That of a lane.
+    /// The value in one lane.
     pub fn lane(&self, lane: usize) -> Parametric {
         Parametric {
             uv: DVec2::new(self.uv[0][lane], self.uv[1][lane]),
@@ -426,17 +432,17 @@ impl<S: Simd> Parametrics<S> {
         }
     }
 
-    /// Puts another one in a lane.
-    pub fn put(&mut self, lane: usize, other: &Parametric) {
+    /// Replaces the value in one lane.
+    pub fn set_lane(&mut self, lane: usize, other: &Parametric) {
         [self.uv[0][lane], self.uv[1][lane]] = other.uv.into();
-        self.dpdu.put(lane, other.dpdu);
-        self.dpdv.put(lane, other.dpdv);
-        self.dndu.put(lane, other.dndu);
-        self.dndv.put(lane, other.dndv);
+        self.dpdu.set_lane(lane, other.dpdu);
+        self.dpdv.set_lane(lane, other.dpdv);
+        self.dndu.set_lane(lane, other.dndu);
+        self.dndv.set_lane(lane, other.dndv);
     }
 }
 
-/// The same in the space of a form f(p) = 0, with derivatives of f.
+/// A parametric point in the space of an implicit surface f(p) = 0, with derivatives of f.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local {
     pub uv: DVec2,
@@ -444,7 +450,7 @@ pub(crate) struct Local {
     pub dpdv: DVec3,
     /// Half the gradient of f, on the side of `dpdu x dpdv`.
     pub gradient: DVec3,
-    /// How `gradient` changes along each axis: half the Hessian of f, which is diagonal.
+    /// The change of `gradient` along each axis: half the Hessian of f, which is diagonal.
     pub bend: DVec3,
 }
 

@@ -15,7 +15,7 @@ use crate::number::{Colors, LANES, Vec2x8, Vec3x8, set_lanes, splat_f32, to_f32,
 use crate::warp::{angle, longitude_latitude};
 use noise::{PointInSpace, Sum};
 
-/// Where a texture is asked.
+/// The points where a texture is evaluated.
 #[derive(Clone, Copy)]
 pub(crate) struct TexturePoint<S: Simd> {
     /// Positions, relative to `origin`.
@@ -24,11 +24,11 @@ pub(crate) struct TexturePoint<S: Simd> {
     pub origin: DVec3,
     /// Coordinates of the surfaces.
     pub uv: Vec2x8<S>,
-    /// How positions and coordinates change from one camera ray to its neighbors; 0 where there are none.
+    /// The change of positions and coordinates from a camera ray to its neighbors. 0 without neighbors.
     pub footprint: Option<Footprint<S>>,
 }
 
-/// How points change with the place on the film: x to the right and y down, by the distance of samples.
+/// The change of points with the film position, x to the right and y down, per distance of samples.
 #[derive(Clone, Copy)]
 pub(crate) struct Footprint<S: Simd> {
     pub dp: [Vec3x8<S>; 2],
@@ -36,7 +36,7 @@ pub(crate) struct Footprint<S: Simd> {
 }
 
 impl<S: Simd> TexturePoint<S> {
-    /// The same one everywhere, without neighbors.
+    /// The same point in all lanes, without a footprint.
     #[inline(always)]
     pub fn splat(simd: S, p: DVec3, uv: [f64; 2]) -> Self {
         let uv = [uv[0].simd_into(simd), uv[1].simd_into(simd)];
@@ -85,7 +85,7 @@ impl<S: Simd> TexturePoint<S> {
         [a, b]: [&Texture<T>; 2],
         active: mask64x8<S>,
     ) -> T::Wide {
-        T::or(self.value(a, active & mask), mask, self.value(b, active & !mask))
+        T::keep_where(self.value(a, active & mask), mask, self.value(b, active & !mask))
     }
 
     /// The points in another space. The origin is taken there apart, so that neighboring points keep their distance.
@@ -126,11 +126,11 @@ pub(crate) trait Values<S: Simd>: Value {
     type Wide: Copy + Mul<Output = Self::Wide>;
     type Texels: Copy + Add<Output = Self::Texels> + Mul<f32x8<S>, Output = Self::Texels>;
 
-    /// The same one everywhere.
+    /// The same value in all lanes.
     fn splat(simd: S, value: Self) -> Self::Wide;
 
-    /// The first where `mask` says so, and the others elsewhere.
-    fn or(first: Self::Wide, mask: mask64x8<S>, others: Self::Wide) -> Self::Wide;
+    /// Keeps the lanes of `first` in `mask` and takes the other lanes from `others`.
+    fn keep_where(first: Self::Wide, mask: mask64x8<S>, others: Self::Wide) -> Self::Wide;
 
     /// Gray values.
     fn gray(values: f64x8<S>) -> Self::Wide;
@@ -156,7 +156,7 @@ impl<S: Simd> Values<S> for f64 {
     }
 
     #[inline(always)]
-    fn or(first: f64x8<S>, mask: mask64x8<S>, others: f64x8<S>) -> f64x8<S> {
+    fn keep_where(first: f64x8<S>, mask: mask64x8<S>, others: f64x8<S>) -> f64x8<S> {
         mask.select(first, others)
     }
 
@@ -196,8 +196,8 @@ impl<S: Simd> Values<S> for Vec3 {
     }
 
     #[inline(always)]
-    fn or(first: Colors<S>, mask: mask64x8<S>, others: Colors<S>) -> Colors<S> {
-        first.or_wide(mask, others)
+    fn keep_where(first: Colors<S>, mask: mask64x8<S>, others: Colors<S>) -> Colors<S> {
+        first.keep_where_wide(mask, others)
     }
 
     #[inline(always)]
@@ -250,7 +250,7 @@ fn coordinates<S: Simd>(mapping: &Mapping, at: &TexturePoint<S>, active: mask64x
     })
 }
 
-/// How the coordinates change to the neighbors at the right and below. They are finite.
+/// The change of the coordinates to the neighbors at the right and below, as finite numbers.
 ///
 /// pbrt-v3 takes differences on spheres and cylinders, which are wrong where the texture's edges meet; these are
 /// derivatives.
@@ -367,7 +367,7 @@ mod tests {
     use std::path::Path;
     use std::sync::Arc;
 
-    /// Its value at a point.
+    /// The value of a texture at a point.
     fn value(texture: &Texture<Vec3>, p: DVec3, uv: DVec2) -> Vec3 {
         baseline!(simd => {
             TexturePoint::splat(simd, p, uv.into()).value(texture, bits(simd, 1 << 3)).lane(3)

@@ -1,4 +1,4 @@
-//! Traces rays in a scene: the nearest hit, and occlusion. Filters in `f32` leave out what a ray surely misses; `f64` decides.
+//! Traces rays in a scene: the nearest hit, and occlusion. Filters in `f32` discard what a ray surely misses; `f64` decides.
 
 mod list;
 mod packets;
@@ -16,18 +16,18 @@ use crate::surface::is_solid;
 use crate::traceable::{Group, NonTriangle, Traceable};
 use crate::triangle::{Axis, Block, Filter, MOST_MAGNITUDE, ShearedRay, Triangle, Turned, holds_end};
 pub(crate) use list::{Element, List, ListedShape};
-pub(crate) use packets::{MOST_PACKETS, PacketCount, Together};
+pub(crate) use packets::{Coherence, MOST_PACKETS, PacketCount};
 pub(crate) use tree::Tree;
 
-/// A ray among the elements of a group, which belong to an instance or to the world.
+/// A ray that is traced in the elements of a group, which is an instance or the world.
 #[derive(Clone, Copy)]
 struct Query<'q> {
     group: &'q Group,
     ray: &'q Ray,
     instance: u32,
-    /// The place of the triangle that the ray leaves, if it is of this group: what is flat is not met again.
+    /// The index of the triangle that the ray leaves, if it is in this group. The ray cannot hit this flat triangle again.
     leaving: u32,
-    /// Whether holes are those that shadow rays pass.
+    /// True for shadow rays, which may pass other holes.
     is_shadow: bool,
 }
 
@@ -47,7 +47,7 @@ impl Traceable {
         side_by_side!(self.level, simd => self.search_alone::<_, false>(simd, query, &mut hit)).then_some(hit)
     }
 
-    /// Whether anything but its target is in the way of a shadow ray.
+    /// True if anything but its target is in the way of a shadow ray.
     pub fn occluded(&self, ray: &Ray) -> bool {
         let query = self.query(ray, true);
         side_by_side!(self.level, simd => self.search_alone::<_, true>(simd, query, &mut nothing(ray)))
@@ -59,7 +59,7 @@ impl Traceable {
         self.search_all::<false>(self.query(ray, false), &mut hit).then_some(hit)
     }
 
-    /// Whether anything is in the way, likewise.
+    /// True if anything is in the way of the ray, found without trees.
     #[cfg(test)]
     fn occluded_by_all(&self, ray: &Ray) -> bool {
         self.search_all::<true>(self.query(ray, true), &mut nothing(ray))
@@ -69,23 +69,23 @@ impl Traceable {
         Query::new(&self.world, ray, ElementId::WORLD, is_shadow)
     }
 
-    /// As [`Traceable::search`], of one ray alone.
+    /// Traces a single ray with [`Traceable::search`].
     #[inline(always)]
     fn search_alone<S: Simd, const ANY: bool>(&self, simd: S, query: Query, hit: &mut Hit) -> bool {
         let (o, d) = (Vec3x8::splat(simd, query.ray.o), Vec3x8::splat(simd, query.ray.d));
-        self.search::<S, ANY>(simd, query, (&Forms::new(simd, o, d), 0), hit)
+        self.search::<S, ANY>(simd, query, (&TraversalRays::new(simd, o, d), 0), hit)
     }
 
-    /// Looks for hits that `hit` yields to, and returns whether there is one. With `ANY` the first will do; the target of the ray is
-    /// left out.
+    /// Searches for hits that replace `hit`, and returns true if there is one. With `ANY` the first hit ends the search, and
+    /// the target of the ray does not count.
     ///
-    /// Tests in `f32` leave out what is not met. What is left is decided about in `f64`.
+    /// Tests in `f32` discard what the ray surely misses. Tests in `f64` decide about the rest.
     #[inline(never)]
     fn search<S: Simd, const ANY: bool>(
         &self,
         simd: S,
         query: Query,
-        (forms, lane): (&Forms<S>, usize),
+        (forms, lane): (&TraversalRays<S>, usize),
         hit: &mut Hit,
     ) -> bool {
         vectorized!(simd, {
@@ -132,7 +132,7 @@ impl Traceable {
         })
     }
 
-    /// Whether one of some triangles of a block, given as bits, has no holes.
+    /// True if one of the given triangles of a block has no holes. Each bit of `triangles` is a triangle.
     #[inline(always)]
     fn has_solid(&self, group: &Group, block: &Block, triangles: u32) -> bool {
         triangles != 0 && (!self.has_cutouts() || self.finds_solid(group, block, triangles))
@@ -144,7 +144,7 @@ impl Traceable {
         (0..u32::BITS).any(|lane| triangles >> lane & 1 == 1 && is_solid(lane))
     }
 
-    /// Out of line, as few triangles get here; `sheared` is the ray once any has.
+    /// Out of line, because few triangles get here. `sheared` keeps the prepared ray for the next triangle.
     #[inline(never)]
     fn meet_triangle<const ANY: bool>(
         &self,
@@ -168,7 +168,7 @@ impl Traceable {
         self.accept::<ANY>(query, Hit { t, element, barycentric, place }, hit)
     }
 
-    /// All elements, one after the other.
+    /// Tests all elements in turn.
     fn search_all<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let (mut found, mut sheared) = (false, None);
         for place in (0..query.group.triangles.len() as u32).filter(|place| *place != query.leaving) {
@@ -187,7 +187,7 @@ impl Traceable {
         found
     }
 
-    /// Out of line: triangles are not to pay for it.
+    /// Out of line, so that triangles do not pay for it.
     #[inline(never)]
     fn meet_non_triangle<S: Simd, const ANY: bool>(
         &self,
@@ -233,14 +233,14 @@ impl Traceable {
         self.accept::<ANY>(query, Hit { t, element, barycentric, place: Hit::NO_PLACE }, hit)
     }
 
-    /// Whether there is something at a point of an element, and no hole.
+    /// True if the element has no hole at the point.
     #[inline(always)]
     fn is_valid(&self, element: ElementId, barycentric: [f64; 2], is_shadow: bool) -> bool {
         let of = |primitive| is_solid(self.level, (primitive, element), barycentric, is_shadow);
         !self.is_cut_out(element.primitive) || of(self.primitive(element.primitive))
     }
 
-    /// Those of some rays that meet a triangle, in the world, where it has no hole. `sides`: in proportion to what its corners weigh.
+    /// The rays that hit a triangle of the world where it has no hole. `sides`: unnormalized weights of its corners.
     #[inline(always)]
     fn meet_solid<S: Simd>(
         &self,
@@ -259,14 +259,11 @@ impl Traceable {
         bits(simd, solid.fold(0, |solid, lane| solid | 1 << lane))
     }
 
-    /// Puts `found` in the place of `hit`, if it is nearer.
+    /// Replaces `hit` by `found` if that is nearer and no hole. True if it does.
     #[inline(always)]
     fn accept<const ANY: bool>(&self, query: Query, found: Hit, hit: &mut Hit) -> bool {
         debug_assert!(!ANY || found.element != query.ray.target, "it was left out before");
-        let counts = match ANY {
-            true => found.t <= hit.t,
-            false => hit.yields_to(found.t, found.element),
-        };
+        let counts = if ANY { found.t <= hit.t } else { hit.yields_to(found.t, found.element) };
         let Hit { element, barycentric, .. } = found;
         let accepted = counts && self.is_valid(element, barycentric, query.is_shadow);
         if accepted {
@@ -276,22 +273,22 @@ impl Traceable {
     }
 }
 
-/// No hit yet, within the length of a ray.
+/// A hit record that any hit within the length of the ray replaces.
 fn nothing(ray: &Ray) -> Hit {
     Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2], place: Hit::NO_PLACE }
 }
 
-/// Eight rays.
-pub(crate) struct Forms<S: Simd> {
+/// Eight rays, prepared for tests against boxes and triangles in `f32`.
+pub(crate) struct TraversalRays<S: Simd> {
     pub slabs: SlabRays<S>,
     turned: Turned<S>,
-    /// The largest coordinate of each origin; infinite where `f32` tells nothing.
+    /// The largest coordinate of each origin. Infinite for rays out of the range of `f32`.
     pub magnitude: f32x8<S>,
-    /// Where the longest axis of the direction is not x, and where it is not y either, as bits.
+    /// Bits of the rays whose longest axis is not x, and bits of those whose longest axis is z.
     is_not: [u64; 2],
 }
 
-impl<S: Simd> Forms<S> {
+impl<S: Simd> TraversalRays<S> {
     #[inline(always)]
     pub fn new(simd: S, o: Vec3x8<S>, d: Vec3x8<S>) -> Self {
         let o = [to_f32(o.x), to_f32(o.y), to_f32(o.z)];
@@ -306,7 +303,7 @@ impl<S: Simd> Forms<S> {
             let pick = |if_x, if_y, if_z| is_not_y.select(if_z, is_not_x.select(if_y, if_x));
             [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
         };
-        Forms {
+        TraversalRays {
             slabs: SlabRays::new(simd, o, d),
             turned: Turned::new(turned(o), turned(d)),
             magnitude: is_safe.select(magnitude, splat_f32(simd, f32::INFINITY)),
@@ -314,21 +311,21 @@ impl<S: Simd> Forms<S> {
         }
     }
 
-    /// One of them for boxes, and for triangles.
+    /// One ray, for tests against the boxes of a node and the triangles of a block.
     #[inline(always)]
     pub fn one(&self, simd: S, lane: usize) -> (Slabs<S>, Filter<S>) {
         let filter = Filter::new(self.axes(lane), self.turned.one(simd, lane), self.magnitude[lane]);
         (self.slabs.one(simd, lane), filter)
     }
 
-    /// All of them for triangles, if they are longest along one axis.
+    /// All rays, for tests against one triangle. `None` if the longest axis differs between rays.
     #[inline(always)]
     pub fn all(&self) -> Option<Filter<S>> {
         let are_alike = self.is_not.iter().all(|is_not| [0, (1 << LANES) - 1].contains(is_not));
         are_alike.then(|| Filter::new(self.axes(0), self.turned, self.magnitude.reduce_max()))
     }
 
-    /// The axes, that along which a ray is longest last.
+    /// The axes in an order that puts the longest axis of the ray last.
     #[inline(always)]
     fn axes(&self, lane: usize) -> [Axis; 3] {
         Axis::ORDERS[self.is_not.iter().map(|is_not| (is_not >> lane & 1) as usize).sum::<usize>()]

@@ -28,7 +28,7 @@ pub(crate) struct Traceable {
     /// The primitives of objects: the object, and which of its primitives.
     of_objects: Vec<(Arc<Object>, u32)>,
     pub(crate) curved: Vec<Curved>,
-    /// Which of the curved shapes a primitive is, or [`NOT_CURVED`].
+    /// The index of each primitive among the curved shapes, or [`NOT_CURVED`].
     curved_of: Vec<u32>,
     /// Curves; the index of an element names the piece.
     pub curves: Curves,
@@ -39,7 +39,7 @@ pub(crate) struct Traceable {
     pub(crate) instances: Vec<PlacedInstance>,
     pub emitters: Emitters,
     pub labels: Labels,
-    /// Which primitives may have holes; empty if none has.
+    /// True for each primitive that may have holes. Empty if none has.
     cutouts: Vec<bool>,
     /// The instructions that rays are traced with.
     pub(crate) level: Level,
@@ -110,10 +110,9 @@ impl Traceable {
         };
         self.of_objects = source.objects().into_iter().flat_map(of_object).collect();
         self.source = source.clone();
-        self.cutouts = match source.shapes().any(|primitive| primitive.cutout.is_some()) {
-            true => self.primitives().map(|primitive| primitive.cutout.is_some()).collect(),
-            false => Vec::new(),
-        };
+        let has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
+        let is_cut_out = |primitive: &Primitive| primitive.cutout.is_some();
+        self.cutouts = if has_cutouts { self.primitives().map(is_cut_out).collect() } else { Vec::new() };
     }
 
     /// The primitive with a number. Numbers start with the primitives of the world; the primitives of objects follow.
@@ -127,12 +126,12 @@ impl Traceable {
         })
     }
 
-    /// Whether any primitive may have holes.
+    /// True if any primitive may have holes.
     pub fn has_cutouts(&self) -> bool {
         !self.cutouts.is_empty()
     }
 
-    /// Whether the primitive with a number may have holes.
+    /// True if the primitive with a number may have holes.
     #[inline(always)]
     pub fn is_cut_out(&self, number: u32) -> bool {
         self.cutouts.get(number as usize).is_some_and(|is_cut_out| *is_cut_out)
@@ -143,12 +142,12 @@ impl Traceable {
         (0..self.curved_of.len() as u32).map(|number| self.primitive(number))
     }
 
-    /// Whether light passes straight through what is hit, as it has no material.
+    /// True if light passes straight through the hit surface, because it has no material.
     pub fn is_passed(&self, hit: &Hit) -> bool {
         matches!(self.primitive(hit.element.primitive).material.kind(), MaterialKind::None)
     }
 
-    /// Whether what is hit emits light.
+    /// True if the hit surface emits light.
     pub fn emits(&self, hit: &Hit) -> bool {
         self.primitive(hit.element.primitive).emission.is_some()
     }
@@ -175,7 +174,7 @@ const NOT_CURVED: u32 = u32::MAX;
 /// Elements with their tree.
 pub(crate) struct Group {
     pub bvh: Bvh,
-    /// What tells of most triangles that they are not met. Apart from these, to stay in the cache.
+    /// Bounds that reject most triangles. Stored apart from the triangles, to stay in the cache.
     pub blocks: Vec<Block>,
     /// Each at its place, see [`crate::ray::Hit::place`].
     pub triangles: Vec<Triangle>,
@@ -202,7 +201,7 @@ pub(crate) enum NonTriangle {
 #[derive(Default)]
 struct Builder {
     pub curved: Vec<Curved>,
-    /// Which of the curved shapes a primitive is, or [`NOT_CURVED`].
+    /// The index of each primitive among the curved shapes, or [`NOT_CURVED`].
     pub curved_of: Vec<u32>,
     pub curves: Curves,
 }
@@ -210,7 +209,7 @@ struct Builder {
 /// Elements that become one tree.
 #[derive(Default)]
 struct Elements<'s> {
-    /// What positions of meshes are relative to.
+    /// The world position that coordinates are relative to.
     origin: DVec3,
     /// Meshes, the number of their primitive, and which of all triangles are theirs.
     meshes: Vec<(&'s Mesh, u32, Range<usize>)>,
@@ -337,7 +336,7 @@ impl PlacedInstance {
         (rows * magnitude + self.origin.abs()).max_element()
     }
 
-    /// And back.
+    /// Transforms a point from the instance to the world.
     pub fn to_world(&self, p: DVec3) -> DVec3 {
         self.world_from_object * p + self.origin
     }

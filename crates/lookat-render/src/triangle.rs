@@ -68,7 +68,7 @@ impl Triangle {
         Triangle { corners, primitive: 0, index: 0, first: [0, 1] }
     }
 
-    /// Its name, in an instance or in the world.
+    /// The identity of the triangle in an instance or in the world.
     #[inline(always)]
     pub fn element(&self, instance: u32) -> ElementId {
         ElementId { instance, primitive: self.primitive, index: self.index }
@@ -240,9 +240,9 @@ fn side(p: (f64, f64, f64), q: (f64, f64, f64)) -> f64 {
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Block {
-    /// By corner, axis and triangle.
+    /// The coordinates by corner, axis and triangle.
     pub corners: [[[f32; WIDTH]; 3]; 3],
-    /// What rounding does to them.
+    /// The rounding error of the corners.
     error: f32,
     /// Twice the longest side of the box of any of the triangles, or more.
     size: f32,
@@ -253,7 +253,7 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// Of one to eight triangles, with finite corners, and the place of the first.
+    /// A block of one to eight triangles with finite corners. `first`: the index of the first triangle in its group.
     pub fn new(triangles: &[Triangle], first: usize) -> Self {
         debug_assert!((1..=WIDTH).contains(&triangles.len()));
         debug_assert!(triangles.iter().flat_map(|triangle| triangle.corners).all(|p| p.is_finite()));
@@ -294,7 +294,7 @@ impl Block {
         boxes
     }
 
-    /// What rounding may do, with rays that it does so much to.
+    /// The tolerance for rays with a rounding error of `error`.
     #[inline(always)]
     pub fn tolerance(&self, error: f32) -> Tolerance {
         let error = self.error + error;
@@ -316,7 +316,7 @@ impl Block {
     }
 }
 
-/// What rounding may do to triangles, seen from a ray that runs along z from the origin.
+/// The tolerance for rounding of triangles, in a space where the ray runs along z from the origin.
 ///
 /// Corners and origin are rounded, and their difference, and its product with the shear: a corner moves by less than
 /// `error`. Where the ray passes the box of a triangle, its corners are not farther from it than `size`. The cross
@@ -347,16 +347,16 @@ pub(crate) struct Filter<S: Simd> {
     /// The longest of the direction last.
     pub axes: [Axis; 3],
     pub rays: Turned<S>,
-    /// What the rounding of the rays does to corners.
+    /// The error of corners that the rounding of the rays causes.
     pub error: f32,
 }
 
 /// Rays along three axes.
 #[derive(Clone, Copy)]
 pub(crate) struct Turned<S: Simd> {
-    /// How far they go along each of the first two axes while they go minus one along the last.
+    /// The shear: the step along each of the first two axes for a step of -1 along the last.
     shear: [f32x8<S>; 2],
-    /// Where they pass zero along the last axis.
+    /// The coordinates of the rays where the last coordinate is zero.
     offset: [f32x8<S>; 2],
     /// The origin along the last axis.
     start: f32x8<S>,
@@ -373,7 +373,7 @@ pub(crate) struct Sides<S: Simd> {
 }
 
 impl<S: Simd> Turned<S> {
-    /// Of origins and directions that have been rounded once.
+    /// Prepares rays whose origins and directions were rounded once to `f32`.
     #[inline(always)]
     pub fn new(o: [f32x8<S>; 3], d: [f32x8<S>; 3]) -> Self {
         let inverse = -1.0 / d[2];
@@ -395,7 +395,7 @@ impl<S: Simd> Turned<S> {
 }
 
 impl<S: Simd> Filter<S> {
-    /// Of rays along these axes, and the largest of their coordinates.
+    /// A filter for rays in this order of axes. `magnitude`: the largest coordinate of their origins.
     #[inline(always)]
     pub fn new(axes: [Axis; 3], rays: Turned<S>, magnitude: f32) -> Self {
         Filter { axes, rays, error: 12.0 * UNIT * magnitude }
@@ -428,8 +428,8 @@ impl<S: Simd> Filter<S> {
         [a.min(b).min(c), a.max(b).max(c)]
     }
 
-    /// Which triangles of a block one ray, in all lanes, may meet before `t_max`, as bits; and some of those that it certainly
-    /// meets. None of those that are `left_out`.
+    /// Bits of the triangles of a block that one ray, in all lanes, may hit before `t_max`, and bits of some that it
+    /// certainly hits. The triangles in `left_out` do not count.
     #[inline(always)]
     pub fn meet(&self, simd: S, block: &Block, t_max: f64, left_out: u32) -> (u32, u32) {
         let corner = |at: usize, axis: Axis| f32x8::from_slice(simd, &block.corners[at][axis as usize]);
@@ -454,13 +454,13 @@ impl<S: Simd> Filter<S> {
 }
 
 impl<S: Simd> Sides<S> {
-    /// Where the ray certainly passes one edge on the one side, and another edge on the other.
+    /// The lanes where the ray certainly passes two edges on opposite sides.
     #[inline(always)]
     pub fn pass(&self, tolerance: &Tolerance) -> mask32x8<S> {
         self.least.simd_lt(-tolerance.side) & self.greatest.simd_gt(tolerance.side)
     }
 
-    /// Where it certainly passes all edges on the same side.
+    /// The lanes where the ray certainly passes all edges on the same side.
     #[inline(always)]
     fn are_one(&self, tolerance: &Tolerance) -> mask32x8<S> {
         let is_one_side = self.least.simd_gt(tolerance.side) | self.greatest.simd_lt(-tolerance.side);

@@ -24,7 +24,7 @@ const R2: DVec2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_3);
 /// The most surfaces without a material that a probe ray passes.
 const MOST_PASSED: usize = 100;
 
-/// What a view shows. Positions are in world space, depths are z in camera space.
+/// Facts about a view. Positions are in world space, depths are z in camera space.
 #[derive(Debug, Clone)]
 pub struct ViewFacts {
     /// The eye: the middle of the lens of a perspective camera, the middle of the window of an orthographic one.
@@ -57,7 +57,7 @@ impl ViewFacts {
 }
 
 /// A point that a probe ray has hit.
-struct Seen<'s> {
+struct ProbeHit<'s> {
     ray: Ray,
     surface: Surface<'s>,
     depth: f64,
@@ -68,20 +68,20 @@ impl Prepared {
     /// [`Prepared::look`].
     pub fn facts(&self, view: &View) -> ViewFacts {
         let (traceable, camera) = (&self.traceable, self.camera(view));
-        let probe = |film: DVec2| seen(traceable, view, &camera, film);
-        let probes: Vec<Option<Seen>> =
+        let probe = |film: DVec2| probe_hit(traceable, view, &camera, film);
+        let probes: Vec<Option<ProbeHit>> =
             (0..PROBES).into_par_iter().map(|i| probe(place(view.film.crop, i))).collect();
         let mut shapes = Numbered::new(traceable);
-        let mut of_shape: Vec<Vec<&Seen>> = vec![Vec::new(); shapes.all.len()];
+        let mut of_shape: Vec<Vec<&ProbeHit>> = vec![Vec::new(); shapes.all.len()];
         for seen in probes.iter().flatten() {
             let number = shapes.number(key(seen.surface.element));
             of_shape.resize_with(shapes.all.len(), Vec::new);
             of_shape[number].push(seen);
         }
         for (shape, seen) in shapes.all.iter_mut().zip(&of_shape) {
-            shape.see(seen, traceable.origin);
+            shape.add_hits(seen, traceable.origin);
         }
-        let hits: Vec<&Seen> = probes.iter().flatten().collect();
+        let hits: Vec<&ProbeHit> = probes.iter().flatten().collect();
         let emitters = hits.iter().filter(|seen| seen.surface.primitive.emission.is_some()).count();
         let share = |count: usize| count as f64 / f64::from(PROBES);
         let crop = view.film.crop;
@@ -126,16 +126,21 @@ impl<'s> Numbered<'s> {
 }
 
 /// The surface that a camera ray through the middle of the lens sees.
-fn seen<'s>(traceable: &'s Traceable, view: &View, camera: &CameraRays, film: DVec2) -> Option<Seen<'s>> {
+fn probe_hit<'s>(
+    traceable: &'s Traceable,
+    view: &View,
+    camera: &CameraRays,
+    film: DVec2,
+) -> Option<ProbeHit<'s>> {
     let mut ray = camera.ray(film, DVec2::splat(0.5));
     for _ in 0..MOST_PASSED {
         let hit = traceable.nearest(&ray)?;
         let surface = Surface::new(traceable, &ray, &hit);
         if !traceable.is_passed(&hit) || surface.primitive.emission.is_some() {
             let depth = depth(view, surface.p - camera.eye);
-            return Some(Seen { ray, surface, depth });
+            return Some(ProbeHit { ray, surface, depth });
         }
-        ray = surface.leave(ray.d);
+        ray = surface.spawn_ray(ray.d);
     }
     None
 }
@@ -174,7 +179,7 @@ fn enclosing_shape(traceable: &Traceable, p: DVec3, except: Option<(u32, u32)>) 
             let surface = Surface::new(traceable, &ray, &hit);
             let distance = surface.p.distance(p);
             met.entry(key(surface.element)).or_insert((0, distance)).0 += 1;
-            ray = surface.leave(ray.d);
+            ray = surface.spawn_ray(ray.d);
         }
         let is_odd = |(key, (count, _)): &((u32, u32), (u32, f64))| Some(*key) != except && count % 2 == 1;
         for (key, (_, distance)) in met.into_iter().filter(is_odd) {
@@ -210,13 +215,13 @@ pub struct ShapeFacts {
     pub span: Option<Span>,
     /// Two opposite corners of its box.
     pub bounds: [DVec3; 2],
-    /// Whether it emits light.
+    /// True if the shape emits light.
     pub is_emitter: bool,
-    /// Whether no light passes its surface.
+    /// True if no light passes its surface.
     pub is_opaque: bool,
     /// The share of the picture that shows it.
     pub share: f64,
-    /// Whether light that it emits is seen. It is not where only the back of a light is in view.
+    /// True if light that it emits is seen. It is not where only the back of a light is in view.
     pub glows: bool,
     /// The least, the median and the largest depth of what is seen of it.
     pub depths: Option<[f64; 3]>,
@@ -235,7 +240,7 @@ pub struct Flat {
     pub n: DVec3,
 }
 
-/// What tells shapes apart: instances as a whole, other shapes by their primitives.
+/// The key that identifies a shape: an instance as a whole, or the primitive of another shape.
 fn key(element: ElementId) -> (u32, u32) {
     (element.instance, if element.instance == ElementId::WORLD { element.primitive } else { 0 })
 }
@@ -283,19 +288,19 @@ impl ShapeFacts {
         (self.bounds[1] - self.bounds[0]).max_element()
     }
 
-    /// Whether its box is next to flat.
+    /// True if the box of the shape is nearly flat.
     pub fn is_thin(&self) -> bool {
         (self.bounds[1] - self.bounds[0]).min_element() < 0.01 * self.size()
     }
 
     /// Adds what probe rays have seen of it.
-    fn see(&mut self, seen: &[&Seen], origin: DVec3) {
+    fn add_hits(&mut self, seen: &[&ProbeHit], origin: DVec3) {
         self.share = seen.len() as f64 / f64::from(PROBES);
         self.glows = seen.iter().any(|seen| seen.surface.le(-seen.ray.d) != Vec3::ZERO);
         self.depths = spread(&sorted(seen.iter().map(|seen| seen.depth).collect()));
         let Some(first) = seen.first() else { return };
         let n = first.surface.n * -first.surface.n.dot(first.ray.d).signum();
-        let is_in_plane = |seen: &&&Seen| {
+        let is_in_plane = |seen: &&&ProbeHit| {
             let off = (seen.surface.p - first.surface.p).dot(n).abs();
             seen.surface.n.dot(n).abs() > 1.0 - 1e-9 && off <= 1e-6 * self.size()
         };
@@ -304,7 +309,7 @@ impl ShapeFacts {
     }
 }
 
-/// Whether no light passes a surface of this material.
+/// True if no light passes a surface of this material.
 fn is_opaque(material: &MaterialKind) -> bool {
     match material {
         MaterialKind::Matte(_)
@@ -326,7 +331,7 @@ pub struct Picked<'p> {
     pub p: DVec3,
     /// The unit normal there, on the side of the eye.
     pub n: DVec3,
-    /// Its z in camera space: the focal distance at which it is sharp. Negative for what an environment camera sees behind it.
+    /// The z of the point in camera space: the focal distance at which it is sharp. Negative behind an environment camera.
     pub depth: f64,
 }
 

@@ -36,7 +36,7 @@ pub(crate) fn square_to_cosine_hemisphere_pdf<S: Simd>(cos_theta: f32x8<S>) -> f
     cos_theta.max(0.0) * FRAC_1_PI
 }
 
-/// Directions around +z, all alike (PBR 13.6.1).
+/// Directions around +z with uniform density (PBR 13.6.1).
 #[inline(always)]
 pub(crate) fn square_to_uniform_hemisphere<S: Simd>([u, v]: [f32x8<S>; 2]) -> V3<f32x8<S>> {
     let sin_theta = (1.0 - u * u).max(0.0).sqrt();
@@ -173,11 +173,11 @@ const ATAN: [f64; 5] = [
     -6.485021904942025e1,
 ];
 
-/// Its denominator, after a first coefficient of 1.
+/// The denominator of the approximation, after a first coefficient of 1.
 const BELOW: [f64; 5] =
     [2.485846490142306e1, 1.650270098316988e2, 4.328810604912903e2, 4.853903996359137e2, 1.945506571482614e2];
 
-/// Those of angle^3, angle^5 and on.
+/// Coefficients of the sine: angle^3, angle^5 and so on.
 const SIN: [f64; 6] = [
     -0.16666666666666632,
     0.00833333333332249,
@@ -187,7 +187,7 @@ const SIN: [f64; 6] = [
     1.58969099521155e-10,
 ];
 
-/// Those of angle^4, angle^6 and on.
+/// Coefficients of the cosine: angle^4, angle^6 and so on.
 const COS: [f64; 6] = [
     0.0416666666666666,
     -0.001388888888887411,

@@ -6,7 +6,9 @@ mod shown;
 use std::collections::HashMap;
 use std::process::ExitCode;
 
-use lookat_render::{Choice, Draw, Elements, Inspection, Settings, Surfaces, film_bytes, preparation_bytes};
+use lookat_render::{
+    Choice, Elements, Inspection, SampleDimensions, Settings, Surfaces, film_bytes, preparation_bytes,
+};
 use lookat_scene::syntax::number_bytes;
 use lookat_scene::{FilterKind, Integrator, LightChoice, LoadOptions, Loaded, Projection, Scene};
 use serde::Serialize;
@@ -183,10 +185,10 @@ impl Needs {
         let (film, camera) = (&scene.view.film, &scene.view.camera);
         let samples_per_pixel = scene.view.sampler.samples_per_pixel;
         let lens = if it.has_lens { 2 } else { 0 };
-        let all = |draw: &Draw| u64::from(draw.numbers) * draw.surfaces.len() as u64;
-        let at_surface = |Draw { of, numbers, surfaces }: &Draw| AtSurface {
-            of,
-            numbers: *numbers,
+        let all = |used: &SampleDimensions| u64::from(used.count) * used.surfaces.len() as u64;
+        let at_surface = |SampleDimensions { purpose, count, surfaces }: &SampleDimensions| AtSurface {
+            of: purpose,
+            numbers: *count,
             from: surfaces.start,
             to: surfaces.end,
         };
@@ -211,8 +213,8 @@ impl Needs {
             numbers: Numbers {
                 film: 2,
                 lens,
-                most: 2 + u64::from(lens) + it.draws.iter().map(all).sum::<u64>(),
-                surface: it.draws.iter().map(at_surface).collect(),
+                most: 2 + u64::from(lens) + it.dimensions.iter().map(all).sum::<u64>(),
+                surface: it.dimensions.iter().map(at_surface).collect(),
             },
             memory: Memory {
                 film: it.film_bytes,
@@ -228,7 +230,7 @@ impl Needs {
             world: it.world,
             objects: it.objects,
             has_cutouts: it.has_cutouts,
-            asks_tree: it.asks_tree,
+            asks_tree: it.uses_bvh,
             surfaces: it.surfaces,
             lights: it.lights,
             constant_skies: it.constant_skies,
@@ -244,7 +246,7 @@ impl Needs {
 /// The features that the scene does not use.
 fn unused_features(scene: &Scene, it: &Inspection) -> Vec<&'static str> {
     let is_path = matches!(scene.view.integrator, Integrator::Path { .. });
-    let has = |draw: &str| it.draws.iter().any(|drawn| drawn.of == draw);
+    let has = |draw: &str| it.dimensions.iter().any(|used| used.purpose == draw);
     let mut absent = vec![
         (!it.has_lens, "lens samples"),
         (!it.shares_samples, "samples of several pixels"),

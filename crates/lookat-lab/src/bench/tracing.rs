@@ -74,7 +74,7 @@ fn batches(probe: &Probe) -> [Batch; 4] {
         let n = if point.n.dot(ray.d) > 0.0 { -point.n } else { point.n };
         let d = (n + direction(&mut random)).normalize_or(n);
         (low, high) = (low.min(point.p), high.max(point.p));
-        diffuse.push(probe.leave(ray, &hit, d));
+        diffuse.push(probe.spawn_ray(ray, &hit, d));
     }
     let anywhere = |_| {
         let share = DVec3::from_array(std::array::from_fn(|_| random.random::<f64>()));

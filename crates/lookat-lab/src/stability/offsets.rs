@@ -77,7 +77,7 @@ fn offset(random: &mut Pcg64Mcg, probe: &Probe, center: DVec3, size: f64, is_bal
     let n = if point.n.dot(point.p - center) > 0.0 { point.n } else { -point.n };
     let outward = chance(random, 0.5);
     let d = if outward { leaving(random, n, [-6.0, -3.0]) } else { -leaving(random, n, [-3.0, 0.0]) };
-    let ray = probe.leave(&ray, &hit, d);
+    let ray = probe.spawn_ray(&ray, &hit, d);
     let next = probe.nearest(&ray);
     let chord = 2.0 * size * d.dot(n).abs();
     let right = match next {
@@ -117,7 +117,7 @@ fn cross(random: &mut Pcg64Mcg, probe: &Probe, frame: DMat3, tally: &mut Tally) 
     let n = probe.point(&ray, &first).n;
     let n = if n.dot(ray.d) < 0.0 { -n } else { n };
     let d = steep(random, n);
-    let on = probe.leave(&ray, &first, d);
+    let on = probe.spawn_ray(&ray, &first, d);
     let second = probe.nearest(&on);
     tally.answer(second.is_some_and(|hit| hit.element.primitive == 1) && probe.occluded(&on));
 }

@@ -113,12 +113,12 @@ fn inside_and_on(trial: &Trial) -> Tally {
         let Some(hit) = probe.nearest(&inside) else { return tally.answer(false) };
         let outward = probe.point(&inside, &hit).p.normalize();
         let away = direction(random);
-        let leaving = probe.leave(&inside, &hit, away);
+        let leaving = probe.spawn_ray(&inside, &hit, away);
         let cos = -away.dot(outward);
         let Some(far) = probe.nearest(&leaving) else { return tally.answer(cos <= 1e-15) };
         // A chord, and then out. Along the surface, the offset of the origin decides more than the direction.
         let is_chord = (far.t - 2.0 * radius * cos).abs() * cos.abs() < 1e-11 * radius;
-        let out = probe.leave(&leaving, &far, away);
+        let out = probe.spawn_ray(&leaving, &far, away);
         tally.answer(is_chord && probe.nearest(&out).is_none());
     })
 }
@@ -134,7 +134,7 @@ fn nested(trial: &Trial) -> Tally {
             return;
         }
         let outer = probe.nearest(&ray);
-        let inner = outer.and_then(|hit| probe.nearest(&probe.leave(&ray, &hit, ray.d)));
+        let inner = outer.and_then(|hit| probe.nearest(&probe.spawn_ray(&ray, &hit, ray.d)));
         let is = |hit: Option<Hit>, primitive| hit.is_some_and(|hit| hit.element.primitive == primitive);
         tally.answer(is(outer, 0) && is(inner, 1));
     })
@@ -251,7 +251,7 @@ fn leaving_quadric(trial: &Trial) -> Tally {
         let Some(hit) = probe.nearest(&ray) else { return };
         let point = probe.point(&ray, &hit);
         let d = direction(random);
-        let found = probe.nearest(&probe.leave(&ray, &hit, d));
+        let found = probe.nearest(&probe.spawn_ray(&ray, &hit, d));
         let Some(expected) = beyond(shape, point.p / size, d, point.n.dot(d)) else { return };
         tally.answer(found.is_some() == expected.is_some());
         if let (Some(hit), Some(t)) = (found, expected) {

@@ -137,7 +137,7 @@ fn one_world(seed: u64, rays: u64) -> Tally {
             // The next ray leaves from the hit.
             match probe.nearest_by_all(&ray) {
                 Some(hit) if chance(&mut random, 0.3) => {
-                    ray = probe.leave(&ray, &hit, direction(&mut random))
+                    ray = probe.spawn_ray(&ray, &hit, direction(&mut random))
                 }
                 _ => break,
             }

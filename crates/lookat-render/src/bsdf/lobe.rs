@@ -10,7 +10,7 @@ use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upwa
 use crate::number::{Colors, V3, Vec3x8, narrow, splat_f32, to_f32, to_f64, widen};
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
-/// What scatters.
+/// The kind of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// PBR 8.3.
@@ -35,13 +35,13 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// Whether it has only single directions.
+    /// True for delta lobes.
     #[inline]
-    pub fn is_specular(self) -> bool {
+    pub fn is_delta(self) -> bool {
         matches!(self, Kind::Mirror(_) | Kind::Refraction | Kind::Glass)
     }
 
-    /// Whether it scatters to the other side, into all directions; rough glass does so to both.
+    /// True for non-delta lobes that scatter to the other side. Rough glass scatters to both sides.
     #[inline]
     pub fn transmits(self) -> bool {
         matches!(self, Kind::LambertTransmission | Kind::RoughGlass)
@@ -52,10 +52,10 @@ impl Kind {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lobe<C, N> {
     pub kind: Kind,
-    /// By what all it scatters is multiplied, at least 0: mostly a reflectance or a transmittance.
+    /// The factor of the lobe, at least 0: mostly a reflectance or a transmittance.
     pub color: C,
-    /// Of conductors the index of refraction and the absorption coefficient; of substrates the colors of the base and of the coat; of
-    /// glass what it reflects and what it transmits.
+    /// For conductors: index of refraction and absorption coefficient. For substrates: the colors of the base and of the
+    /// coat. For glass: reflectance and transmittance.
     pub colors: [C; 2],
     /// The widths of the distribution of microfacets; of rough matte surfaces the terms A and B of Oren and Nayar's model.
     pub roughness: [N; 2],
@@ -63,15 +63,15 @@ pub(super) struct Lobe<C, N> {
     pub eta: N,
 }
 
-/// That of a point.
+/// The lobe of one point.
 pub(super) type PointLobe = Lobe<Vec3, f32>;
-/// Those of points side by side.
+/// The lobes of eight points.
 pub(super) type Lobes<S> = Lobe<Colors<S>, f32x8<S>>;
 
 type Directions<S> = V3<f32x8<S>>;
 
 impl<S: Simd> Lobes<S> {
-    /// Those that need no more than a color.
+    /// Lobes whose only parameter is a color.
     #[inline(always)]
     pub fn new(kind: Kind, color: Colors<S>) -> Self {
         let simd = color.x.token();
@@ -79,7 +79,7 @@ impl<S: Simd> Lobes<S> {
         Lobe { kind, color, colors: [black; 2], roughness: [one; 2], eta: one }
     }
 
-    /// That of the first point.
+    /// The lobe of the first point.
     pub fn first(&self) -> PointLobe {
         Lobe {
             kind: self.kind,
@@ -90,7 +90,7 @@ impl<S: Simd> Lobes<S> {
         }
     }
 
-    /// The same one everywhere.
+    /// The same lobe in all lanes.
     #[inline(always)]
     pub fn splat(simd: S, lobe: &PointLobe) -> Self {
         Lobe {
@@ -105,14 +105,14 @@ impl<S: Simd> Lobes<S> {
         }
     }
 
-    /// These where `mask` says so, and others of the same kind elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`, which has the same kind.
     #[inline(always)]
-    pub fn or(self, mask: mask32x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask32x8<S>, others: Self) -> Self {
         let ([a, b], [x, y]) = (self.colors, self.roughness);
         Lobe {
             kind: self.kind,
-            color: self.color.or(mask, others.color),
-            colors: [a.or(mask, others.colors[0]), b.or(mask, others.colors[1])],
+            color: self.color.keep_where(mask, others.color),
+            colors: [a.keep_where(mask, others.colors[0]), b.keep_where(mask, others.colors[1])],
             roughness: [mask.select(x, others.roughness[0]), mask.select(y, others.roughness[1])],
             eta: mask.select(self.eta, others.eta),
         }
@@ -122,7 +122,7 @@ impl<S: Simd> Lobes<S> {
         TrowbridgeReitz { alpha: self.roughness }
     }
 
-    /// What is reflected of light at an angle of cosine `cos`.
+    /// The reflectance at an angle of cosine `cos`.
     #[inline(always)]
     pub fn fresnel(&self, fresnel: Fresnel, cos: f32x8<S>) -> Colors<S> {
         match fresnel {
@@ -184,7 +184,7 @@ impl<S: Simd> Lobes<S> {
                 let transmitted = transmittance * is_valid.select(value, none);
                 let transmitted_pdf = is_valid.select(pdf * (1.0 - share), none);
                 let same_side = (wo.z * wi.z).simd_gt(0.0);
-                (reflected.or(above, transmitted), same_side.select(reflected_pdf, transmitted_pdf))
+                (reflected.keep_where(above, transmitted), same_side.select(reflected_pdf, transmitted_pdf))
             }
             Kind::Substrate => {
                 let [base, coat] = self.colors;
@@ -194,7 +194,7 @@ impl<S: Simd> Lobes<S> {
                 let cos = wi.dot(wh);
                 let value = self.facets().density(wh) / (4.0 * cos.abs() * wi.z.abs().max(wo.z.abs()));
                 let sum = base + schlick(coat, cos) * value;
-                let sum = sum.or(is_valid, Colors::splat(simd, Vec3::ZERO));
+                let sum = sum.keep_where(is_valid, Colors::splat(simd, Vec3::ZERO));
                 (self.color * sum, 0.5 * (cosine(wi) + is_valid.select(pdf, none)))
             }
             Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (Colors::splat(simd, Vec3::ZERO), none),
@@ -221,13 +221,13 @@ impl<S: Simd> Lobes<S> {
                 let ((above, has_above), (through, has_through)) =
                     (reflected(wo, wh), refracted(self.eta, wo, wh));
                 let is_valid = is_reflected & has_above | !is_reflected & has_through;
-                (above.or(is_reflected, through), is_valid)
+                (above.keep_where(is_reflected, through), is_valid)
             }
             Kind::Substrate => {
                 let is_coat = u.simd_ge(0.5);
                 let u = [is_coat.select(2.0 * u - 1.0, 2.0 * u), v];
                 let (reflected, is_valid) = self.facets().reflected(wo, u);
-                (reflected.or(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
+                (reflected.keep_where(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
             }
             Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (wo, !all),
         }
@@ -243,7 +243,8 @@ impl<S: Simd> Lobes<S> {
         share.is_finite().select(share, splat_f32(fresnel.token(), 0.5))
     }
 
-    /// What refraction alone does to radiance from `wi` on the way to `wo`; of glass that is not rough, if it refracts.
+    /// The factor by which refraction scales radiance from `wi` to `wo` (Mitsuba's eta scale). For smooth glass: the factor
+    /// if it refracts.
     #[inline(always)]
     pub fn radiance_scale(&self, cos_o: f32x8<S>, cos_i: f32x8<S>) -> f32x8<S> {
         let one = splat_f32(cos_o.token(), 1.0);
@@ -282,14 +283,14 @@ fn oren_nayar<S: Simd>(wo: Directions<S>, wi: Directions<S>) -> f32x8<S> {
     cos_phi * sin_alpha * tan_beta
 }
 
-/// How much of the base of a substrate is seen at an angle.
+/// The share of the base of a substrate that is visible at an angle.
 #[inline(always)]
 fn flat<S: Simd>(cos: f32x8<S>) -> f32x8<S> {
     let x = 1.0 - 0.5 * cos.abs();
     1.0 - x * x * x * x * x
 }
 
-/// What reflects.
+/// The Fresnel term of a specular or glossy lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fresnel {
     /// Everything is reflected.
@@ -349,33 +350,33 @@ pub(super) fn schlick<S: Simd>(at_normal: Colors<S>, cos: f32x8<S>) -> Colors<S>
 
 /// Directions of lobes that have only single ones.
 #[derive(Clone, Copy)]
-pub(crate) struct Single<S: Simd> {
+pub(crate) struct DeltaSample<S: Simd> {
     pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
     /// Radiance from `wi` times this comes along `wo`.
     pub factor: Colors<S>,
     /// The probability of this direction among the directions of the lobe.
     pub probability: f32x8<S>,
-    /// What refraction alone does to radiance: the ratio of the squared indices, or 1.
+    /// The factor by which refraction scales radiance: the ratio of the squared indices of refraction. 1 for reflection.
     pub radiance_scale: f32x8<S>,
 }
 
 impl<S: Simd> Lobes<S> {
     /// One of the single directions at points with shading normals `n`.
     #[inline(always)]
-    pub fn single(&self, n: Vec3x8<S>, wo: Vec3x8<S>, u: f64x8<S>) -> Single<S> {
+    pub fn single(&self, n: Vec3x8<S>, wo: Vec3x8<S>, u: f64x8<S>) -> DeltaSample<S> {
         let cos = n.dot(wo);
         match self.kind {
             Kind::Mirror(fresnel) => mirrored(n, wo, self.fresnel(fresnel, to_f32(cos))),
             Kind::Glass => {
                 let share = dielectric(to_f32(cos), self.eta);
                 let [reflectance, transmittance] = self.colors;
-                let reflected = Single { probability: share, ..mirrored(n, wo, reflectance * share) };
-                let refracted = Single {
+                let reflected = DeltaSample { probability: share, ..mirrored(n, wo, reflectance * share) };
+                let refracted = DeltaSample {
                     probability: 1.0 - share,
                     ..self.refracted(n, wo, transmittance * (1.0 - share))
                 };
-                reflected.or(u.simd_lt(to_f64(share)), refracted)
+                reflected.keep_where(u.simd_lt(to_f64(share)), refracted)
             }
             _ => self.refracted(n, wo, self.color - self.fresnel(Fresnel::Dielectric, to_f32(cos))),
         }
@@ -383,14 +384,14 @@ impl<S: Simd> Lobes<S> {
 
     /// Light that a smooth boundary refracts.
     #[inline(always)]
-    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S> {
+    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> DeltaSample<S> {
         let (eta, cos) = (to_f64(self.eta), n.dot(wo));
-        let (n, cos) = ((-n).or(cos.simd_lt(0.0), n), (cos, cos.abs()));
+        let (n, cos) = ((-n).keep_where(cos.simd_lt(0.0), n), (cos, cos.abs()));
         let ratio = cos.0.simd_gt(0.0).select(eta, 1.0 / eta);
         let along = (n * cos.1 - wo) * (1.0 / ratio);
         let squared = 1.0 - along.length_squared();
         let radiance_scale = self.radiance_scale(to_f32(cos.0), to_f32(cos.0));
-        Single {
+        DeltaSample {
             is_valid: squared.simd_gt(0.0),
             wi: (along - n * squared.max(0.0).sqrt()).normalize(),
             factor: factor * radiance_scale,
@@ -401,9 +402,9 @@ impl<S: Simd> Lobes<S> {
 }
 
 #[inline(always)]
-fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S> {
+fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> DeltaSample<S> {
     let one = splat_f32(factor.x.token(), 1.0);
-    Single {
+    DeltaSample {
         is_valid: widen(one.simd_gt(0.0)),
         wi: (n * (2.0 * n.dot(wo)) - wo).normalize(),
         factor,
@@ -412,15 +413,15 @@ fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S
     }
 }
 
-impl<S: Simd> Single<S> {
-    /// These where `mask` says so, and the others elsewhere.
+impl<S: Simd> DeltaSample<S> {
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         let own = narrow(mask);
-        Single {
+        DeltaSample {
             is_valid: mask & self.is_valid | !mask & others.is_valid,
-            wi: self.wi.or(mask, others.wi),
-            factor: self.factor.or(own, others.factor),
+            wi: self.wi.keep_where(mask, others.wi),
+            factor: self.factor.keep_where(own, others.factor),
             probability: own.select(self.probability, others.probability),
             radiance_scale: own.select(self.radiance_scale, others.radiance_scale),
         }

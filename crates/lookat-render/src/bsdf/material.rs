@@ -24,7 +24,7 @@ impl<S: Simd> Slots<S> {
 }
 
 impl PointLobes {
-    /// Those of a material that is everywhere alike.
+    /// The lobes of a material without textures.
     pub fn new(material: &MaterialKind) -> Self {
         baseline!(simd => {
             let mut slots = Slots::new();
@@ -47,10 +47,10 @@ pub(crate) fn most_lobes(material: &Material) -> MostLobes {
         return bound(material.kind());
     }
     let PointLobes(lobes) = PointLobes::new(material.kind());
-    MostLobes { all: lobes.len(), specular: lobes.iter().filter(|lobe| lobe.kind.is_specular()).count() }
+    MostLobes { all: lobes.len(), specular: lobes.iter().filter(|lobe| lobe.kind.is_delta()).count() }
 }
 
-/// What [`Builder`] adds at most, whatever the textures give.
+/// The most lobes that [`Builder`] adds for any values of the textures.
 fn bound(material: &MaterialKind) -> MostLobes {
     let most = |all, specular| MostLobes { all, specular };
     match material {
@@ -289,7 +289,7 @@ fn at_least<S: Simd>(x: f64x8<S>, least: f64) -> f64x8<S> {
     x.simd_gt(least).select(x, least.simd_into(x.token()))
 }
 
-/// The same of colors.
+/// The larger of two colors in each channel.
 #[inline(always)]
 fn larger<S: Simd>(a: Colors<S>, b: Colors<S>) -> Colors<S> {
     let larger = |a: f32x8<S>, b: f32x8<S>| a.simd_gt(b).select(a, b);

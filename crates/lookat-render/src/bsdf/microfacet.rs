@@ -60,7 +60,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
         (cos_i * of_o + cos_o * (of_i - cos_i), of_o)
     }
 
-    /// What facets reflect if each reflects all, and the density of [`TrowbridgeReitz::reflected`].
+    /// The reflection of facets with a Fresnel term of 1, and the density of [`TrowbridgeReitz::reflected`].
     #[inline(always)]
     pub fn reflection(
         &self,
@@ -73,9 +73,9 @@ impl<S: Simd> TrowbridgeReitz<S> {
         (density / both, density / of_o)
     }
 
-    /// What facets let through between media of relative index `eta`, the density of directions that facets refract which `wo` sees, the
-    /// cosine between `wo` and the facet, and where any facet does. pbrt-v3 also counts facets that one direction sees from behind, but
-    /// never samples them.
+    /// Transmission by facets between media of relative index `eta`. Returns the transmitted radiance, the density of
+    /// directions that visible facets refract, the cosine between `wo` and the facet, and a mask of the lanes with such a
+    /// facet. pbrt-v3 also counts facets that one direction sees from behind, but never samples them.
     #[inline(always)]
     pub fn transmission(
         &self,
@@ -105,7 +105,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
     pub fn visible_normal(&self, wo: Directions<S>, u: [f32x8<S>; 2]) -> Directions<S> {
         let simd = wo.z.token();
         let is_below = wo.z.simd_lt(0.0);
-        let up = (-wo).or(is_below, wo);
+        let up = (-wo).keep_where(is_below, wo);
         let [ax, ay] = self.alpha;
         let stretched = V3 { x: up.x * ax, y: up.y * ay, z: up.z }.normalize();
         let across = V3 { x: -stretched.y, y: stretched.x, z: 0.0.simd_into(simd) }.normalize_or(Vec3::X);
@@ -115,7 +115,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
         let y = (1.0 - s) * (1.0 - x * x).max(0.0).sqrt() + s * y;
         let n = across * x + along * y + stretched * (1.0 - x * x - y * y).max(0.0).sqrt();
         let wh = V3 { x: n.x * ax, y: n.y * ay, z: n.z.max(0.0) }.normalize_or(Vec3::Z);
-        (-wh).or(is_below, wh)
+        (-wh).keep_where(is_below, wh)
     }
 
     /// A direction that a facet reflects to `wo`, and where there is one.
@@ -156,7 +156,7 @@ pub(super) fn half<S: Simd>(wo: Directions<S>, wi: Directions<S>) -> (Directions
 /// Normals of facets are on the side of the surface's, so that light from within is told from light from outside.
 #[inline(always)]
 pub(super) fn upward<S: Simd>(wh: Directions<S>) -> Directions<S> {
-    (-wh).or(wh.z.simd_lt(0.0), wh)
+    (-wh).keep_where(wh.z.simd_lt(0.0), wh)
 }
 
 /// The index on the side of `wi` by that on the side of `wo`.

@@ -141,7 +141,7 @@ struct Sample {
     wi: DVec3,
     pdf: f64,
     weight: Vec3,
-    is_specular: bool,
+    is_delta: bool,
     radiance_scale: f32,
 }
 
@@ -155,19 +155,19 @@ impl Point<'_> {
         let mut slots = Slots::new();
         slots.add(simd, &PointLobes::new(self.material.kind()), bits(simd, 0xff));
         let n = Vec3x8::splat(simd, frame().z());
-        ask(&Bsdf::new((n, n, Frames::from_z(n.narrow())), Vec3x8::splat(simd, self.wo()), &mut slots))
+        ask(&Bsdf::new(n, n, Frames::from_z(n.narrow()), Vec3x8::splat(simd, self.wo()), &mut slots))
     }
 
-    fn has(&self, part: Part) -> bool {
+    fn has(&self, part: LobeFilter) -> bool {
         baseline!(simd => self.ask(simd, |bsdf| bsdf.has(part).any_true()))
     }
 
     /// Values and densities.
-    fn f_cos_pdf(&self, wi: &[DVec3], part: Part) -> Vec<(Vec3, f64)> {
+    fn f_cos_pdf(&self, wi: &[DVec3], part: LobeFilter) -> Vec<(Vec3, f64)> {
         let mut all = Vec::new();
         baseline!(simd => self.ask(simd, |bsdf| for wi in wi.chunks(LANES) {
             let mut directions = Vec3x8::splat(simd, DVec3::Z);
-            wi.iter().enumerate().for_each(|(lane, wi)| directions.put(lane, *wi));
+            wi.iter().enumerate().for_each(|(lane, wi)| directions.set_lane(lane, *wi));
             let (f_cos, pdf) = bsdf.f_cos_pdf(directions, part);
             all.extend((0..wi.len()).map(|lane| (f_cos.lane(lane), pdf[lane])));
         }));
@@ -175,7 +175,7 @@ impl Point<'_> {
     }
 
     /// Samples, where there are some.
-    fn samples(&self, u: &[DVec2], part: Part) -> Vec<Option<Sample>> {
+    fn samples(&self, u: &[DVec2], part: LobeFilter) -> Vec<Option<Sample>> {
         let mut all = Vec::new();
         baseline!(simd => self.ask(simd, |bsdf| for u in u.chunks(LANES) {
             let of = |lane: usize| u.get(lane).copied().unwrap_or_default();
@@ -186,7 +186,7 @@ impl Point<'_> {
                 wi: sample.wi.lane(lane),
                 pdf: sample.pdf[lane],
                 weight: sample.weight.lane(lane),
-                is_specular: sample.is_specular.to_bitmask() >> lane & 1 == 1,
+                is_delta: sample.is_delta.to_bitmask() >> lane & 1 == 1,
                 radiance_scale: sample.radiance_scale[lane],
             })));
         }));
@@ -228,7 +228,7 @@ fn expected(point: &Point) -> Vec<f64> {
             directions.push(frame().to_world(DVec3::new(r * phi.cos(), r * phi.sin(), z)));
             weights.push(weight(i) * weight(j) * r);
         }
-        let found = point.f_cos_pdf(&directions, Part::Smooth);
+        let found = point.f_cos_pdf(&directions, LobeFilter::NonDelta);
         found.iter().zip(weights).map(|((_, pdf), weight)| pdf * weight).sum::<f64>() * area
     };
     (0..RINGS * SECTORS).map(|at| one(at / SECTORS, at % SECTORS)).collect()
@@ -242,13 +242,13 @@ fn samples_follow_their_density() {
     for (name, material) in &materials() {
         for (number, local_o) in OUT.into_iter().enumerate() {
             let point = Point { material, local_o };
-            if !point.has(Part::Smooth) {
+            if !point.has(LobeFilter::NonDelta) {
                 continue;
             }
             let mut found = vec![0.0; RINGS * SECTORS + 1];
             let mut random = random_numbers(number as u64);
             let square: Vec<_> = (0..SAMPLES * SAMPLES).map(|_| DVec2::new(random(), random())).collect();
-            for sample in point.samples(&square, Part::Smooth) {
+            for sample in point.samples(&square, LobeFilter::NonDelta) {
                 let at = sample.map_or(RINGS * SECTORS, |sample| cell(frame().to_local(sample.wi)));
                 found[at] += 1.0;
             }
@@ -298,9 +298,12 @@ fn sampled_values_are_those_of_f_and_pdf() {
     for (name, material) in &materials() {
         for local_o in OUT {
             let point = Point { material, local_o };
-            let samples: Vec<Sample> = point.samples(&grid(16), Part::Smooth).into_iter().flatten().collect();
+            let samples: Vec<Sample> =
+                point.samples(&grid(16), LobeFilter::NonDelta).into_iter().flatten().collect();
             let directions: Vec<DVec3> = samples.iter().map(|sample| sample.wi).collect();
-            for (sample, (f_cos, pdf)) in samples.iter().zip(point.f_cos_pdf(&directions, Part::Smooth)) {
+            for (sample, (f_cos, pdf)) in
+                samples.iter().zip(point.f_cos_pdf(&directions, LobeFilter::NonDelta))
+            {
                 assert!(
                     (sample.pdf - pdf).abs() <= 1e-4 * pdf + 1e-7,
                     "{name} {local_o}: {} {pdf}",
@@ -314,7 +317,7 @@ fn sampled_values_are_those_of_f_and_pdf() {
                 // Near total reflection the rounding of a direction changes much.
                 let beside = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| {
                     let wi = (sample.wi + axis * f64::from(f32::EPSILON)).normalize();
-                    (point.f_cos_pdf(&[wi], Part::Smooth)[0].0 - f_cos).length()
+                    (point.f_cos_pdf(&[wi], LobeFilter::NonDelta)[0].0 - f_cos).length()
                 });
                 let rounding = beside.into_iter().fold(0.0, f32::max);
                 assert!(excess <= rounding, "{name} {local_o}: {own} {f_cos} {rounding}");
@@ -331,7 +334,7 @@ fn sampled_values_are_those_of_f_and_pdf() {
 fn albedo(material: &Material, local_o: DVec3) -> (f64, f64) {
     let side = 256;
     let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
-    for sample in (Point { material, local_o }).samples(&grid(side), Part::All).into_iter().flatten() {
+    for sample in (Point { material, local_o }).samples(&grid(side), LobeFilter::All).into_iter().flatten() {
         let weight = (sample.weight / sample.radiance_scale).as_dvec3();
         (sum, squares) = (sum + weight, squares + weight * weight);
     }
@@ -376,7 +379,8 @@ fn what_goes_one_way_goes_the_other() {
             for b in OUT.into_iter().chain([DVec3::new(0.1, -0.2, -0.97)]) {
                 let (a, b) = (a.normalize(), b.normalize());
                 let f = |local_o: DVec3, wi: DVec3| {
-                    let found = Point { material, local_o }.f_cos_pdf(&[frame().to_world(wi)], Part::All);
+                    let found =
+                        Point { material, local_o }.f_cos_pdf(&[frame().to_world(wi)], LobeFilter::All);
                     found[0].0 / wi.z.abs() as f32
                 };
                 let (one, other) = (f(a, b), f(b, a));
@@ -398,9 +402,10 @@ fn refraction_is_undone_on_the_way_out() {
     for local_o in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.9, 0.2, 0.4)] {
         let into = Point { material: &material, local_o };
         let (wo, n) = (into.wo(), frame().z());
-        let one = |point: &Point, u: f64| point.samples(&[DVec2::splat(u)], Part::All).remove(0).unwrap();
+        let one =
+            |point: &Point, u: f64| point.samples(&[DVec2::splat(u)], LobeFilter::All).remove(0).unwrap();
         let through = one(&into, 0.999_999);
-        assert!(through.is_specular && through.wi.dot(n) < 0.0);
+        assert!(through.is_delta && through.wi.dot(n) < 0.0);
         let sines = [wo, through.wi].map(|w| w.cross(n).length());
         assert!((sines[0] - 1.5 * sines[1]).abs() < 1e-12);
         let out = Point { local_o: frame().to_local(through.wi), ..into };
@@ -421,7 +426,7 @@ fn opacity_lets_light_through() {
     let point = Point { material, local_o: OUT[1] };
     // The first number chooses the lobe: a fine row finds its probability to 1 in 65536.
     let row: Vec<_> = (0..65536).map(|i| DVec2::new((f64::from(i) + 0.5) / 65536.0, 0.5)).collect();
-    let straight = point.samples(&row, Part::Specular).into_iter().flatten();
+    let straight = point.samples(&row, LobeFilter::Delta).into_iter().flatten();
     let straight = straight.filter(|sample| (sample.wi + point.wo()).length() < 1e-9);
     let share: f64 = straight.map(|sample| f64::from(sample.weight.x)).sum::<f64>() / 65536.0;
     assert!((share - 0.75).abs() < 1e-4, "{share}");
@@ -464,7 +469,7 @@ fn extreme_parameters_scatter_numbers() {
         for material in extreme(x).map(material) {
             for local_o in OUT {
                 let point = Point { material: &material, local_o };
-                for sample in point.samples(&grid(16), Part::All).into_iter().flatten() {
+                for sample in point.samples(&grid(16), LobeFilter::All).into_iter().flatten() {
                     assert!(sample.weight.is_finite() && sample.wi.is_finite(), "{x} {material:?}");
                 }
             }
@@ -511,14 +516,14 @@ fn choices_keep_their_probabilities() {
         let slots = &weighed(simd, &[0.1, 0.2, 0.7]).0;
         for step in 0..STEPS {
             let u = (f64::from(step) + 0.5) / f64::from(STEPS);
-            let choice = choose(slots, Part::Smooth, f64x8::splat(simd, u));
+            let choice = choose(slots, LobeFilter::NonDelta, f64x8::splat(simd, u));
             assert!((0.0..1.0).contains(&choice.rest[0]));
             let (count, said, sum) = found[choice.slot[0] as usize];
             found[choice.slot[0] as usize] =
                 (count + 1, said + f64::from(choice.probability[0]), sum + choice.rest[0]);
         }
-        assert_eq!(choose(slots, Part::Specular, f64x8::splat(simd, 0.5)).slot[0], -1.0);
-        assert!(choose(slots, Part::All, f64x8::splat(simd, 1.0)).rest[0] < 1.0);
+        assert_eq!(choose(slots, LobeFilter::Delta, f64x8::splat(simd, 0.5)).slot[0], -1.0);
+        assert!(choose(slots, LobeFilter::All, f64x8::splat(simd, 1.0)).rest[0] < 1.0);
     });
     for (count, said, sum) in found {
         let count = f64::from(count);

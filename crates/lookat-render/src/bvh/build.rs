@@ -26,7 +26,7 @@ impl Reference {
         Reference { min: bounds.min.into(), max: bounds.max.into(), number, is_triangle: true }
     }
 
-    /// Of what is no triangle.
+    /// A reference to a non-triangle.
     pub fn non_triangle(bounds: Bounds, number: u32) -> Self {
         Reference { is_triangle: false, ..Reference::triangle(bounds, number) }
     }
@@ -42,10 +42,10 @@ pub(crate) fn around(references: &[Reference]) -> Bounds {
     references.iter().fold(Bounds::EMPTY, |all, reference| all.union(reference.bounds()))
 }
 
-/// What [`build`] gives.
+/// The result of [`build`].
 pub(crate) struct Tree {
     pub bvh: Bvh,
-    /// How many triangles each block has: of the triangles among the references, which are sorted, the next ones.
+    /// The number of triangles of each block. Blocks take triangles in the order of the sorted references.
     pub blocks: Vec<u8>,
 }
 
@@ -53,7 +53,7 @@ pub(crate) struct Tree {
 pub(crate) fn build(references: &mut [Reference]) -> Tree {
     // That many take more than a hundred gigabytes.
     assert!(references.len() < Child::MOST, "more than {} triangles and shapes", Child::MOST);
-    let Some(whole) = Part::whole(references) else {
+    let Some(whole) = ChildRange::whole(references) else {
         let bvh = Bvh { nodes: Vec::new(), root: Child::EMPTY, bounds: Bounds::EMPTY };
         return Tree { bvh, blocks: Vec::new() };
     };
@@ -63,7 +63,9 @@ pub(crate) fn build(references: &mut [Reference]) -> Tree {
     let mut root = build_part(Elements { references, lengths: &mut lengths, first: 0 }, whole, &mut nodes);
     let mut number_at = vec![0; lengths.len()];
     let starts = lengths.iter().zip(&mut number_at).filter(|(length, _)| **length > 0);
-    starts.zip(0..).for_each(|((_, number), block)| *number = block);
+    for ((_, number), block) in starts.zip(0..) {
+        *number = block;
+    }
     for child in nodes.iter_mut().flat_map(|node: &mut Node| &mut node.children).chain([&mut root]) {
         if *child != Child::EMPTY
             && child.as_inner().is_none()
@@ -79,7 +81,7 @@ pub(crate) fn build(references: &mut [Reference]) -> Tree {
 /// The elements of a part while it is built. Until all blocks are known, the number of a block is that of its first triangle.
 struct Elements<'e> {
     references: &'e mut [Reference],
-    /// How many triangles the block has that starts at an element. 0 at other elements.
+    /// The number of triangles of the block that starts at each element. 0 at other elements.
     lengths: &'e mut [u8],
     /// The number of the first element among all.
     first: usize,
@@ -96,7 +98,7 @@ impl<'e> Elements<'e> {
 
 /// References that become one child.
 #[derive(Debug, Clone)]
-struct Part {
+struct ChildRange {
     range: Range<usize>,
     bounds: Bounds,
     /// Splits on the way to it.
@@ -104,11 +106,11 @@ struct Part {
     is_final: bool,
 }
 
-impl Part {
-    fn whole(references: &[Reference]) -> Option<Part> {
+impl ChildRange {
+    fn whole(references: &[Reference]) -> Option<ChildRange> {
         let range = 0..references.len();
         let bounds = around(references);
-        (!references.is_empty()).then_some(Part { range, bounds, depth: 0, is_final: false })
+        (!references.is_empty()).then_some(ChildRange { range, bounds, depth: 0, is_final: false })
     }
 }
 
@@ -116,7 +118,7 @@ impl Part {
 const PARALLEL_PART: usize = 1 << 12;
 
 /// Builds a part, and appends its nodes.
-fn build_part(elements: Elements, part: Part, nodes: &mut Vec<Node>) -> Child {
+fn build_part(elements: Elements, part: ChildRange, nodes: &mut Vec<Node>) -> Child {
     let parts = split_into_children(elements.references, part);
     if parts.len() == 1 {
         return leaf(elements);
@@ -130,7 +132,7 @@ fn build_part(elements: Elements, part: Part, nodes: &mut Vec<Node>) -> Child {
     let mut rest = elements;
     for (lane, part) in parts.into_iter().enumerate() {
         let [own, after] = rest.split_at(part.range.len());
-        jobs.push((lane, own, Part { range: 0..part.range.len(), ..part }));
+        jobs.push((lane, own, ChildRange { range: 0..part.range.len(), ..part }));
         rest = after;
     }
     if count < PARALLEL_PART {
@@ -161,11 +163,12 @@ fn build_part(elements: Elements, part: Part, nodes: &mut Vec<Node>) -> Child {
     Child::inner(at)
 }
 
-fn build_child(elements: Elements, part: Part, nodes: &mut Vec<Node>) -> Child {
+fn build_child(elements: Elements, part: ChildRange, nodes: &mut Vec<Node>) -> Child {
     // A node above what fits into a block would be one thing more to visit.
-    match part.is_final || fits_block(elements.references) {
-        true => leaf(elements),
-        false => build_part(elements, part, nodes),
+    if part.is_final || fits_block(elements.references) {
+        leaf(elements)
+    } else {
+        build_part(elements, part, nodes)
     }
 }
 
@@ -180,19 +183,19 @@ fn leaf(Elements { references, lengths, first }: Elements) -> Child {
 }
 
 /// Splits the part with the largest surface until there are eight, or all are leaves; in the order of their ranges.
-fn split_into_children(references: &mut [Reference], whole: Part) -> ArrayVec<Part, WIDTH> {
-    let mut parts = ArrayVec::<Part, WIDTH>::new();
+fn split_into_children(references: &mut [Reference], whole: ChildRange) -> ArrayVec<ChildRange, WIDTH> {
+    let mut parts = ArrayVec::<ChildRange, WIDTH>::new();
     parts.push(whole);
     while parts.len() < WIDTH {
         let open = parts.iter().enumerate().filter(|(_, part)| !part.is_final);
         let largest = open.max_by(|(_, a), (_, b)| a.bounds.half_area().total_cmp(&b.bounds.half_area()));
         let Some(at) = largest.map(|(at, _)| at) else { break };
-        let Part { range, bounds, depth, .. } = parts[at].clone();
+        let ChildRange { range, bounds, depth, .. } = parts[at].clone();
         match split(&mut references[range.clone()], &bounds, depth) {
             None => parts[at].is_final = true,
             Some((left, bounds)) => {
                 let middle = range.start + left;
-                let part = |range, bounds| Part { range, bounds, depth: depth + 1, is_final: false };
+                let part = |range, bounds| ChildRange { range, bounds, depth: depth + 1, is_final: false };
                 parts[at] = part(range.start..middle, bounds[0]);
                 parts.insert(at + 1, part(middle..range.end, bounds[1]));
             }
@@ -207,7 +210,7 @@ fn moved(child: Child, base: usize) -> Child {
 
 const BINS: usize = 16;
 
-/// Which bins the middles of elements fall into.
+/// The mapping from the middles of elements to bins.
 #[derive(Debug, Clone, Copy)]
 struct Binning {
     /// Half of the least middle: differences of halves are finite.
@@ -240,7 +243,7 @@ impl Binning {
     }
 }
 
-/// What lies in the bins along each axis.
+/// The bins along each axis.
 #[derive(Debug, Clone, Copy)]
 struct Bins([[Bin; BINS]; 3]);
 
@@ -356,7 +359,7 @@ fn add_center(all: &mut Bounds, reference: &Reference) {
     *all = all.union(Bounds { min: center, max: center });
 }
 
-/// Whether these are triangles, and few enough for one block.
+/// True if these are triangles, and few enough for one block.
 fn fits_block(references: &[Reference]) -> bool {
     references.len() <= WIDTH && references.iter().all(|reference| reference.is_triangle)
 }
@@ -370,7 +373,9 @@ fn fold<T: Clone + Send + Sync>(
 ) -> T {
     let sum = |references: &[Reference]| {
         let mut sum = empty.clone();
-        references.iter().for_each(|reference| add(&mut sum, reference));
+        for reference in references {
+            add(&mut sum, reference);
+        }
         sum
     };
     if references.len() < PARALLEL_SPLIT {
@@ -378,7 +383,9 @@ fn fold<T: Clone + Send + Sync>(
     }
     let sums: Vec<T> = references.par_chunks(PARALLEL_SPLIT / 2).map(sum).collect();
     let mut all = empty.clone();
-    sums.iter().for_each(|sum| join(&mut all, sum));
+    for sum in &sums {
+        join(&mut all, sum);
+    }
     all
 }
 

@@ -18,7 +18,7 @@ fn meet(level: Level, ray: &Ray, node: &Node, t_max: f32) -> (u32, [f32; WIDTH])
     side_by_side!(level, simd => slabs_of(simd, ray).meet(simd, node, t_max))
 }
 
-/// Whether it meets a box, in `f64`.
+/// True if it meets a box, in `f64`.
 fn meets(ray: &Ray, bounds: Bounds, t_max: f64) -> bool {
     let (low, high) = bounds.corners();
     let (near, far) = slabs(ray.o, ray.d.recip(), low, high, t_max);

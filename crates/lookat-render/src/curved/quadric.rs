@@ -30,7 +30,7 @@ pub(super) struct Crossings {
     near: DVec3,
     /// From there to both places, in order. Infinite where there is only one.
     offsets: [f64; 2],
-    /// And to the middle between them.
+    /// The offset to the middle between both points.
     middle: f64,
 }
 
@@ -43,8 +43,8 @@ struct Equation {
     margin: f64,
 }
 
-/// What may be left of the terms of the discriminant where digits are lost. With less it is computed in double-double
-/// numbers, and so are the other terms.
+/// The least discriminant relative to its terms. Below it too many digits are lost, and all terms are computed in
+/// double-double arithmetic.
 const DOUBT: f64 = 1e-4;
 
 impl Profile {
@@ -102,7 +102,7 @@ impl Profile {
         (margin.abs() > DOUBT * size).then_some(equation)
     }
 
-    /// The same in double-double numbers.
+    /// The equation in double-double arithmetic.
     #[cold]
     fn wide(&self, n: [TwoFloat; 3], d: DVec3) -> Equation {
         let Profile { w, a, b, c, e, .. } = *self;
@@ -179,19 +179,20 @@ impl Disk {
         let near = DVec3::from([0, 1, 2].map(|i| (TwoFloat::new_mul(d[i], t) + o[i]).hi()));
         let p = (near - d * (near.z / d.z)).truncate();
         let r = p.length();
-        let reaches = |radius: f64| match (r - radius).abs() > 1e-14 * radius {
-            true => r > radius,
-            false => exact_margin(o, d, radius) < 0.0,
+        let reaches = |radius: f64| {
+            let is_clear = (r - radius).abs() > 1e-14 * radius;
+            if is_clear { r > radius } else { exact_margin(o, d, radius) < 0.0 }
         };
         let has = !reaches(self.radius) && (self.inner_radius == 0.0 || !self.is_in_hole(r, o, d));
         (has && self.sweep.has(p, DVec2::X)).then_some(t)
     }
 
-    /// Whether a line that meets the plane at a distance `r` from the axis, about, goes through the hole.
+    /// True if a line that meets the plane at a distance of about `r` from the axis goes through the hole.
     fn is_in_hole(&self, r: f64, o: DVec3, d: DVec3) -> bool {
-        match (r - self.inner_radius).abs() > 1e-14 * self.inner_radius {
-            true => r < self.inner_radius,
-            false => exact_margin(o, d, self.inner_radius) > 0.0,
+        if (r - self.inner_radius).abs() > 1e-14 * self.inner_radius {
+            r < self.inner_radius
+        } else {
+            exact_margin(o, d, self.inner_radius) > 0.0
         }
     }
 
@@ -240,7 +241,7 @@ pub(super) struct Paraboloid {
     /// The part that there is.
     z_min: f64,
     z_max: f64,
-    /// Where v is 0, which may be below the vertex.
+    /// The height at which v is 0, which may be below the vertex.
     v_zero: f64,
     sweep: Sweep,
     /// The area that a unit of u and of height covers, at the lowest and the highest z.
@@ -277,7 +278,7 @@ impl Paraboloid {
         bowl
     }
 
-    /// Whether what is left of the surface holds a point of it.
+    /// True if what is left of the surface holds a point of it.
     pub fn has(&self, p: DVec3) -> bool {
         self.z_min <= p.z && p.z <= self.z_max && self.sweep.has(p.truncate(), DVec2::X)
     }
@@ -331,11 +332,11 @@ impl Paraboloid {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TurnedSegment {
     pub profile: Profile,
-    /// Where v is 0.
+    /// The end of the segment at which v is 0.
     p1: DVec3,
-    /// From there to where v is 1.
+    /// The vector from there to the end at which v is 1.
     along: DVec3,
-    /// Where the segment's line meets z = 0, and how far it goes sideways for each length upward.
+    /// The intersection of the line of the segment with z = 0, and its sideways step per unit of height.
     middle: DVec2,
     slope: DVec2,
     z_min: f64,
@@ -374,7 +375,7 @@ impl TurnedSegment {
         self.middle + self.slope * z
     }
 
-    /// Whether what is left of the surface holds a point of it.
+    /// True if what is left of the surface holds a point of it.
     pub fn has(&self, p: DVec3) -> bool {
         self.z_min <= p.z && p.z <= self.z_max && self.sweep.has(p.truncate(), self.start(p.z))
     }
@@ -442,7 +443,7 @@ fn profile(p1: DVec3, p2: DVec3) -> Profile {
     }
 }
 
-/// How far a form is turned about the axis.
+/// The angle by which a profile sweeps around the axis.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sweep {
     /// In radians, more than 0 and at most 2 pi.
@@ -464,7 +465,7 @@ impl Sweep {
         if angle < 0.0 { angle + TAU } else { angle }
     }
 
-    /// Whether it reaches `p`, of any distance from the axis.
+    /// True if it reaches `p`, of any distance from the axis.
     pub fn has(self, p: DVec2, start: DVec2) -> bool {
         self.is_whole() || Sweep::angle(p, start) <= self.max
     }

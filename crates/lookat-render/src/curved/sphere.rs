@@ -58,12 +58,12 @@ impl Sphere {
         roots[first..].iter().find(|root| counts(root)).map(|(t, _)| *t)
     }
 
-    /// Whether nothing is cut off.
+    /// True for a whole sphere.
     pub fn is_whole(&self) -> bool {
         self.z_min <= -self.radius && self.z_max >= self.radius && self.sweep.is_whole()
     }
 
-    /// Whether the part that is left of the sphere holds a point of it.
+    /// True if the partial sphere contains a point of the whole sphere.
     pub fn has(&self, p: DVec3) -> bool {
         if (self.z_min > -self.radius && p.z < self.z_min) || (self.z_max < self.radius && p.z > self.z_max) {
             return false;
@@ -102,7 +102,7 @@ impl Sphere {
 /// The closest approach of a ray to the origin: no digits cancel, whatever the distance (after Haines et al., Ray Tracing
 /// Gems 7, 2019; see docs/conventions.md).
 struct Foot {
-    /// How far along the ray, in lengths of `d`, and what that was corrected by.
+    /// The distance along the ray in lengths of `d`, and its correction.
     k: f64,
     correction: f64,
     near: DVec3,
@@ -138,16 +138,17 @@ fn uniform_scale(m: DMat3) -> Option<f64> {
     error.iter().all(|x| x.abs() < 1e-9).then_some(scale)
 }
 
-/// Where rays may meet a sphere.
+/// Possible hits of rays on a sphere.
 pub(crate) struct Meetings<S: Simd> {
     pub met: mask64x8<S>,
     pub t: f64x8<S>,
-    /// Where the sphere has to be asked ray by ray.
+    /// The rays that must be tested one by one.
     pub doubtful: mask64x8<S>,
 }
 
 impl Sphere {
-    /// As [`Sphere::intersect`], to the bit, but where it is doubtful; of spheres that are not whole all hits are.
+    /// The hits of eight rays, with the bits of [`Sphere::intersect`]. Also returns a mask of doubtful hits; all hits of
+    /// partial spheres are doubtful.
     #[inline(always)]
     pub fn meet<S: Simd>(
         &self,

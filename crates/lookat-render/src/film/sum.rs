@@ -2,7 +2,6 @@
 //! whole film as plain data, which programs add, write and read.
 
 use std::array::from_fn;
-use std::fmt;
 use std::ops::AddAssign;
 
 use glam::{DVec3, DVec4, Vec3};
@@ -38,7 +37,7 @@ fn rounded(x: f64) -> i64 {
 }
 
 impl Scale {
-    /// That of a brightness of 1.
+    /// The scale for a brightness of 1.
     pub const ONE: Scale = Scale { brightness: 1.0, high: HIGH };
 
     /// For samples of about this brightness: more than 0 and finite.
@@ -48,12 +47,12 @@ impl Scale {
         Scale { brightness, high: HIGH / brightness }
     }
 
-    /// Whether [`Scale::new`] gives it.
+    /// True if [`Scale::new`] can give this scale.
     pub fn is_valid(self) -> bool {
         self.brightness > 0.0 && self.brightness.is_finite() && self == Scale::new(self.brightness)
     }
 
-    /// Whether a sample is too bright for its sum.
+    /// True if a sample is too bright for its sum.
     #[inline(always)]
     pub fn clamps(self, radiance: Vec3) -> bool {
         f64::from(radiance.abs().max_element()) > MOST * self.brightness
@@ -90,7 +89,7 @@ impl Sum {
         sum
     }
 
-    /// As given to [`Sum::new`].
+    /// The weighted sum and, in `w`, the sum of weights, in the units of [`Sum::new`].
     pub fn weighted(&self, scale: Scale) -> DVec4 {
         let value = |channel: usize| {
             let fixed = (i128::from(self.high[channel]) << LOW) + i128::from(self.low[channel]);
@@ -99,7 +98,7 @@ impl Sum {
         DVec4::from(from_fn(value))
     }
 
-    /// Whether the weights are more or less than 0 together.
+    /// True if the sum of weights is not 0.
     pub fn has_weight(&self) -> bool {
         self.high[3] != 0 || self.low[3] != 0
     }
@@ -110,7 +109,7 @@ impl Sum {
         if sum.w == 0.0 { DVec3::ZERO } else { sum.truncate() / sum.w }
     }
 
-    /// Whether its low units are fewer than a high one.
+    /// True if the low units are fewer than one high unit.
     pub fn is_carried(&self) -> bool {
         self.low.iter().all(|low| (0..1 << LOW).contains(low))
     }
@@ -142,7 +141,8 @@ impl AddAssign for Sum {
     }
 }
 
-/// How far the replicates of a pixel lie apart: independent estimates of its value, each a weighted sum. They are added in a fixed order.
+/// The spread of the replicates of a pixel. Replicates are independent estimates of its value, each a weighted sum. They are
+/// added in a fixed order.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Spread {
     /// About the value of the pixel: sums of what differs from it do not lose their digits.
@@ -177,7 +177,8 @@ impl Spread {
     }
 
     /// The standard error of the weighted mean of all replicates together; infinite for less than two, and where it is not known.
-    /// By the delta method for a ratio: replicates with the sum S and the weight W scatter by S - M W around the mean M.
+    /// It uses the delta method for a ratio: replicates with the sum S and the weight W scatter by S - M W around the mean
+    /// M.
     pub fn standard_error(&self) -> Vec3 {
         let weight = self.weight;
         if self.replicates < 2 || weight == 0.0 {
@@ -207,37 +208,24 @@ pub struct FilmSums {
     /// The light paths whose splats are in the sums.
     pub light_paths: u64,
     scale: Scale,
-    /// Of the samples, one for each pixel of the crop window, row by row.
+    /// The sums of samples: one for each pixel of the crop window, row by row.
     sums: Vec<Sum>,
-    /// Of the splats, likewise; empty without splats.
+    /// The sums of splats in the same order. Empty without splats.
     splats: Vec<Sum>,
 }
 
 /// Why sums do not add up, or cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FilmSumsError {
-    /// They are of another film or filter, or of a scene of another brightness.
+    /// The film, the filter or the brightness of the scene differs.
+    #[error("the film sums are of different pictures: scene, film and filter must be the same")]
     OtherPicture,
     /// A pixel would have 2^32 samples or more.
+    #[error("a pixel would have 2^32 samples or more")]
     TooManySamples,
     /// The bytes are no film sums, are damaged, or of another version of lookat.
+    #[error("these are no film sums, or they are damaged, or of another version of lookat")]
     Unreadable,
-}
-
-impl std::error::Error for FilmSumsError {}
-
-impl fmt::Display for FilmSumsError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            FilmSumsError::OtherPicture => {
-                "the film sums are of different pictures: scene, film and filter must be the same"
-            }
-            FilmSumsError::TooManySamples => "a pixel would have 2^32 samples or more",
-            FilmSumsError::Unreadable => {
-                "these are no film sums, or they are damaged, or of another version of lookat"
-            }
-        })
-    }
 }
 
 impl Film<'_> {
@@ -317,7 +305,7 @@ impl FilmSums {
         sums.filter(FilmSums::is_whole).ok_or(FilmSumsError::Unreadable)
     }
 
-    /// Whether there is a sum for each pixel.
+    /// True if there is a sum for each pixel.
     fn is_whole(&self) -> bool {
         let lookat_scene::Film { resolution: [width, height], crop, .. } = self.film;
         let fits = |from, to, side| from < to && to <= side && side <= lookat_scene::MAX_SIDE;
@@ -467,7 +455,7 @@ mod tests {
         filtered(seed, width, lamp, "gaussian")
     }
 
-    /// The same with another filter.
+    /// The sums and the picture of one rendering with this filter.
     fn filtered(seed: u64, width: u32, lamp: &str, filter: &str) -> (FilmSums, Image) {
         let scene = scene(&format!(
             "LookAt 0 0 -4 0 0 0 0 1 0 Film \"image\" \"integer xresolution\" {width} \"integer yresolution\" 16

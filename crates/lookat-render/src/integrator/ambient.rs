@@ -1,4 +1,4 @@
-//! Ambient occlusion, as pbrt-v3's AOIntegrator.
+//! Ambient occlusion, like pbrt-v3's AOIntegrator.
 
 use std::f32::consts::PI;
 
@@ -7,13 +7,13 @@ use glam::Vec3;
 
 use crate::bsdf::Slots;
 use crate::frame::Frames;
-use crate::integrator::path_batch::{PathBatch, Taken};
-use crate::integrator::world::Tracer;
-use crate::integrator::world::World;
+use crate::integrator::path_batch::{PathBatch, PathPacket};
+use crate::integrator::world::{Tracer, World};
 use crate::number::{first_lanes, narrow, set_lanes, splat_f32, to_f32, vectorized};
 use crate::sampler::Streams;
-use crate::warp::square_to_uniform_hemisphere_pdf;
-use crate::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
+use crate::warp::{
+    square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
+};
 
 /// A scene with ambient occlusion.
 pub(crate) struct Ambient<'s> {
@@ -23,25 +23,25 @@ pub(crate) struct Ambient<'s> {
 }
 
 impl Ambient<'_> {
-    /// Adds pi times the share of the sky that surfaces see, weighed by the cosine.
+    /// Adds pi times the cosine-weighted share of the sky that the surfaces see.
     #[inline(never)]
     pub(super) fn surface<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        paths: &Taken<S>,
+        paths: &PathPacket<S>,
         batch: &mut PathBatch,
     ) {
         vectorized!(simd, {
             let active = first_lanes(simd, paths.samples.len());
             let hits = (&paths.rays, &paths.hits);
             let surfaces = self.world.plain(simd, hits, active, &mut Slots::new()).surfaces;
-            let n = (-surfaces.n).or(surfaces.n.dot(paths.rays.d).simd_gt(0.0), surfaces.n);
+            let n = surfaces.n.face_forward(-paths.rays.d);
             let frames = Frames::from_z(n.narrow());
             let mut sum = splat_f32(simd, 0.0);
             for k in 0..self.samples {
-                if !tracer.goes_on() {
+                if !tracer.should_continue() {
                     return;
                 }
                 let u = streams.nested_2d(simd, (self.samples, k)).map(
@@ -55,7 +55,7 @@ impl Ambient<'_> {
                     let local = square_to_uniform_hemisphere(u);
                     (local, local.z / square_to_uniform_hemisphere_pdf())
                 };
-                let rays = surfaces.leave(frames.to_world(local).widen().normalize());
+                let rays = surfaces.spawn_ray(frames.to_world(local).widen().normalize());
                 let blocked = self.world.occluded(simd, tracer, &rays, (active, true));
                 sum = narrow(blocked).select(sum, sum + value);
             }

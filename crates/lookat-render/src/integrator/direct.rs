@@ -6,22 +6,19 @@
 use fearless_simd::{Simd, mask32x8, prelude::*};
 use lookat_scene::{DirectStrategy, LightChoice};
 
-use super::Draw;
+use super::SampleDimensions;
 use super::profiler::Stage;
-use crate::bsdf::{Bsdf, BsdfSample, Part, Single, Slots};
+use crate::bsdf::{Bsdf, BsdfSample, DeltaSample, LobeFilter, Slots};
 use crate::camera::{Viewer, Views};
-use crate::integrator::lighting::{LightSamples, directions, most_samples};
-use crate::integrator::lighting::{Lighting, Vertices};
-use crate::integrator::path_batch::Found;
-use crate::integrator::path_batch::{PathBatch, Taken};
-use crate::integrator::world::Tracer;
-use crate::integrator::world::{Sees, World};
+use crate::integrator::lighting::{LightSamples, Lighting, Vertices, directions, most_samples};
+use crate::integrator::path_batch::{PathBatch, PathPacket, TracedRays};
+use crate::integrator::world::{Sees, Tracer, World};
 use crate::light::LightTable;
 use crate::number::{first_lanes, narrow, splat_f32, widen};
 use crate::sampler::Streams;
 use crate::shading::Shaded;
 
-/// How one light is chosen; in pbrt-v3 with equal probabilities.
+/// The light sampler for one light per surface. pbrt-v3 uses equal probabilities.
 pub(crate) const CHOICE: LightChoice = LightChoice::Spatial;
 
 /// A path is followed into all single directions if the share of each in its sample is more than this. A sample has shares of 1 in all,
@@ -31,13 +28,13 @@ const LEAST_SHARE: f32 = 1.0 / 1024.0;
 /// The surfaces at which paths may branch: each needs memory for its branches.
 const MOST_BRANCHED: u32 = 32;
 
-/// What is drawn at each of `depth` surfaces among these lights; `is_specular` where some material has single directions.
-pub(crate) fn draws(
+/// The sample dimensions at each of `depth` surfaces with these lights. `is_specular`: some material has delta lobes.
+pub(crate) fn dimensions(
     table: &LightTable,
     strategy: DirectStrategy,
     depth: u32,
     is_specular: bool,
-) -> Vec<Draw> {
+) -> Vec<SampleDimensions> {
     // A sky that is not sampled gives its samples to directions, so that the sum is the same for all surfaces.
     let eligible = table.eligible(false);
     let extended = (0..eligible).filter(|light| !table.is_delta(*light));
@@ -54,22 +51,23 @@ pub(crate) fn draws(
             (u32::from(table.is_choice(CHOICE)), has_extended, has_extended)
         }
     };
-    let mut draws = Vec::new();
-    let mut draw =
-        |of, numbers| draws.extend((numbers > 0).then_some(Draw { of, numbers, surfaces: 0..depth }));
-    draw("light choice", choices);
-    draw("lights", samples.saturating_mul(2));
-    draw("direction", scattered.saturating_add(u32::from(is_specular)).saturating_mul(2));
-    draws
+    let mut dimensions = Vec::new();
+    let mut add = |purpose, count| {
+        dimensions.extend((count > 0).then_some(SampleDimensions { purpose, count, surfaces: 0..depth }))
+    };
+    add("light choice", choices);
+    add("lights", samples.saturating_mul(2));
+    add("direction", scattered.saturating_add(u32::from(is_specular)).saturating_mul(2));
+    dimensions
 }
 
 /// A scene with direct lighting.
 pub(crate) struct Direct<'s> {
     pub(in crate::integrator) world: World<'s>,
     lighting: Lighting<'s>,
-    /// How many numbers the light at a surface takes.
+    /// The number of sample dimensions for the light at a surface.
     numbers: u32,
-    /// Whether there is one more direction than samples of a light.
+    /// True if one BSDF direction is sampled beside the light.
     has_direction: bool,
     max_depth: u32,
 }
@@ -78,49 +76,49 @@ impl<'s> Direct<'s> {
     pub fn new(world: World<'s>, lights: &'s LightTable, strategy: DirectStrategy, max_depth: u32) -> Self {
         let is_one = strategy == DirectStrategy::One;
         let sampled = if is_one { LightSamples::One(CHOICE) } else { LightSamples::Each(strategy) };
-        let lighting = Lighting::new(&world, lights, sampled, Part::Smooth);
+        let lighting = Lighting::new(&world, lights, sampled, LobeFilter::NonDelta);
         let (numbers, has_direction) = (numbers(lights, strategy), is_one && lights.has_extended());
         Direct { world, lighting, numbers, has_direction, max_depth }
     }
 
-    /// At how many surfaces in a row there is direct light.
+    /// The most surfaces of a path with direct light.
     pub fn surfaces(&self) -> u32 {
         self.max_depth.max(1)
     }
 
-    /// How many numbers a surface takes: for its light, and for the direction to go on.
+    /// The number of sample dimensions at a surface, for its light and for the delta direction that continues the path.
     pub fn numbers(&self) -> u32 {
         self.numbers.saturating_add(2)
     }
 
-    /// What becomes of paths at a surface.
+    /// Adds direct light to a packet of paths at a surface, and continues the paths along delta directions.
     #[inline(never)]
     pub(super) fn surface<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        paths: &Taken<S>,
+        paths: &PathPacket<S>,
         (camera, depth): (Option<Viewer>, u32),
         batch: &mut PathBatch,
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
-                let Taken { rays, hits, samples, direct, .. } = paths;
+                let PathPacket { rays, hits, samples, direct, .. } = paths;
                 let active = first_lanes(simd, samples.len());
                 let views = camera.map(|of| Views { of, places: &batch.places, samples, direct: *direct });
                 let mut slots = Slots::new();
                 let shaded =
                     self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
                 let Shaded { surfaces, frames, .. } = &shaded;
-                let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
+                let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, *frames, -rays.d, &mut slots);
                 tracer.profile(|profiler| profiler.enter(Stage::Lights));
                 let receivers = &self.lighting.receivers(surfaces, bsdf, active);
                 let sampler = &self.lighting.sampler(simd, receivers);
                 let vertices =
                     Vertices { simd, lighting: &self.lighting, world: &self.world, bsdf, receivers, sampler };
-                let smooth = active & bsdf.has(Part::Smooth);
+                let smooth = active & bsdf.has(LobeFilter::NonDelta);
                 if smooth.any_true() {
                     let mut light = vertices.direct(tracer, streams, smooth);
                     if self.has_direction {
@@ -132,43 +130,52 @@ impl<'s> Direct<'s> {
                     streams.skip(self.numbers);
                     tracer.profile(|profiler| profiler.enter(Stage::Scattering));
                 }
-                let specular = active & bsdf.has(Part::Specular);
+                let specular = active & bsdf.has(LobeFilter::Delta);
                 if depth + 1 >= self.max_depth || !specular.any_true() {
                     return;
                 }
-                let (share, mut singles) = (paths.carried, bsdf.singles());
+                let (share, mut delta_samples) = (paths.carried, bsdf.delta_samples());
                 let mut least = share;
-                for single in &singles {
+                for single in &delta_samples {
                     least = narrow(single.is_valid).select(least.min(share * single.probability), least);
                 }
                 let is_branched = least.simd_gt(LEAST_SHARE) & mask32x8::splat(simd, depth < MOST_BRANCHED);
                 let chosen = specular & !widen(is_branched);
-                if let Some(first) = singles.first_mut().filter(|_| chosen.any_true()) {
-                    let sample = bsdf.sample(streams.next_2d(simd), Part::Specular);
+                if let Some(first) = delta_samples.first_mut().filter(|_| chosen.any_true()) {
+                    let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::Delta);
                     let BsdfSample { is_valid, wi, weight: factor, radiance_scale, .. } = sample;
                     let probability = splat_f32(simd, 1.0);
-                    *first = Single { is_valid, wi, factor, probability, radiance_scale }.or(chosen, *first);
+                    *first = DeltaSample { is_valid, wi, factor, probability, radiance_scale }
+                        .keep_where(chosen, *first);
                 }
-                for (branch, single) in singles.iter().enumerate() {
+                for (branch, single) in delta_samples.iter().enumerate() {
                     // The first holds what is chosen, too.
                     let own = if branch == 0 { specular } else { specular & !chosen };
                     let active = own & single.is_valid;
                     if !active.any_true() {
                         continue;
                     }
-                    let rays = surfaces.leave(single.wi);
+                    let rays = surfaces.spawn_ray(single.wi);
                     let hits = self.world.nearest(simd, tracer, &rays, active);
-                    let weight = (paths.throughput * single.factor, share * single.probability);
-                    let found = &mut Found { rays, hits, weight, branch };
-                    self.world.see(simd, tracer, found, samples, (active, Sees::Materials), batch);
-                    self.world.go_on(simd, tracer, found, samples, (active, active, Sees::Materials), batch);
+                    let throughput = paths.throughput * single.factor;
+                    let carried = share * single.probability;
+                    let traced = &mut TracedRays { rays, hits, throughput, carried, branch };
+                    self.world.add_emitted(simd, tracer, traced, samples, (active, Sees::Materials), batch);
+                    self.world.continue_paths(
+                        simd,
+                        tracer,
+                        traced,
+                        samples,
+                        (active, active, Sees::Materials),
+                        batch,
+                    );
                 }
             },
         )
     }
 }
 
-/// How many numbers the light at a surface takes.
+/// The number of sample dimensions for the light at a surface.
 fn numbers(table: &LightTable, strategy: DirectStrategy) -> u32 {
     if strategy == DirectStrategy::One {
         return 3 + if table.has_extended() { 2 } else { 0 };

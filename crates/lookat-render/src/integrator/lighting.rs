@@ -6,9 +6,9 @@ use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::profiler::Stage;
 use super::world::World;
-use crate::bsdf::{Bsdf, Part};
+use crate::bsdf::{Bsdf, LobeFilter};
 use crate::integrator::world::Tracer;
-use crate::light::{Chosen, Found, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
+use crate::light::{Chosen, LightHits, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
 use crate::number::{Colors, Vec2x8, bits, groups, set_lanes, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::surface::Surfaces;
@@ -19,17 +19,17 @@ pub(in crate::integrator) struct Lighting<'s> {
     table: &'s LightTable,
     /// The number in the world of the element that each light is, see [`World::number`].
     numbers: Vec<f64>,
-    /// How often lights are sampled.
+    /// The lights that are sampled at each surface.
     samples: LightSamples,
-    /// How many directions there are at a surface without a lune, and with one.
+    /// The number of BSDF directions at a surface without a lune, and with one.
     directions: [f64; 2],
-    /// What of the BSDFs directions are sampled from.
-    part: Part,
-    /// Whether skies are sampled in another way where normals differ.
+    /// The lobes that BSDF directions are sampled from.
+    filter: LobeFilter,
+    /// True if surfaces with a lune sample skies differently: some shading normals differ from the geometric ones.
     has_lunes: bool,
 }
 
-/// Surfaces that rays have hit, and how they look for light.
+/// Eight path vertices, with the state for direct lighting.
 #[derive(Clone, Copy)]
 pub(in crate::integrator) struct Vertices<'v, S: Simd> {
     pub simd: S,
@@ -37,23 +37,23 @@ pub(in crate::integrator) struct Vertices<'v, S: Simd> {
     pub world: &'v World<'v>,
     pub bsdf: &'v Bsdf<'v, S>,
     pub receivers: &'v Receivers<'v, S>,
-    /// By which lights are chosen, if one is at each surface.
+    /// The light sampler.
     pub sampler: &'v LightSampler<'v, S>,
 }
 
-/// Directions from there.
+/// BSDF directions from path vertices.
 #[derive(Clone, Copy)]
 pub(in crate::integrator) struct Directions<S: Simd> {
     pub rays: Rays<S>,
     /// Densities by solid angle.
     pub pdf: f64x8<S>,
-    /// Those that no other could have been sampled near to.
-    pub is_specular: mask64x8<S>,
+    /// The delta samples.
+    pub is_delta: mask64x8<S>,
 }
 
 impl<'s> Lighting<'s> {
-    /// `part`: what of the BSDFs directions are sampled from.
-    pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, part: Part) -> Self {
+    /// `filter`: the lobes that BSDF directions are sampled from.
+    pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, filter: LobeFilter) -> Self {
         match lights {
             LightSamples::One(choice) => table.prepare(choice),
             LightSamples::Each(_) => table.prepare_triangles(),
@@ -63,12 +63,12 @@ impl<'s> Lighting<'s> {
             numbers: (0..table.len()).map(|light| world.number(table.curved_element(light))).collect(),
             samples: lights,
             directions: [false, true].map(|has_lune| f64::from(directions(table, lights, has_lune))),
-            part,
+            filter,
             has_lunes: world.materials.has_normals && table.has_skies(),
         }
     }
 
-    /// Where surfaces look for light.
+    /// The receivers of light at the surfaces.
     #[inline(always)]
     pub fn receivers<'v, S: Simd>(
         &self,
@@ -77,11 +77,12 @@ impl<'s> Lighting<'s> {
         active: mask64x8<S>,
     ) -> Receivers<'v, S> {
         let domain = bsdf.domain();
-        let lunes = if self.has_lunes { Lunes::new(&domain, active & bsdf.has(Part::Smooth)) } else { None };
+        let lunes =
+            if self.has_lunes { Lunes::new(&domain, active & bsdf.has(LobeFilter::NonDelta)) } else { None };
         Receivers { surfaces, domain, lunes }
     }
 
-    /// Chooses lights for surfaces.
+    /// A light sampler for the surfaces.
     #[inline(always)]
     pub fn sampler<'v, S: Simd>(&'v self, simd: S, at: &'v Receivers<'v, S>) -> LightSampler<'v, S> {
         match self.samples {
@@ -92,7 +93,7 @@ impl<'s> Lighting<'s> {
 }
 
 impl<S: Simd> Vertices<'_, S> {
-    /// Light that comes straight to surfaces by way of samples of lights. Ends the stage of lights.
+    /// Direct light from light samples. Ends the profiler stage of lights.
     #[inline(never)]
     pub fn direct(&self, tracer: &mut Tracer, streams: &mut Streams, active: mask64x8<S>) -> Colors<S> {
         vectorized!(self.simd, {
@@ -105,19 +106,17 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// What one light, chosen at random, brings straight to a surface; where none is to be sampled, what one more direction
-    /// finds.
+    /// Direct light from one light, chosen at random. Surfaces without a light to sample use one more BSDF direction.
     #[inline(always)]
     fn one_light(&self, tracer: &mut Tracer, streams: &mut Streams, active: mask64x8<S>) -> Colors<S> {
         let Vertices { simd, lighting: Lighting { table, .. }, receivers, sampler, .. } = *self;
         let scattered = active & table.eligible_at(simd, receivers).simd_eq(0.0);
         let has_choice = sampler.has_choice() & active;
-        let number = match has_choice.any_true() {
-            true => streams.next_1d(simd),
-            false => {
-                streams.skip(1);
-                0.0.simd_into(simd)
-            }
+        let number = if has_choice.any_true() {
+            streams.next_1d(simd)
+        } else {
+            streams.skip(1);
+            0.0.simd_into(simd)
         };
         let chosen = sampler.choose(number, active & !scattered);
         let scattered = if table.len() > 0 { scattered } else { bits(simd, 0) };
@@ -127,12 +126,13 @@ impl<S: Simd> Vertices<'_, S> {
             found = self.sampled_light(tracer, u, &chosen);
         }
         if scattered.any_true() {
-            found = self.by_direction(tracer, u, scattered).or_wide(scattered, found);
+            found = self.by_direction(tracer, u, scattered).keep_where_wide(scattered, found);
         }
         found
     }
 
-    /// Light from all lights, as often as the strategy says; where a light is not sampled, directions take its place.
+    /// Direct light from all lights, with as many samples as the strategy says. BSDF directions replace lights that are not
+    /// sampled.
     #[inline(never)]
     fn each_light(
         &self,
@@ -150,13 +150,14 @@ impl<S: Simd> Vertices<'_, S> {
                 let scattered = active & !sampled;
                 // The samples of one part after those of another.
                 for i in 0..u64::from(count) * u64::from(parts) {
-                    if !tracer.goes_on() {
+                    if !tracer.should_continue() {
                         return sum;
                     }
                     let (part, k) = (i / u64::from(count), (i % u64::from(count)) as u32);
-                    let u = match table.is_delta(light) {
-                        true => [0.0.simd_into(simd); 2],
-                        false => streams.nested_2d(simd, (count, k)),
+                    let u = if table.is_delta(light) {
+                        [0.0.simd_into(simd); 2]
+                    } else {
+                        streams.nested_2d(simd, (count, k))
                     };
                     if sampled.any_true() {
                         let probability = f64::from(count).simd_into(simd);
@@ -164,11 +165,11 @@ impl<S: Simd> Vertices<'_, S> {
                         let triangle = Some((part as f64).simd_into(simd));
                         let chosen = Chosen { is_valid: sampled, light, triangle, probability };
                         let own = self.sampled_light(tracer, u, &chosen);
-                        sum = (sum + own).or_wide(sampled, sum);
+                        sum = (sum + own).keep_where_wide(sampled, sum);
                     }
                     if scattered.any_true() {
                         let own = self.by_direction(tracer, u, scattered);
-                        sum = (sum + own).or_wide(scattered, sum);
+                        sum = (sum + own).keep_where_wide(scattered, sum);
                     }
                 }
             }
@@ -178,7 +179,7 @@ impl<S: Simd> Vertices<'_, S> {
             }
             let most = most_samples(table, strategy);
             for k in 0..most {
-                if !tracer.goes_on() {
+                if !tracer.should_continue() {
                     return sum;
                 }
                 let u = streams.nested_2d(simd, (most, k));
@@ -188,7 +189,7 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// Light from so many triangles, chosen among all lights that have too many to sample each.
+    /// Direct light from `count` triangles, chosen among the lights with too many triangles to sample each.
     #[inline(never)]
     fn chosen_triangles(
         &self,
@@ -200,7 +201,7 @@ impl<S: Simd> Vertices<'_, S> {
         vectorized!(simd, {
             let mut sum = Colors::splat(simd, Vec3::ZERO);
             for k in 0..count {
-                if !tracer.goes_on() {
+                if !tracer.should_continue() {
                     return sum;
                 }
                 let (number, u) = streams.nested_3d(simd, (count, k));
@@ -214,29 +215,29 @@ impl<S: Simd> Vertices<'_, S> {
         })
     }
 
-    /// Light that one direction from each BSDF finds.
+    /// The light found by one direction sampled from each BSDF.
     #[inline(never)]
     pub fn by_direction(&self, tracer: &mut Tracer, u: Vec2x8<S>, active: mask64x8<S>) -> Colors<S> {
         let Vertices { simd, lighting, bsdf, receivers, .. } = *self;
         vectorized!(simd, {
-            let sample = bsdf.sample(u, lighting.part);
+            let sample = bsdf.sample(u, lighting.filter);
             // What lies in single directions counts in full where the path goes on there.
-            let asked = active & sample.is_valid & !sample.is_specular;
-            let (rays, is_specular) = (receivers.surfaces.leave(sample.wi), sample.is_specular);
-            let directions = Directions { rays, pdf: sample.pdf, is_specular };
+            let asked = active & sample.is_valid & !sample.is_delta;
+            let (rays, is_delta) = (receivers.surfaces.spawn_ray(sample.wi), sample.is_delta);
+            let directions = Directions { rays, pdf: sample.pdf, is_delta };
             let light = self.found_light(tracer, &directions, asked);
-            (sample.weight * light).or_wide(asked, Colors::splat(simd, Vec3::ZERO))
+            (sample.weight * light).keep_where_wide(asked, Colors::splat(simd, Vec3::ZERO))
         })
     }
 
-    /// The share of one sample of each chosen light in what it brings straight to a surface. The probabilities say how many samples of the
-    /// lights there are, in the mean.
+    /// The MIS-weighted light of one sample of each chosen light. The probabilities are the mean numbers of samples of the
+    /// lights.
     #[inline(never)]
     fn sampled_light(&self, tracer: &mut Tracer, u: Vec2x8<S>, chosen: &Chosen<S>) -> Colors<S> {
         let Vertices { simd, lighting, world, bsdf, .. } = *self;
         vectorized!(simd, {
             let sample = self.sample(u, chosen);
-            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, lighting.part);
+            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, lighting.filter);
             let reflected = f_cos * sample.li;
             let mut active = chosen.is_valid & sample.is_valid & reflected.is_light();
             active &= !world.occluded(simd, tracer, &sample.shadow, (active, true));
@@ -246,17 +247,17 @@ impl<S: Simd> Vertices<'_, S> {
             let density = sample.pdf * chosen.probability;
             let weight = weights(is_sky, density, other);
             let share = sample.has_pdf.select(weight, 1.0.simd_into(simd)) / density;
-            reflected.scaled(share).or_wide(active, Colors::splat(simd, Vec3::ZERO))
+            reflected.scaled(share).keep_where_wide(active, Colors::splat(simd, Vec3::ZERO))
         })
     }
 
-    /// How many directions there are at each surface.
+    /// The number of BSDF directions at each surface.
     #[inline(always)]
     fn directions(&self) -> f64x8<S> {
         self.receivers.by_lune(self.simd, self.lighting.directions)
     }
 
-    /// Samples of lights that are chosen.
+    /// Samples the chosen lights.
     #[inline(always)]
     fn sample(&self, u: Vec2x8<S>, chosen: &Chosen<S>) -> LightSample<S> {
         let Vertices { simd, lighting, receivers: at, .. } = *self;
@@ -285,7 +286,7 @@ impl<S: Simd> Vertices<'_, S> {
             };
             rest &= !is_same;
             let samples = match before {
-                Some(before) => own.or(is_same, before),
+                Some(before) => own.keep_where(is_same, before),
                 None => own,
             };
             if !rest.any_true() {
@@ -295,7 +296,7 @@ impl<S: Simd> Vertices<'_, S> {
         }
     }
 
-    /// Light that rays find. Most rays cannot find any, and need not be traced.
+    /// The MIS-weighted light that rays find. Rays that cannot find an emitter are only tested for occlusion of the sky.
     #[inline(never)]
     pub fn found_light(
         &self,
@@ -306,7 +307,7 @@ impl<S: Simd> Vertices<'_, S> {
         let Vertices { simd, lighting, world, .. } = *self;
         vectorized!(simd, {
             let mut found = Colors::splat(simd, Vec3::ZERO);
-            let may_meet = tracer.scene.emitters.may_be_met_by(simd, &directions.rays) & active;
+            let may_meet = tracer.scene.emitters.may_be_hit(simd, &directions.rays) & active;
             if may_meet.any_true() {
                 let hits = world.nearest(simd, tracer, &directions.rays, may_meet);
                 found = self.light_of(tracer, directions, &hits, may_meet);
@@ -316,13 +317,13 @@ impl<S: Simd> Vertices<'_, S> {
                 let is_free = rest & !world.occluded(simd, tracer, &directions.rays, (rest, false));
                 let nothing = Hits::none(simd);
                 let sky = self.light_of(tracer, directions, &nothing, is_free);
-                found = sky.or_wide(is_free, found);
+                found = sky.keep_where_wide(is_free, found);
             }
             found
         })
     }
 
-    /// Light of what rays have found, weighed against samples of lights.
+    /// The MIS-weighted light of the hits of rays.
     #[inline(never)]
     pub fn light_of(
         &self,
@@ -338,23 +339,23 @@ impl<S: Simd> Vertices<'_, S> {
             let count = self.directions();
             let pdf = directions.pdf * count;
             // What lies in single directions counts in full.
-            let all = directions.is_specular.select(1.0.simd_into(simd), count);
+            let all = directions.is_delta.select(1.0.simd_into(simd), count);
             let is_lit = hits.emits & active;
             if is_lit.any_true() {
                 let none: f64x8<S> = 0.0.simd_into(simd);
                 let (mut light, mut density, mut of_light) = (none, none, 0);
                 let (d, by_triangle) = (directions.rays.d, self.by_triangle());
-                let mut on_light = Found { is_valid: is_lit, d, p: d, n: d, triangle: none, by_triangle };
+                let mut on_light = LightHits { is_valid: is_lit, d, p: d, n: d, triangle: none, by_triangle };
                 for lane in set_lanes(is_lit) {
                     let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
                     let surface = tracer.surface(&ray, &hit);
-                    found.put(lane, surface.le(-ray.d));
+                    found.set_lane(lane, surface.le(-ray.d));
                     if let Some(number) = table.of_element(surface.element) {
                         of_light |= 1 << lane;
                         light[lane] = number as f64;
                         on_light.triangle[lane] = f64::from(surface.element.index);
-                        on_light.p.put(lane, surface.p);
-                        on_light.n.put(lane, surface.n);
+                        on_light.p.set_lane(lane, surface.p);
+                        on_light.n.set_lane(lane, surface.n);
                     }
                 }
                 for (lane, alike) in groups(of_light, |a, b| light[a] == light[b]) {
@@ -365,7 +366,7 @@ impl<S: Simd> Vertices<'_, S> {
                 let triangle = on_light.triangle;
                 let other = density * self.samples_of((light, triangle), is_lit);
                 let weight = to_f32(weights(bits(simd, 0), pdf, other));
-                found = (found * weight).or_wide(!directions.is_specular, found);
+                found = (found * weight).keep_where_wide(!directions.is_delta, found);
             }
             let is_free = active & !hits.is_hit();
             if table.has_skies() && is_free.any_true() {
@@ -374,17 +375,17 @@ impl<S: Simd> Vertices<'_, S> {
                     let (radiance, density) =
                         table.sky(simd, sky, receivers.lunes.as_ref(), directions.rays.d);
                     // Most often nothing else finds it.
-                    let weighed = density.simd_gt(0.0) & !directions.is_specular & is_free;
+                    let weighed = density.simd_gt(0.0) & !directions.is_delta & is_free;
                     let mut own = radiance;
                     if weighed.any_true() {
                         let light = ((sky as f64).simd_into(simd), 0.0.simd_into(simd));
                         let other = density * self.samples_of(light, is_free);
                         let weight = to_f32(weights(bits(simd, 0xff), pdf, other));
-                        own = (radiance * weight).or_wide(weighed, radiance);
+                        own = (radiance * weight).keep_where_wide(weighed, radiance);
                     }
                     sum = sum + own;
                 }
-                found = sum.or_wide(is_free, found);
+                found = sum.keep_where_wide(is_free, found);
             }
             found / to_f32(all)
         })
@@ -395,7 +396,7 @@ impl<S: Simd> Vertices<'_, S> {
         matches!(self.lighting.samples, LightSamples::Each(_)) || self.sampler.by_triangle()
     }
 
-    /// How many samples there are of lights or their triangles, in the mean.
+    /// The mean number of samples of lights or their triangles.
     #[inline(always)]
     fn samples_of(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
         let Lighting { table, samples, .. } = self.lighting;
@@ -419,17 +420,17 @@ impl<S: Simd> Vertices<'_, S> {
     }
 }
 
-/// Which lights are sampled.
+/// The lights that are sampled at each surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum LightSamples {
-    /// One, chosen at random.
+    /// One light, chosen at random.
     One(LightChoice),
-    /// All of them, as often as the strategy says.
+    /// All lights, with as many samples as the strategy says.
     Each(DirectStrategy),
 }
 
-/// How many directions from the BSDF there are at a surface. For one light: one, or two where no light is sampled. For all lights: as
-/// many as the light with the most samples has, and the samples of each light that is not sampled.
+/// The number of BSDF directions at a surface. For one light: one, or two if no light is sampled. For all lights: the most
+/// samples of any light, plus the samples of each light that is not sampled.
 pub(super) fn directions(table: &LightTable, lights: LightSamples, has_lune: bool) -> u32 {
     match lights {
         LightSamples::One(_) if table.leaves_all_to_directions(has_lune) => 2,
@@ -441,7 +442,7 @@ pub(super) fn directions(table: &LightTable, lights: LightSamples, has_lune: boo
     }
 }
 
-/// The most samples that any of the lights asks for, if any is more than a point or a direction.
+/// The most samples of any light that is not a delta light.
 pub(super) fn most_samples(table: &LightTable, strategy: DirectStrategy) -> u32 {
     let samples = (0..table.len()).map(|light| table.samples(light, strategy));
     samples.max().filter(|_| table.has_extended()).unwrap_or(0)

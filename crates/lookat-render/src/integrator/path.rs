@@ -1,6 +1,6 @@
-//! Path tracing (PBR 14.5). Paths that go on are brought together at each surface.
+//! Path tracing (PBR 14.5). The paths that continue are compacted at each surface.
 //!
-//! pbrt-v3 draws two directions from the BSDF at each surface, one for direct light and one to go on; here one serves both, at the same
+//! pbrt-v3 dimensions two directions from the BSDF at each surface, one for direct light and one to go on; here one serves both, at the same
 //! mean.
 
 use std::ops::Range;
@@ -8,16 +8,13 @@ use std::ops::Range;
 use fearless_simd::{Simd, f32x8, mask64x8};
 use lookat_scene::LightChoice;
 
-use super::Draw;
+use super::SampleDimensions;
 use super::profiler::Stage;
-use crate::bsdf::{Bsdf, Part, Slots};
+use crate::bsdf::{Bsdf, LobeFilter, Slots};
 use crate::camera::{Viewer, Views};
-use crate::integrator::lighting::LightSamples;
-use crate::integrator::lighting::{Directions, Lighting, Vertices};
-use crate::integrator::path_batch::Found;
-use crate::integrator::path_batch::{PathBatch, Taken};
-use crate::integrator::world::Tracer;
-use crate::integrator::world::{Sees, World};
+use crate::integrator::lighting::{Directions, LightSamples, Lighting, Vertices};
+use crate::integrator::path_batch::{PathBatch, PathPacket, TracedRays};
+use crate::integrator::world::{Sees, Tracer, World};
 use crate::light::LightTable;
 use crate::number::{Colors, bits, first_lanes, set_lanes};
 use crate::sampler::Streams;
@@ -31,26 +28,28 @@ fn roulette(max_depth: u32) -> Range<u32> {
     FIRST_ROULETTE..max_depth.saturating_sub(1)
 }
 
-/// How many numbers a surface takes: for the choice of a light, the light, the direction, and roulette. All take as many, so that the
-/// dimensions of a surface do not depend on those before.
+/// The number of sample dimensions at a surface: light choice, light, direction and roulette. It is the same at all
+/// surfaces, so that the dimensions of a surface do not depend on the surfaces before.
 pub(super) fn numbers(max_depth: u32) -> u32 {
     5 + u32::from(!roulette(max_depth).is_empty())
 }
 
-/// What is drawn at each surface with a material, among these lights.
-pub(crate) fn draws(max_depth: u32, lights: &LightTable, choice: LightChoice) -> Vec<Draw> {
-    let draw = |of, numbers, surfaces, needed: bool| needed.then_some(Draw { of, numbers, surfaces });
+/// The sample dimensions at each surface with a material, with these lights.
+pub(crate) fn dimensions(max_depth: u32, lights: &LightTable, choice: LightChoice) -> Vec<SampleDimensions> {
+    let add = |purpose, count, surfaces, needed: bool| {
+        needed.then_some(SampleDimensions { purpose, count, surfaces })
+    };
     let all = 0..max_depth;
     // Where no light is sampled, another direction takes its numbers.
     let is_sampled = lights.has_extended() && !lights.leaves_all_to_directions(false);
-    let draws = [
-        draw("light choice", 1, all.clone(), lights.is_choice(choice)),
-        draw("light", 2, all.clone(), is_sampled),
-        draw("direction", 2, all.clone(), !lights.has_extended() || is_sampled),
-        draw("directions", 4, all, lights.leaves_all_to_directions(false)),
-        draw("roulette", 1, roulette(max_depth), !roulette(max_depth).is_empty()),
+    let dimensions = [
+        add("light choice", 1, all.clone(), lights.is_choice(choice)),
+        add("light", 2, all.clone(), is_sampled),
+        add("direction", 2, all.clone(), !lights.has_extended() || is_sampled),
+        add("directions", 4, all, lights.leaves_all_to_directions(false)),
+        add("roulette", 1, roulette(max_depth), !roulette(max_depth).is_empty()),
     ];
-    draws.into_iter().flatten().collect()
+    dimensions.into_iter().flatten().collect()
 }
 
 /// A scene with path tracing.
@@ -69,53 +68,53 @@ impl<'s> Paths<'s> {
         (max_depth, roulette_threshold): (u32, f64),
     ) -> Self {
         let sampled = LightSamples::One(choice);
-        let lighting = Lighting::new(&world, lights, sampled, Part::All);
+        let lighting = Lighting::new(&world, lights, sampled, LobeFilter::All);
         Paths { world, lighting, max_depth, roulette_threshold }
     }
 
-    /// What becomes of paths at a surface.
+    /// Adds direct light to a packet of paths at a surface, and continues the paths.
     #[inline(never)]
     pub(super) fn surface<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        paths: &Taken<S>,
+        paths: &PathPacket<S>,
         (camera, depth): (Option<Viewer>, u32),
         batch: &mut PathBatch,
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
-                let Taken { rays, hits, samples, direct, .. } = paths;
+                let PathPacket { rays, hits, samples, direct, .. } = paths;
                 let mut active = first_lanes(simd, samples.len());
                 let views = camera.map(|of| Views { of, places: &batch.places, samples, direct: *direct });
                 let mut slots = Slots::new();
                 let shaded =
                     self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
                 let Shaded { surfaces, frames, .. } = &shaded;
-                let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
+                let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, *frames, -rays.d, &mut slots);
                 tracer.profile(|profiler| profiler.enter(Stage::Lights));
                 let receivers = &self.lighting.receivers(surfaces, bsdf, active);
                 let sampler = &self.lighting.sampler(simd, receivers);
                 let vertices =
                     Vertices { simd, lighting: &self.lighting, world: &self.world, bsdf, receivers, sampler };
-                active &= bsdf.has(Part::All);
-                let smooth = active & bsdf.has(Part::Smooth);
+                active &= bsdf.has(LobeFilter::All);
+                let smooth = active & bsdf.has(LobeFilter::NonDelta);
                 let light = vertices.direct(tracer, streams, smooth);
                 batch.add(samples, paths.throughput * light, active);
                 let is_last = depth + 1 >= self.max_depth;
                 if is_last && !tracer.may_find_light() {
                     return;
                 }
-                let sample = bsdf.sample(streams.next_2d(simd), Part::All);
+                let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::All);
                 active &= sample.is_valid;
                 let mut throughput = paths.throughput * sample.weight;
                 let radiance_scale = paths.carried * sample.radiance_scale;
                 let directions = Directions {
-                    rays: surfaces.leave(sample.wi),
+                    rays: surfaces.spawn_ray(sample.wi),
                     pdf: sample.pdf,
-                    is_specular: sample.is_specular,
+                    is_delta: sample.is_delta,
                 };
                 if is_last {
                     let light = vertices.found_light(tracer, &directions, active);
@@ -128,21 +127,26 @@ impl<'s> Paths<'s> {
                 let found = self.world.nearest(simd, tracer, &directions.rays, active);
                 let light = vertices.light_of(tracer, &directions, &found, active);
                 batch.add(samples, throughput * light, active);
-                let weight = (throughput, radiance_scale);
-                let found = &mut Found { rays: directions.rays, hits: found, weight, branch: 0 };
-                self.world.go_on(
+                let traced = &mut TracedRays {
+                    rays: directions.rays,
+                    hits: found,
+                    throughput,
+                    carried: radiance_scale,
+                    branch: 0,
+                };
+                self.world.continue_paths(
                     simd,
                     tracer,
-                    found,
+                    traced,
                     samples,
-                    (active, sample.is_specular, Sees::All),
+                    (active, sample.is_delta, Sees::All),
                     batch,
                 );
             },
         )
     }
 
-    /// Those that go on.
+    /// Plays Russian roulette, and returns the paths that continue.
     #[inline(always)]
     fn roulette<S: Simd>(
         &self,
@@ -165,7 +169,7 @@ impl<'s> Paths<'s> {
             let own = throughput.lane(lane);
             let end = (1.0 - f64::from(own.max_element() / radiance_scale[lane])).max(0.05);
             ended |= u64::from(numbers[lane] < end) << lane;
-            throughput.put(lane, own / (1.0 - end) as f32);
+            throughput.set_lane(lane, own / (1.0 - end) as f32);
         }
         active & !bits(simd, ended)
     }
@@ -233,7 +237,7 @@ mod tests {
         let lights = &Prepared::new(&scene).lights;
         for (max_depth, expected) in [(5, 5), (9, 6)] {
             let drawn: u32 =
-                draws(max_depth, lights, LightChoice::Spatial).iter().map(|draw| draw.numbers).sum();
+                dimensions(max_depth, lights, LightChoice::Spatial).iter().map(|used| used.count).sum();
             assert_eq!((drawn, numbers(max_depth)), (expected, expected));
         }
     }

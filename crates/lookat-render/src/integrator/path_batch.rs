@@ -12,53 +12,54 @@ use crate::trace::{
     rays::{Hits, Rays},
 };
 
-/// So many paths begin together.
+/// The number of paths that start together.
 pub(crate) const PATHS: usize = 64;
 
-/// Room for those that are moved together.
+/// Room for the paths and for one packet that is stored at once.
 const ROOM: usize = PATHS + LANES;
 
-/// Paths that have come to a surface, most of which go on to the next one.
+/// A batch of paths that advance together from surface to surface.
 pub(crate) struct PathBatch {
-    /// What the samples of all paths have brought.
+    /// The radiance of each sample so far.
     pub radiance: [Vec3; PATHS],
-    /// Their places on the film, and what chooses the points on the lens.
+    /// The film position of each sample, and the random numbers for the lens.
     pub places: [(DVec2, DVec2); PATHS],
     block: Box<Block>,
-    /// Branches that are followed later, the last first.
+    /// Branches that are continued later, the last one first.
     pending: Vec<Box<Block>>,
-    /// How many of them come from surfaces before this one.
+    /// The number of pending branches from earlier surfaces.
     before: usize,
     spare: Vec<Box<Block>>,
 }
 
-/// Paths at the same depth, at most one for each sample. So the order in which a sample adds up its light does not depend on the other
-/// samples of the batch.
+/// Paths at the same depth, at most one for each sample. So a sample adds up its light in an order that does not depend on
+/// the other samples of the batch.
 struct Block {
-    /// Origins and directions of rays, distances, numbers and instances of elements that they have hit, and where on these.
+    /// One column each for the coordinates of ray origin and direction, and the distance, element, instance and three
+    /// weights of the hit.
     numbers: [[f64; ROOM]; 12],
-    /// What the light is multiplied by, and [`Taken::carried`].
+    /// The three channels of the throughput, and [`PathPacket::carried`].
     throughput: [[f32; ROOM]; 4],
     samples: [u16; ROOM],
-    /// Whether the ray has passed anything.
+    /// True if the ray has passed a surface without a material.
     passed: [bool; ROOM],
     count: usize,
     /// The number of surfaces before the next one.
     depth: u32,
 }
 
-/// Some of them.
-pub(in crate::integrator) struct Taken<S: Simd> {
+/// Up to eight paths of a batch.
+pub(in crate::integrator) struct PathPacket<S: Simd> {
     pub rays: Rays<S>,
     pub hits: Hits<S>,
-    /// By what radiance along the rays is multiplied.
+    /// The throughput: radiance along the rays is multiplied by it.
     pub throughput: Colors<S>,
-    /// What the integrator keeps with a path, 1 at first. Path tracing: what refraction has done to throughput. Direct lighting: the path's
-    /// share in its sample.
+    /// A number that the integrator keeps for each path, 1 at first. Path tracing: the factor by which refraction has scaled
+    /// the throughput. Direct lighting: the share of the path in its sample.
     pub carried: f32x8<S>,
-    /// Those that have passed nothing since their last surface, as bits.
+    /// Bits of the paths that have passed nothing since their last surface.
     pub direct: u64,
-    /// The samples that they are for.
+    /// The sample of each path.
     pub samples: ArrayVec<u16, LANES>,
 }
 
@@ -74,15 +75,15 @@ impl PathBatch {
         }
     }
 
-    /// Forgets all paths.
+    /// Removes all paths.
     pub fn clear(&mut self) {
         self.radiance = [Vec3::ZERO; PATHS];
         (self.block.count, self.block.depth, self.before) = (0, 0, 0);
         self.spare.append(&mut self.pending);
     }
 
-    /// How many surfaces there were before this one, and how many paths are at it; of the last branch once the others have ended. Those
-    /// that go on, of all that are taken, will be at the next one.
+    /// Advances to the next surface. Returns the number of surfaces before it, and the number of paths at it. Takes up the
+    /// last pending branch once all other paths have ended. `None` at the end.
     pub(in crate::integrator) fn begin_surface(&mut self) -> Option<(u32, usize)> {
         if self.block.count == 0 {
             let branch = self.pending.pop()?;
@@ -94,9 +95,9 @@ impl PathBatch {
         Some((self.block.depth - 1, count))
     }
 
-    /// Those from one number to before another, at most eight; of no more than are at this surface.
+    /// The paths `from..to` at this surface, at most eight.
     #[inline(always)]
-    pub(in crate::integrator) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Taken<S> {
+    pub(in crate::integrator) fn packet<S: Simd>(&self, simd: S, from: usize, to: usize) -> PathPacket<S> {
         let Block { numbers, throughput, .. } = &*self.block;
         let [ox, oy, oz, dx, dy, dz, t, element, instance, a, b, c] = numbers;
         let (mut samples, mut direct) = (ArrayVec::new(), 0);
@@ -104,7 +105,7 @@ impl PathBatch {
             samples.push(self.block.samples[at]);
             direct |= u64::from(!self.block.passed[at]) << lane;
         }
-        Taken {
+        PathPacket {
             rays: Rays::new(load_vectors(simd, [ox, oy, oz], from), load_vectors(simd, [dx, dy, dz], from)),
             hits: Hits {
                 t: load(simd, t, from),
@@ -125,18 +126,18 @@ impl PathBatch {
         }
     }
 
-    /// Adds the paths that go on to the next surface. `branch`: which of the directions from the last surface they follow, from 0.
-    /// `passed`: bits of the rays that have passed surfaces without a material.
+    /// Adds the paths in `goes_on` to the next surface. `passed`: bits of the rays that have passed surfaces without a
+    /// material.
     #[inline(always)]
     pub(in crate::integrator) fn push<S: Simd>(
         &mut self,
         simd: S,
-        (rays, hits): (&Rays<S>, &Hits<S>),
-        (throughput, carried): (Colors<S>, f32x8<S>),
-        (samples, branch): (&[u16], usize),
-        (goes_on, passed): (mask64x8<S>, u64),
+        TracedRays { rays, hits, throughput, carried, branch }: &TracedRays<S>,
+        samples: &[u16],
+        goes_on: mask64x8<S>,
+        passed: u64,
     ) {
-        let block = self.block(branch);
+        let block = self.block(*branch);
         let (Rays { o, d, .. }, Hits { t, element, instance, sides: [a, b, c], .. }) = (rays, hits);
         let at = block.count;
         let mut columns = block.numbers.iter_mut();
@@ -160,7 +161,7 @@ impl PathBatch {
         put(*c);
         let narrow = narrow(goes_on);
         for (own, values) in
-            block.throughput.iter_mut().zip([throughput.x, throughput.y, throughput.z, carried])
+            block.throughput.iter_mut().zip([throughput.x, throughput.y, throughput.z, *carried])
         {
             simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
         }
@@ -171,7 +172,7 @@ impl PathBatch {
         }
     }
 
-    /// Where the paths of a branch from this surface go.
+    /// The block for the paths of a branch from this surface.
     #[inline(always)]
     fn block(&mut self, branch: usize) -> &mut Block {
         let Some(other) = branch.checked_sub(1) else { return &mut self.block };
@@ -220,20 +221,23 @@ fn load_vectors<S: Simd>(simd: S, [x, y, z]: [&[f64; ROOM]; 3], from: usize) -> 
     Vec3x8 { x: load(simd, x, from), y: load(simd, y, from), z: load(simd, z, from) }
 }
 
-/// Rays with what they have hit, by what radiance along them is multiplied, and what the integrator keeps with their paths.
-pub(crate) struct Found<S: Simd> {
+/// Rays that continue paths, and their nearest hits.
+pub(crate) struct TracedRays<S: Simd> {
     pub rays: Rays<S>,
     pub hits: Hits<S>,
-    pub weight: (Colors<S>, f32x8<S>),
-    /// Which of the directions from their surfaces these are, from 0.
+    /// The throughput of the paths: radiance along the rays is multiplied by it.
+    pub throughput: Colors<S>,
+    /// The state that the integrator keeps for each path: see [`PathPacket::carried`].
+    pub carried: f32x8<S>,
+    /// The index of the rays among the directions that leave their surfaces.
     pub branch: usize,
 }
 
 impl World<'_> {
-    /// Traces packets of camera rays, each for the samples of some numbers. Adds the light that they see. If paths go on, adds what they
-    /// hit to the batch.
+    /// Traces packets of camera rays for the given samples. Adds the emission that they see. If paths continue, adds them to
+    /// the batch.
     #[inline(always)]
-    pub fn begin<S: Simd>(
+    pub fn start_paths<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
@@ -247,22 +251,22 @@ impl World<'_> {
         }
         let hits = self.nearest_of(simd, tracer, packets, &active);
         for (at, active) in active.iter().enumerate() {
-            let weight = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
-            let found = &mut Found { rays: packets[at], hits: hits[at], weight, branch: 0 };
-            self.see(simd, tracer, found, &samples[at], (*active, sees), batch);
+            let (throughput, carried) = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
+            let found = &mut TracedRays { rays: packets[at], hits: hits[at], throughput, carried, branch: 0 };
+            self.add_emitted(simd, tracer, found, &samples[at], (*active, sees), batch);
             if goes_on {
-                self.go_on(simd, tracer, found, &samples[at], (*active, *active, sees), batch);
+                self.continue_paths(simd, tracer, found, &samples[at], (*active, *active, sees), batch);
             }
         }
     }
 
-    /// Adds the light that rays see straight ahead.
+    /// Adds the emission that rays see directly.
     #[inline(always)]
-    pub fn see<S: Simd>(
+    pub fn add_emitted<S: Simd>(
         &self,
         simd: S,
         tracer: &Tracer,
-        Found { rays, hits, weight, .. }: &Found<S>,
+        TracedRays { rays, hits, throughput, .. }: &TracedRays<S>,
         samples: &[u16],
         (active, sees): (mask64x8<S>, Sees),
         batch: &mut PathBatch,
@@ -273,36 +277,37 @@ impl World<'_> {
         for lane in set_lanes(active & hits.emits) {
             if let (ray, Some(hit)) = self.one(rays, hits, lane) {
                 let light = tracer.emitted(&ray, &hit, sees == Sees::All);
-                batch.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+                batch.radiance[usize::from(samples[lane])] += throughput.lane(lane) * light;
             }
         }
         let escaped = active & !hits.is_hit();
         if tracer.lights.has_skies() && escaped.any_true() {
-            batch.add(samples, weight.0 * tracer.lights.background(simd, rays.d), escaped);
+            batch.add(samples, *throughput * tracer.lights.background(simd, rays.d), escaped);
         }
     }
 
-    /// Follows rays through surfaces without a material, and adds those that find one with a material to the batch. Where `is_full`, adds
-    /// the light that rays see behind the first hit.
+    /// Follows rays through surfaces without a material. Adds those that hit a surface with a material to the batch. Where
+    /// `is_full`, adds the emission that rays see behind the first hit.
     #[inline(never)]
-    pub fn go_on<S: Simd>(
+    pub fn continue_paths<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        Found { rays, hits, weight, branch }: &mut Found<S>,
+        traced: &mut TracedRays<S>,
         samples: &[u16],
         (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
         batch: &mut PathBatch,
     ) {
         vectorized!(simd, {
             let mut passed = 0;
+            let TracedRays { rays, hits, throughput, .. } = traced;
             if self.materials.has_passed {
                 let add =
-                    |lane, light| batch.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+                    |lane, light| batch.radiance[usize::from(samples[lane])] += throughput.lane(lane) * light;
                 passed = self.pass(simd, tracer, rays, hits, (active, is_full, sees), add);
             }
-            let goes_on = (active & hits.is_hit(), passed);
-            batch.push(simd, (rays, hits), *weight, (samples, *branch), goes_on);
+            let goes_on = active & hits.is_hit();
+            batch.push(simd, traced, samples, goes_on, passed);
         })
     }
 }

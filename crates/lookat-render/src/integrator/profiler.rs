@@ -38,18 +38,18 @@ stages! {
     Film "film",
 }
 
-/// What a stage of a rendering takes on one thread.
+/// The cost of a stage of a rendering on one thread.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StageProfile {
-    /// Its name.
+    /// The name of the stage.
     pub name: &'static str,
-    /// How long it takes, without keeping its rays.
+    /// The time of the stage, without the recording of rays.
     pub time: Duration,
     /// Rays of a stage that traces, surfaces that are shaded; 0 of other stages.
     pub lanes: u64,
     /// Groups of eight lanes, also those in which no lane has any.
     pub batches: u64,
-    /// How long its rays take when they are traced again with nothing in between; 0 of stages that do not trace.
+    /// The time of its rays when they are traced again with nothing in between. 0 for stages that do not trace.
     pub alone: Duration,
 }
 
@@ -109,7 +109,9 @@ impl Profiler {
     pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {
         self.caller = self.stage;
         self.enter(stage);
-        active.iter().for_each(|active| self.count(count(*active)));
+        for active in active {
+            self.count(count(*active));
+        }
         let calls = self.calls[stage as usize].get_or_insert_with(|| Box::new(Calls::<S>::new()));
         if let Some(calls) = calls.downcast_mut::<Calls<S>>() {
             calls.push((rays.to_vec(), active.to_vec()));
@@ -166,13 +168,13 @@ pub(crate) fn stage_profiles(
     STAGES.map(of).into()
 }
 
-/// Where a ray of a path starts and ends.
+/// A segment of a path, from the start of a ray to its end.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Segment {
     pub from: DVec3,
     /// The number of the primitive that it has hit. `None` for a ray that leaves the world.
     pub primitive: Option<u32>,
-    /// Whether it sees light of what it has hit.
+    /// True if the ray sees emission of the surface it has hit.
     pub finds_light: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Traces the rays of eight samples, counts them, and stops when the time is over.
+//! Traces packets of rays, counts them, and stops when the time is over.
 
 use std::{array, slice};
 
@@ -16,27 +16,27 @@ use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::{Materials, Shaded, Sheets};
 use crate::surface::Surface;
 use crate::trace::{
-    List, MOST_PACKETS, PacketCount, Together, Tree,
+    Coherence, List, MOST_PACKETS, PacketCount, Tree,
     rays::{Hits, Rays},
 };
 use crate::traceable::Traceable;
 
-/// What light rays see straight ahead.
+/// The emitters whose light rays see directly.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sees {
     Nothing,
-    /// But not of surfaces without a material.
+    /// Emitters except surfaces without a material.
     Materials,
     All,
 }
 
-/// A world, and what it is made of.
+/// A world in which packets of rays are traced and shaded.
 pub(crate) struct World<'s> {
     pub materials: Materials<'s>,
-    form: Form<'s>,
+    aggregate: Aggregate<'s>,
 }
 
-enum Form<'s> {
+enum Aggregate<'s> {
     List(List<'s>, Sheets<'s>),
     Tree(Tree<'s>),
 }
@@ -46,16 +46,16 @@ impl<'s> World<'s> {
         let materials = Materials::new(traceable);
         let list = List::new(traceable).filter(|_| !materials.has_passed);
         let list = list.and_then(|list| Some((Sheets::new(traceable, &list)?, list)));
-        let form = match list {
-            Some((sheets, list)) => Form::List(list, sheets),
-            None => Form::Tree(Tree { scene: traceable }),
+        let aggregate = match list {
+            Some((sheets, list)) => Aggregate::List(list, sheets),
+            None => Aggregate::Tree(Tree { scene: traceable }),
         };
-        World { materials, form }
+        World { materials, aggregate }
     }
 
-    /// Whether rays go down a tree.
-    pub fn asks_tree(&self) -> bool {
-        matches!(self.form, Form::Tree(_))
+    /// True if rays traverse the BVH.
+    pub fn uses_bvh(&self) -> bool {
+        matches!(self.aggregate, Aggregate::Tree(_))
     }
 
     /// The nearest hits of the active rays of packets of camera rays.
@@ -72,14 +72,14 @@ impl<'s> World<'s> {
             let mut hits = ArrayVec::new();
             while hits.len() < rays.len() {
                 let from = hits.len();
-                if let Form::Tree(tree) = &self.form {
+                if let Aggregate::Tree(tree) = &self.aggregate {
                     let packets = tracer.packet_count.next(rays.len() - from);
                     if packets > 0 {
                         let all = from..from + packets;
                         let (rays, active) = (&rays[all.clone()], &active[all]);
-                        let together = tree.nearest_of(simd, rays, active, &mut hits);
-                        tracer.packet_count.learn(packets, together);
-                        if together != Together::No || packets > 1 {
+                        let coherence = tree.nearest_of(simd, rays, active, &mut hits);
+                        tracer.packet_count.learn(packets, coherence);
+                        if coherence != Coherence::Low || packets > 1 {
                             continue;
                         }
                     }
@@ -106,18 +106,18 @@ impl<'s> World<'s> {
         hits
     }
 
-    /// The same, uncounted.
+    /// The nearest hits, without counting rays.
     #[inline(never)]
     fn search<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
         vectorized!(simd, {
-            match &self.form {
-                Form::List(list, _) => list.nearest(simd, rays, active),
-                Form::Tree(tree) => tree.nearest(simd, rays, active),
+            match &self.aggregate {
+                Aggregate::List(list, _) => list.nearest(simd, rays, active),
+                Aggregate::Tree(tree) => tree.nearest(simd, rays, active),
             }
         })
     }
 
-    /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
+    /// The active rays that hit anything but their targets. `is_shadow`: these are shadow rays, which may pass other holes.
     #[inline(never)]
     pub fn occluded<S: Simd>(
         &self,
@@ -129,16 +129,16 @@ impl<'s> World<'s> {
         vectorized!(simd, {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
             tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
-            let met = match &self.form {
-                Form::List(list, _) => list.occluded(simd, rays, (active, is_shadow)),
-                Form::Tree(tree) => tree.occluded(simd, rays, (active, is_shadow)),
+            let met = match &self.aggregate {
+                Aggregate::List(list, _) => list.occluded(simd, rays, (active, is_shadow)),
+                Aggregate::Tree(tree) => tree.occluded(simd, rays, (active, is_shadow)),
             };
             tracer.profile(Profiler::end_rays);
             met
         })
     }
 
-    /// Where the rays have hit something, and the lobes there that do not have to be asked for; one of them has.
+    /// The surfaces at the hits, with the lobes of materials without textures. At least one ray has a hit.
     #[inline(never)]
     pub fn plain<S: Simd>(
         &self,
@@ -149,17 +149,17 @@ impl<'s> World<'s> {
     ) -> Shaded<S> {
         vectorized!(simd, {
             let is_hit = hits.is_hit() & active;
-            let (surfaces, primitives) = match &self.form {
-                Form::List(_, sheets) => sheets.at(simd, (rays, hits), is_hit),
-                Form::Tree(tree) => tree.at(simd, (rays, hits), is_hit),
+            let (surfaces, primitives) = match &self.aggregate {
+                Aggregate::List(_, sheets) => sheets.at(simd, (rays, hits), is_hit),
+                Aggregate::Tree(tree) => tree.at(simd, (rays, hits), is_hit),
             };
             let is_open = self.materials.lobes(simd, &primitives, is_hit, slots);
             Shaded { surfaces, frames: Frames::from_z(surfaces.ns.narrow()), is_open }
         })
     }
 
-    /// Where the rays have hit something, and the lobes there; one of them has. `views`: what has found it, if these are camera
-    /// rays.
+    /// The surfaces at the hits, with all lobes. At least one ray has a hit. `views`: the camera samples, if these are
+    /// camera rays.
     #[inline(always)]
     pub fn shaded<S: Simd>(
         &self,
@@ -181,28 +181,28 @@ impl<'s> World<'s> {
         shaded
     }
 
-    /// The number of an element of the world, as [`Hits::element`] has it; of no element one that is nowhere.
+    /// The number of an element of the world in [`Hits::element`]. For [`ElementId::NONE`]: a number that no hit has.
     pub fn number(&self, element: ElementId) -> f64 {
-        match &self.form {
-            Form::List(list, _) => list.number(element),
-            Form::Tree(tree) => tree.number(element),
+        match &self.aggregate {
+            Aggregate::List(list, _) => list.number(element),
+            Aggregate::Tree(tree) => tree.number(element),
         }
     }
 
-    /// One of the rays with what it has hit.
+    /// One of the rays and its hit.
     pub fn one<S: Simd>(&self, rays: &Rays<S>, hits: &Hits<S>, lane: usize) -> (Ray, Option<Hit>) {
         let is_hit = hits.element[lane] >= 0.0;
-        match &self.form {
-            Form::List(list, _) => {
+        match &self.aggregate {
+            Aggregate::List(list, _) => {
                 let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
                 (ray, is_hit.then(|| list.hit(hits, lane)))
             }
-            Form::Tree(tree) => (tree.ray(rays, lane), is_hit.then(|| tree.hit(hits, lane))),
+            Aggregate::Tree(tree) => (tree.ray(rays, lane), is_hit.then(|| tree.hit(hits, lane))),
         }
     }
 
-    /// Goes on straight through what has no material. Where rays see what emits on their way, `is_full`, `add` takes its light.
-    /// Returns the rays that have passed anything, as bits.
+    /// Continues rays straight through surfaces without a material. Where `is_full`, `add` receives the emission that rays
+    /// see on their way. Returns the rays that have passed anything, as bits.
     #[inline(always)]
     pub fn pass<S: Simd>(
         &self,
@@ -219,7 +219,7 @@ impl<'s> World<'s> {
             let is_full = is_full.to_bitmask() >> lane & 1 == 1;
             let mut passed = 0;
             while let Some(hit) = found.filter(|hit| tracer.scene.is_passed(hit)) {
-                ray = tracer.surface(&ray, &hit).leave(ray.d);
+                ray = tracer.surface(&ray, &hit).spawn_ray(ray.d);
                 passed += 1;
                 // Nothing more is seen by then.
                 found = if passed > MAX_PASSED { None } else { tracer.nearest(&ray) };
@@ -232,13 +232,15 @@ impl<'s> World<'s> {
             }
             if passed > 0 {
                 all |= 1 << lane;
-                rays.o.put(lane, ray.o);
-                hits.put(lane, found.as_ref(), tracer.scene.labels);
+                rays.o.set_lane(lane, ray.o);
+                hits.set_lane(lane, found.as_ref(), tracer.scene.labels);
             }
         }
         if escaped != 0 {
             let light = tracer.lights.background(simd, rays.d);
-            set_lanes(bits(simd, escaped)).for_each(|lane| add(lane, light.lane(lane)));
+            for lane in set_lanes(bits(simd, escaped)) {
+                add(lane, light.lane(lane));
+            }
         }
         all
     }
@@ -247,13 +249,13 @@ impl<'s> World<'s> {
 /// The most surfaces without a material that a ray passes through in a row.
 pub(crate) const MAX_PASSED: u32 = 1000;
 
-/// Decides whether sampling goes on.
+/// Decides whether sampling continues.
 pub(crate) trait Supervisor: Sync {
     /// False once sampling stops.
-    fn goes_on(&self) -> bool;
+    fn should_continue(&self) -> bool;
 }
 
-/// The calls of [`Tracer::goes_on`] between two questions: about a millisecond.
+/// The calls of [`Tracer::should_continue`] for each call of the supervisor: about a millisecond.
 const STEPS: u32 = 1 << 10;
 
 /// Traces rays and counts them.
@@ -261,9 +263,9 @@ pub(crate) struct Tracer<'s> {
     pub(super) scene: &'s Traceable,
     pub(super) lights: &'s LightTable,
     pub rays: u64,
-    /// How many packets of camera rays go together.
+    /// The number of packets of camera rays that go together.
     pub packet_count: PacketCount,
-    /// Asked every [`STEPS`] steps.
+    /// Called every [`STEPS`] steps.
     supervisor: Option<&'s dyn Supervisor>,
     steps: u32,
     /// True once sampling has been stopped: the samples of the current batch are not complete.
@@ -286,29 +288,29 @@ impl<'s> Tracer<'s> {
         }
     }
 
-    /// The same, but asks whether to go on.
+    /// Lets a supervisor decide when sampling stops.
     pub fn supervised(self, supervisor: &'s dyn Supervisor) -> Self {
         Tracer { supervisor: Some(supervisor), ..self }
     }
 
     /// False once sampling stops. Called for each packet of rays, because the rays of one sample may take minutes.
     #[inline(always)]
-    pub fn goes_on(&mut self) -> bool {
+    pub fn should_continue(&mut self) -> bool {
         self.steps += 1;
         if self.steps >= STEPS {
-            self.ask();
+            self.ask_supervisor();
         }
         !self.is_stopped
     }
 
     #[cold]
     #[inline(never)]
-    fn ask(&mut self) {
+    fn ask_supervisor(&mut self) {
         self.steps = 0;
-        self.is_stopped |= self.supervisor.is_some_and(|supervisor| !supervisor.goes_on());
+        self.is_stopped |= self.supervisor.is_some_and(|supervisor| !supervisor.should_continue());
     }
 
-    /// Does something with the profiler, if there is one.
+    /// Calls a function with the profiler, if there is one.
     #[inline(always)]
     pub fn profile(&mut self, does: impl FnOnce(&mut Profiler)) {
         if let Some(profiler) = &mut self.profiler {
@@ -337,13 +339,13 @@ impl<'s> Tracer<'s> {
         Surface::new(self.scene, ray, hit)
     }
 
-    /// What a surface that a ray has hit emits towards it. `glows`: also what has no material.
+    /// The radiance that a hit surface emits towards the ray. `glows`: surfaces without a material count too.
     pub fn emitted(&self, ray: &Ray, hit: &Hit, glows: bool) -> Vec3 {
         let is_lit = self.scene.emits(hit) && (glows || !self.scene.is_passed(hit));
         if is_lit { self.surface(ray, hit).le(-ray.d) } else { Vec3::ZERO }
     }
 
-    /// Whether rays can find light: a sky, or a shape that emits.
+    /// True if rays can find light: the scene has a sky, or a shape that emits.
     pub fn may_find_light(&self) -> bool {
         self.lights.has_skies() || !self.scene.emitters.is_empty()
     }

@@ -23,11 +23,11 @@ const MANY: usize = 32;
 /// Lights that are chosen, and their probabilities.
 #[derive(Clone, Copy)]
 pub(crate) struct Chosen<S: Simd> {
-    /// Where one is to be sampled.
+    /// The lanes with a light to sample.
     pub is_valid: mask64x8<S>,
-    /// Their numbers.
+    /// The indices of the lights.
     pub light: f64x8<S>,
-    /// Their triangles, where these are chosen one by one.
+    /// The triangles of the lights, if triangles are chosen one by one.
     pub triangle: Option<f64x8<S>>,
     pub probability: f64x8<S>,
 }
@@ -36,7 +36,7 @@ pub(crate) struct Chosen<S: Simd> {
 pub(crate) struct LightSampler<'v, S: Simd> {
     table: &'v LightTable,
     rule: LightChoice,
-    /// How many lights there are to sample: the first ones.
+    /// The number of lights to sample. They come first.
     count: f64x8<S>,
     /// With "spatial" the estimates of all lights, with "power" only of skies. Most scenes have few.
     estimates: SmallVec<[f64x8<S>; 4]>,
@@ -45,18 +45,18 @@ pub(crate) struct LightSampler<'v, S: Simd> {
 }
 
 impl LightTable {
-    /// How many lights there are to sample from a surface with a lune or without: the first ones.
+    /// The number of lights that a surface samples, with a lune or without. They come first.
     pub fn eligible(&self, has_lune: bool) -> usize {
         if has_lune { self.lights.len() } else { self.uneven }
     }
 
-    /// Where there is a lune, or where there is none, the number of lights to sample.
+    /// The number of lights that each surface samples, depending on whether it has a lune.
     #[inline(always)]
     pub fn eligible_at<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         at.by_lune(simd, [false, true].map(|has_lune| self.eligible(has_lune) as f64))
     }
 
-    /// How lights are chosen where `choice` is asked for.
+    /// The strategy that is used if `choice` is requested.
     pub fn rule(&self, choice: LightChoice) -> LightChoice {
         let has_many = self.lights.len() > MANY && self.beside.len() > MANY;
         if choice == LightChoice::Spatial && has_many { LightChoice::Power } else { choice }
@@ -64,13 +64,13 @@ impl LightTable {
 
     /// True if lights are chosen at all under this strategy.
     pub fn is_choice(&self, choice: LightChoice) -> bool {
-        self.len() > 1 || self.asks_tree(choice)
+        self.len() > 1 || self.uses_bvh(choice)
     }
 
     /// Builds the tree, if `choice` asks one. Threads that render must find it there: one that waits for it may not take over the work of
     /// another one that does.
     pub fn prepare(&self, choice: LightChoice) {
-        if self.asks_tree(choice) {
+        if self.uses_bvh(choice) {
             self.leaves();
         }
     }
@@ -80,11 +80,11 @@ impl LightTable {
     }
 
     /// True if this strategy chooses lights by the tree.
-    fn asks_tree(&self, choice: LightChoice) -> bool {
+    fn uses_bvh(&self, choice: LightChoice) -> bool {
         self.needs_tree && self.rule(choice) == LightChoice::Spatial
     }
 
-    /// Of all that are no skies.
+    /// The total power share of all lights but skies.
     fn power_of_others(&self) -> f64 {
         self.power_cdf.last().copied().unwrap_or(0.0)
     }
@@ -95,7 +95,7 @@ pub(super) fn beside(lights: &[SceneLight]) -> Vec<usize> {
     (0..lights.len()).filter(|light| lights[*light].leaves() == 0).collect()
 }
 
-/// True if "spatial" asks a tree of these lights: if there are many, or triangles among them.
+/// True if "spatial" uses a tree of these lights: there are many, or some are triangles.
 pub(super) fn needs_tree(lights: &[SceneLight]) -> bool {
     let leaves = || lights.iter().map(SceneLight::leaves);
     leaves().any(|leaves| leaves > 1) || lights.len() > MANY && leaves().any(|leaves| leaves > 0)
@@ -108,7 +108,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             let (rule, count) = (table.rule(choice), table.eligible_at(simd, at));
             let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
             let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
-            if table.asks_tree(choice) {
+            if table.uses_bvh(choice) {
                 let (leaves, beside) = (table.leaves(), table.beside.as_slice());
                 sampler.tree = Some(TreeSampler::new(simd, (leaves, beside), (table, count), at));
                 return sampler;
@@ -148,9 +148,10 @@ impl<'v, S: Simd> LightSampler<'v, S> {
         vectorized!(simd, {
             let (rule, count) = (LightChoice::Spatial, table.eligible_at(simd, at));
             let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
-            let tree = match table.chooses_triangles() {
-                true => Some(TreeSampler::new(simd, (table.triangles(), &[]), (table, count), at)),
-                false => None,
+            let tree = if table.chooses_triangles() {
+                Some(TreeSampler::new(simd, (table.triangles(), &[]), (table, count), at))
+            } else {
+                None
             };
             LightSampler { table, rule, count, estimates, total, tree }
         })
@@ -302,7 +303,7 @@ pub(super) fn radius(traceable: &Traceable) -> f64 {
 }
 
 impl SceneLight {
-    /// About the irradiance that its samples are for, were nothing in the way.
+    /// The approximate unoccluded irradiance that light samples are for.
     #[inline(always)]
     fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         match self {
@@ -321,7 +322,7 @@ impl SceneLight {
         }
     }
 
-    /// About the power that the light brings into a scene of the given radius.
+    /// The approximate power of the light in a scene of the given radius.
     fn power(&self, radius: f64) -> f64 {
         match self {
             SceneLight::Point(light) => light.power(),

@@ -21,7 +21,7 @@ pub(super) struct Environment {
     scale: Vec3,
     world_from_light: DMat3,
     light_from_world: DMat3,
-    /// By how much a volume grows from light space to the world.
+    /// The factor of volumes from light space to the world.
     growth: f64,
     table: DirectionTable,
     pub samples: u32,
@@ -29,9 +29,9 @@ pub(super) struct Environment {
 
 /// Directions of the world that have been sampled.
 pub(super) struct EnvironmentSample<S: Simd> {
-    /// Of length one.
+    /// The directions, of length one.
     pub wi: Vec3x8<S>,
-    /// From there.
+    /// The radiance from these directions.
     pub radiance: Colors<S>,
     /// Densities by solid angle; 0 where there is no sample.
     pub pdf: f64x8<S>,
@@ -78,12 +78,12 @@ impl Environment {
             let in_lune = u.simd_lt(share);
             let rest = in_lune.select(u / share, (u - share) / (1.0 - share));
             let bright = self.sample_bright(simd, [rest, v]);
-            let wi = lunes.sample([rest, v]).or(in_lune, bright.wi);
+            let wi = lunes.sample([rest, v]).keep_where(in_lune, bright.wi);
             // Directions of the table keep what it says of them: rounding may take them across the border of a cell.
             let (mut radiance, mut own) = (bright.radiance, bright.pdf);
             if in_lune.any_true() {
                 let evaluated = self.evaluate(simd, None, wi);
-                radiance = evaluated.0.or_wide(in_lune, radiance);
+                radiance = evaluated.0.keep_where_wide(in_lune, radiance);
                 own = in_lune.select(evaluated.1, own);
             }
             let is_valid = in_lune | bright.pdf.simd_gt(0.0);
@@ -145,7 +145,7 @@ impl Environment {
         length_in_light * length_in_light * length_in_light * self.growth
     }
 
-    /// Whether it is everywhere alike, or nearly so, and not sampled but in a lune.
+    /// True if the sky is constant or nearly so, and therefore sampled only in a lune.
     pub fn is_even(&self) -> bool {
         self.table.mean_above() <= 0.0
     }
@@ -179,9 +179,9 @@ struct DirectionTable {
     rows: usize,
     /// In each row, what is to be sampled of the luminance of the cells up to each.
     sums: Vec<f64>,
-    /// The same times solid angle, of the rows up to each.
+    /// The cumulative sums of rows, weighted by solid angle.
     row_sums: Vec<f64>,
-    /// Of the latitudes between which rows lie.
+    /// The cosines of the latitudes that bound the rows.
     cosines: Vec<f64>,
     /// The mean luminance over the sphere.
     pub mean: f64,
@@ -189,9 +189,9 @@ struct DirectionTable {
 
 /// Directions that have been sampled.
 struct TableSample<S: Simd> {
-    /// Of length one.
+    /// The directions, of length one.
     pub d: Vec3x8<S>,
-    /// Their longitudes and latitudes, from 0 to 1.
+    /// The longitudes and latitudes of the directions, from 0 to 1.
     pub st: [f64x8<S>; 2],
     /// Densities by solid angle.
     pub pdf: f64x8<S>,

@@ -15,7 +15,7 @@ use crate::warp::{angle, at_turn};
 /// pbrt-v3 counts light from there, by the absolute cosine to the shading normal, and does not sample it by the BSDF.
 #[derive(Clone, Copy)]
 pub(crate) struct Lunes<S: Simd> {
-    /// Where there is one: not where the normals are the same, but for rounding.
+    /// The points with a lune: their normals differ by more than rounding.
     pub is_valid: mask64x8<S>,
     n: Vec3x8<S>,
     ns: Vec3x8<S>,
@@ -32,7 +32,7 @@ pub(crate) struct Lunes<S: Simd> {
 const LEAST: f64 = 1e-6;
 
 impl<S: Simd> Lunes<S> {
-    /// Those of some points; `None` where there is none at all.
+    /// The lunes at some points. `None` if no active point has one.
     #[inline(always)]
     pub fn new(&Domain { n, ns, is_two_sided, .. }: &Domain<S>, active: mask64x8<S>) -> Option<Self> {
         let (across, cos) = (n.cross(ns), n.dot(ns));
@@ -43,12 +43,12 @@ impl<S: Simd> Lunes<S> {
             return None;
         }
         // Any axis, as the lune is a hemisphere.
-        let axis = (across * (1.0 / sin)).or(is_wide, Frames::from_z(n).x);
+        let axis = (across * (1.0 / sin)).keep_where(is_wide, Frames::from_z(n).x);
         Some(Lunes { is_valid, n, ns, axis, angle: angle(sin, cos), is_double: is_two_sided })
     }
 
-    /// What they add to the irradiance under a sky that is everywhere alike, by the cosine to the shading normal, over that of
-    /// a whole hemisphere; for two lunes the sum. 0 where there is none.
+    /// The irradiance from the lunes under a constant sky, relative to that from a whole hemisphere, weighted by the cosine
+    /// to the shading normal. For two lunes: the sum. 0 without a lune.
     #[inline(always)]
     pub fn share(&self) -> f64x8<S> {
         let [_, sine] = at_turn(self.angle * (0.5 / TAU));
@@ -56,14 +56,14 @@ impl<S: Simd> Lunes<S> {
         self.is_valid.select(sine * sine * self.count(), none)
     }
 
-    /// Two where the opposite lunes count.
+    /// The number of lunes: two if the opposite one counts.
     #[inline(always)]
     fn count(&self) -> f64x8<S> {
         let simd = self.angle.token();
         self.is_double.select(f64x8::of(simd, 2.0), f64x8::of(simd, 1.0))
     }
 
-    /// Directions, all alike.
+    /// Samples directions uniformly in the lunes.
     #[inline(always)]
     pub fn sample(&self, [u, v]: [f64x8<S>; 2]) -> Vec3x8<S> {
         let simd = u.token();

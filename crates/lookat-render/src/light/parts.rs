@@ -1,17 +1,19 @@
-//! What is sampled of each light where all lights are sampled: triangles of meshes, as in pbrt-v3.
+//! The parts of each light if all lights are sampled: triangles of meshes, as in pbrt-v3.
 
 use lookat_scene::DirectStrategy;
 
 use super::{LightTable, SceneLight};
 use crate::light::tree::Leaves;
 
-/// Of a mesh light with more triangles, some are chosen.
+/// If a mesh light has more triangles, some are chosen.
 pub(super) const MOST_EACH: usize = 16;
-/// How many are chosen among all such lights, if there are no more of these. It takes as long as to sample [`MOST_EACH`].
+/// The number of triangles chosen among all such lights, if there are no more lights than this. It costs as much as sampling
+/// [`MOST_EACH`].
 const CHOSEN: u32 = 8;
 
 impl LightTable {
-    /// How many parts of a light are sampled each: triangles, or the whole light. None if triangles of it are chosen.
+    /// The number of parts of a light that are sampled: its triangles, or 1 for the whole light. 0 if its triangles are
+    /// chosen at random.
     pub fn parts(&self, light: usize) -> u32 {
         match self.lights[light].leaves() {
             triangles if triangles > MOST_EACH => 0,
@@ -19,7 +21,7 @@ impl LightTable {
         }
     }
 
-    /// How many triangles are chosen among all lights that have too many to sample each.
+    /// The number of triangles chosen among all lights that have too many to sample each.
     pub fn chosen_triangles(&self, strategy: DirectStrategy) -> u32 {
         let samples = || self.finely_split.iter().map(|light| self.samples(*light, strategy));
         let sum = samples().fold(0, u32::saturating_add);

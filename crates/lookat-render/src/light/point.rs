@@ -24,7 +24,7 @@ pub(super) struct PointLight {
     pub spread: Spread,
 }
 
-/// How its light spreads over directions of light space.
+/// The distribution of light over directions of light space.
 pub(super) enum Spread {
     Even,
     /// A spot: the cosines of its angles.
@@ -32,25 +32,26 @@ pub(super) enum Spread {
         total_width: f64,
         falloff_start: f64,
     },
-    /// As a picture has it. In pbrt-v3 such pictures have y as their axis.
+    /// The intensity from a picture over all directions, with y as its axis as in pbrt-v3.
     Goniometric(Arc<MipMap<Vec3>>),
-    /// As a projector of slides: half of the picture at z = 1 in light space.
+    /// A slide projector. `half_size`: half of the picture at z = 1 in light space.
     Projection {
         map: Option<Arc<MipMap<Vec3>>>,
         half_size: DVec2,
     },
 }
 
-/// A light as it is seen from points.
-pub(super) struct Seen<S: Simd> {
-    /// Where it shines to them.
+/// The light that arrives from a point light at eight points.
+pub(super) struct IncidentLight<S: Simd> {
+    /// The points that the light reaches.
     is_valid: mask64x8<S>,
     wi: Vec3x8<S>,
     squared_distance: f64x8<S>,
     intensity: Colors<S>,
 }
 
-/// What a projector lights has at least this z in light space, for directions of length one in the world, as in pbrt-v3.
+/// The least z in light space of directions that a projector lights, for directions of length one in the world, as in
+/// pbrt-v3.
 const NEAR: f64 = 1e-3;
 
 /// A cone is one where transformations change angles by less than this.
@@ -85,7 +86,7 @@ impl PointLight {
         }
     }
 
-    /// Its emission, for the tree of lights.
+    /// The emission of the light, for the light tree.
     pub fn emitter(&self) -> Emitter {
         let point = |intensity: Vec3| Emitter::point(self.position, strength(intensity));
         let cone = |intensity: Vec3, least_cosine: f64| {
@@ -97,9 +98,10 @@ impl PointLight {
                 (ratio - 1.0).abs() < RIGID
                     && side.dot(axes.z_axis).abs() < RIGID * axes.z_axis.length_squared()
             });
-            match is_rigid {
-                true => Emitter::cone(self.position, strength(intensity), axis, least_cosine - RIGID),
-                false => point(intensity),
+            if is_rigid {
+                Emitter::cone(self.position, strength(intensity), axis, least_cosine - RIGID)
+            } else {
+                point(intensity)
             }
         };
         match &self.spread {
@@ -114,21 +116,21 @@ impl PointLight {
     }
 
     #[inline(always)]
-    fn seen<S: Simd>(&self, simd: S, p: Vec3x8<S>) -> Seen<S> {
+    fn incident<S: Simd>(&self, simd: S, p: Vec3x8<S>) -> IncidentLight<S> {
         let intensity = Colors::splat(simd, self.intensity);
-        Seen::new(
+        IncidentLight::new(
             Vec3x8::splat(simd, self.position) - p,
             #[inline(always)]
             |wi| intensity * self.factor(simd, -wi),
         )
     }
 
-    /// True if it shines alike in all directions.
+    /// True if the intensity is the same in all directions.
     pub fn is_even(&self) -> bool {
         matches!(self.spread, Spread::Even)
     }
 
-    /// By what the intensity is multiplied in directions of length one from the light.
+    /// The factor of the intensity in directions of length one from the light.
     #[inline(always)]
     fn factor<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Colors<S> {
         let (d, white) = (d.by(&self.light_from_world), Colors::splat(simd, Vec3::ONE));
@@ -154,15 +156,15 @@ impl PointLight {
                     Some(map) => bilinear::<S, Vec3>(map, [(x + 1.0) * 0.5, (y + 1.0) * 0.5], is_lit),
                     None => white,
                 };
-                shown.or_wide(is_lit, Colors::splat(simd, Vec3::ZERO))
+                shown.keep_where_wide(is_lit, Colors::splat(simd, Vec3::ZERO))
             }
         }
     }
 
-    /// About the irradiance at points, were nothing in the way.
+    /// The approximate unoccluded irradiance at points.
     #[inline(always)]
     pub fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
-        let Seen { is_valid, wi, squared_distance, intensity } = self.seen(simd, at.surfaces.p);
+        let IncidentLight { is_valid, wi, squared_distance, intensity } = self.incident(simd, at.surfaces.p);
         let irradiance = (intensity.strength() / squared_distance).min(MOST);
         let none = 0.0.simd_into(simd);
         is_valid.select(irradiance * at.cosine(wi, none), none)
@@ -170,36 +172,38 @@ impl PointLight {
 
     #[inline(never)]
     pub fn sample<S: Simd>(&self, simd: S, at: &Receivers<S>) -> LightSample<S> {
-        vectorized!(simd, { self.seen(simd, at.surfaces.p).sample(Vec3x8::splat(simd, self.position), at) })
+        vectorized!(simd, {
+            self.incident(simd, at.surfaces.p).sample(Vec3x8::splat(simd, self.position), at)
+        })
     }
 
-    /// As [`PointLight::sample`], of one light for each point, which all shine alike in all directions.
+    /// Samples a different light for each point. All these lights shine evenly in all directions.
     #[inline(never)]
     pub fn sample_even<S: Simd>(simd: S, lights: [&PointLight; LANES], at: &Receivers<S>) -> LightSample<S> {
         vectorized!(simd, {
             let (mut position, mut intensity) = (at.surfaces.p, Colors::splat(simd, Vec3::ZERO));
             for (lane, light) in lights.iter().enumerate() {
-                position.put(lane, light.position);
-                intensity.put(lane, light.intensity);
+                position.set_lane(lane, light.position);
+                intensity.set_lane(lane, light.intensity);
             }
-            Seen::new(position - at.surfaces.p, |_| intensity).sample(position, at)
+            IncidentLight::new(position - at.surfaces.p, |_| intensity).sample(position, at)
         })
     }
 }
 
-impl<S: Simd> Seen<S> {
+impl<S: Simd> IncidentLight<S> {
     /// `intensity`: towards the points, from the directions that the light comes from.
     #[inline(always)]
     fn new(to_light: Vec3x8<S>, intensity: impl FnOnce(Vec3x8<S>) -> Colors<S>) -> Self {
         let squared_distance = to_light.length_squared();
         let (wi, is_apart) = to_light.try_normalize();
         let intensity = intensity(wi);
-        Seen { is_valid: is_apart & intensity.is_light(), wi, squared_distance, intensity }
+        IncidentLight { is_valid: is_apart & intensity.is_light(), wi, squared_distance, intensity }
     }
 
     #[inline(always)]
     fn sample(&self, position: Vec3x8<S>, at: &Receivers<S>) -> LightSample<S> {
-        let way = at.surfaces.towards(position);
+        let way = at.surfaces.spawn_ray_to(position);
         let shadow = Rays { target: POINT_LIGHT.simd_into(self.squared_distance.token()), ..way };
         let is_valid = self.is_valid & self.squared_distance.is_finite();
         LightSample::of_delta(is_valid, self.intensity.scaled(1.0 / self.squared_distance), shadow)

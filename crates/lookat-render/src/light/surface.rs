@@ -21,7 +21,7 @@ use crate::frame::flipped;
 use crate::light::surface::mesh::{OUTSIDE, Spheres};
 use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, set_lanes, strength, vectorized};
 use crate::ray::{ElementId, Ray};
-use crate::surface::{Point, Points, Surfaces};
+use crate::surface::{ShapePoint, ShapePoints, Surfaces};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 use mesh::MeshLight;
@@ -53,8 +53,8 @@ pub(super) enum SurfaceForm {
     Mesh(Box<MeshLight>),
 }
 
-/// What rays have found of a light.
-pub(crate) struct Found<S: Simd> {
+/// Points of a light that rays have hit.
+pub(crate) struct LightHits<S: Simd> {
     pub is_valid: mask64x8<S>,
     /// The directions of the rays.
     pub d: Vec3x8<S>,
@@ -66,9 +66,9 @@ pub(crate) struct Found<S: Simd> {
     pub by_triangle: bool,
 }
 
-/// How densely points of a light are sampled.
+/// The density of sampled points of a light.
 struct Density<S: Simd> {
-    /// All alike on this area, or in this solid angle.
+    /// Samples are uniform on this area, or in this solid angle.
     area: f64x8<S>,
     solid_angle: f64x8<S>,
     is_by_angle: mask64x8<S>,
@@ -129,7 +129,7 @@ impl SurfaceLight {
         (area > 0.0).then_some(light)
     }
 
-    /// About the irradiance that it brings to surfaces, were nothing in the way.
+    /// The approximate unoccluded irradiance from the light at surfaces.
     #[inline(always)]
     pub fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         let offset = Vec3x8::splat(simd, self.center) - at.surfaces.p;
@@ -165,7 +165,7 @@ impl SurfaceLight {
                 if is_outside.all_true() {
                     return seen;
                 }
-                seen.or(is_outside, self.sample_points(simd, shape, (at, leaving), u))
+                seen.keep_where(is_outside, self.sample_points(simd, shape, (at, leaving), u))
             }
         }
     }
@@ -192,7 +192,7 @@ impl SurfaceLight {
         })
     }
 
-    /// As [`SurfaceLight::sample`], of one light for each point. All are whole spheres. Only the points in `asked` count.
+    /// Samples a different light for each point. All these lights are whole spheres. Only the points in `asked` count.
     #[inline(never)]
     pub fn sample_spheres<S: Simd>(
         simd: S,
@@ -206,8 +206,8 @@ impl SurfaceLight {
             let (mut radius, mut magnitude, mut label, mut shines) = (none, none, none, 0);
             for (lane, light) in lights.iter().enumerate() {
                 let Some((shape, own_radius)) = light.sphere() else { continue };
-                center.put(lane, shape.center);
-                radiance.put(lane, light.radiance);
+                center.set_lane(lane, shape.center);
+                radiance.set_lane(lane, light.radiance);
                 (radius[lane], magnitude[lane], label[lane]) = (own_radius, shape.magnitude(), light.label);
                 shines |= u64::from(light.shines_outwards()) << lane;
             }
@@ -216,7 +216,7 @@ impl SurfaceLight {
             for lane in set_lanes(asked & !is_outside) {
                 let Some((shape, _)) = lights[lane].sphere() else { continue };
                 let own = lights[lane].sample_points(simd, shape, (at, leaving), u);
-                samples = own.or(bits(simd, 1 << lane), samples);
+                samples = own.keep_where(bits(simd, 1 << lane), samples);
             }
             samples
         })
@@ -248,13 +248,13 @@ impl SurfaceLight {
             let mut areas = [0.0; LANES];
             for (lane, area) in areas.iter_mut().enumerate() {
                 let (own_p, own_n) = shape.placed(shape.sample(DVec2::new(u[lane], v[lane])));
-                p.put(lane, own_p);
-                n.put(lane, own_n);
+                p.set_lane(lane, own_p);
+                n.set_lane(lane, own_n);
                 *area = shape.stretch(own_p);
             }
             let emitting = if self.primitive.reverse_orientation { -n } else { n };
             let magnitude = shape.magnitude().simd_into(simd);
-            let on_light = Point { p, magnitude, n, ns: n, emitting };
+            let on_light = ShapePoint { p, magnitude, n, ns: n, emitting };
             let density = Density::by_area(areas.simd_into(simd));
             let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), &density);
             for lane in set_lanes(sample.is_valid) {
@@ -273,12 +273,12 @@ impl SurfaceLight {
     fn towards<S: Simd>(
         &self,
         at: &Receivers<S>,
-        on_light: &Points<S>,
+        on_light: &ShapePoints<S>,
         target: f64x8<S>,
         density: &Density<S>,
     ) -> LightSample<S> {
         let simd = target.token();
-        let way = at.surfaces.towards(on_light.p);
+        let way = at.surfaces.spawn_ray_to(on_light.p);
         let squared_distance = (on_light.p - at.surfaces.p).length_squared();
         let height = on_light.emitting.dot(-way.d) * way.t_max;
         let height = if self.two_sided { height.abs() } else { height };
@@ -293,7 +293,7 @@ impl SurfaceLight {
 
     /// Densities by solid angle with which points of the light are sampled that are found from surfaces.
     #[inline(always)]
-    pub fn pdf<S: Simd>(&self, simd: S, at: &Surfaces<S>, found: &Found<S>) -> f64x8<S> {
+    pub fn pdf<S: Simd>(&self, simd: S, at: &Surfaces<S>, found: &LightHits<S>) -> f64x8<S> {
         let p = at.p;
         let squared_distance = (found.p - p).length_squared();
         let density = match &self.form {
@@ -322,7 +322,7 @@ impl SurfaceLight {
         pdf.is_finite().select(pdf, 0.0.simd_into(simd))
     }
 
-    /// How many leaves it has in the tree of lights.
+    /// The number of leaves of the light in the light tree.
     pub fn leaves(&self) -> usize {
         match &self.form {
             SurfaceForm::Mesh(light) if light.is_split() => light.mesh.triangles(),
@@ -381,21 +381,21 @@ pub(super) struct Patch {
 /// The direction in which most of a shape emits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facing {
-    /// Of length one where all normals are the same, 0 where they go everywhere alike.
+    /// The mean of the normals: of length one if all are the same, 0 if they point evenly in all directions.
     mean_normal: DVec3,
-    /// Whether all lies in one plane.
+    /// True if the shape lies in one plane.
     is_flat: bool,
-    /// How many sides emit.
+    /// The number of emitting sides.
     pub sides: f64,
 }
 
-/// What may be off by rounding, relative to the size of a shape.
+/// The most rounding error, relative to the size of a shape.
 const ROUNDING: f64 = 1e-6;
 /// A cosine that rounding may make of 0. Light at less is left to samples of the BSDF.
 const GRAZING: f64 = 1e-6;
 
 impl Facing {
-    /// That of a shape with these patches around a center.
+    /// The facing of a shape with these patches around a center.
     pub fn new(patches: impl Iterator<Item = Patch> + Clone, center: DVec3, two_sided: bool) -> Self {
         let patches = patches.filter(|patch| patch.area > 0.0);
         let (area, moment) = patches.clone().fold((0.0, DVec3::ZERO), |(area, moment), patch| {
@@ -409,7 +409,7 @@ impl Facing {
         Facing { mean_normal, is_flat: same.all(|is_same| is_same), sides: if two_sided { 2.0 } else { 1.0 } }
     }
 
-    /// That of a triangle, from its normal on the side that emits; 0 where that is not the same all over it.
+    /// The facing of a triangle from its normal on the emitting side. The normal is 0 if it varies over the triangle.
     pub fn of_flat(emitting: DVec3, two_sided: bool) -> Self {
         let sides = if two_sided { 2.0 } else { 1.0 };
         Facing { mean_normal: emitting, is_flat: emitting != DVec3::ZERO, sides }
@@ -426,14 +426,13 @@ impl Facing {
     pub fn share<S: Simd>(&self, simd: S, d: Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
         let along = Vec3x8::splat(simd, self.mean_normal).dot(d);
         let along = if self.sides > 1.0 { along.abs() } else { along };
-        match self.is_flat {
-            true => {
-                // Parts of it are seen less aslant than the center.
-                let share = (along + spread * 0.5).max(LEAST_COSINE).min(1.0);
-                along.simd_gt(GRAZING).select(share, 0.0.simd_into(simd))
-            }
-            // A closed convex shape shows a quarter.
-            false => along.max(0.25),
+        if self.is_flat {
+            // Parts of the shape are seen less aslant than its center.
+            let share = (along + spread * 0.5).max(LEAST_COSINE).min(1.0);
+            along.simd_gt(GRAZING).select(share, 0.0.simd_into(simd))
+        } else {
+            // A closed convex shape shows a quarter of its area.
+            along.max(0.25)
         }
     }
 }

@@ -27,12 +27,13 @@ const MOST_ENTRIES: usize = 40;
 /// The leaves are numbered from 0.
 pub(super) struct LightTree {
     nodes: Vec<Node>,
-    /// Where each leaf is: the number of its node times [`WIDTH`], and its number there. [`NONE`] of leaves without light.
+    /// The position of each leaf: the number of its node times [`WIDTH`], plus its index there. [`NONE`] for leaves without
+    /// light.
     places: Vec<u32>,
     /// Nodes and leaves that hold all leaves: the children of the nodes in `opened`, without the nodes that are opened themselves.
     cut: Vec<Entry>,
     opened: Vec<u32>,
-    /// The same numbers as in the root.
+    /// The inverse scale and the strength of the root.
     inverse_scale: f64,
     strength: f64,
 }
@@ -41,7 +42,7 @@ pub(super) struct LightTree {
 struct Entry {
     center: DVec3,
     emission: Emission<f32>,
-    /// Its place, and what is there.
+    /// The index of the entry, and the child there.
     place: u32,
     child: u32,
 }
@@ -103,9 +104,9 @@ impl LightTree {
         while let Some(node) = next {
             self.opened.push(node as u32);
             self.cut.extend(self.children(node));
-            let error = |entry: &Entry| match entry.child & LEAF == 0 {
-                true => entry.emission.intensity * entry.emission.radius.powi(2),
-                false => -1.0,
+            let error = |entry: &Entry| {
+                let Emission { intensity, radius, .. } = &entry.emission;
+                if entry.child & LEAF == 0 { intensity * radius.powi(2) } else { -1.0 }
             };
             let fits = |entry: &Entry| {
                 entry.child & LEAF == 0
@@ -144,7 +145,7 @@ impl LightTree {
         (0..node.count()).map(entry).collect()
     }
 
-    /// About the irradiance that each entry of the cut brings to some points, were nothing in the way.
+    /// The approximate unoccluded irradiance from each entry of the cut at some points.
     #[inline(always)]
     pub fn estimates<S: Simd>(&self, simd: S, at: &Receivers<S>, mut add: impl FnMut(f64x8<S>)) {
         let Domain { n, ns, is_two_sided, is_diffuse } = at.domain;
@@ -169,7 +170,7 @@ impl LightTree {
         }
     }
 
-    /// How many entries the cut has.
+    /// The number of entries of the cut.
     pub fn entries(&self) -> usize {
         self.cut.len()
     }
@@ -188,7 +189,7 @@ impl LightTree {
         Step { child, u, probability }
     }
 
-    /// Goes on to a child; nowhere from leaves.
+    /// Descends to a child. Does nothing at leaves.
     #[inline(always)]
     pub fn go_on<S: Simd>(&self, simd: S, at: &Place, step: &mut Step) {
         if step.child & LEAF == 0 {
@@ -254,7 +255,7 @@ pub(super) struct Leaf {
 }
 
 impl Leaves {
-    /// Those of the lights that `is_held` says.
+    /// The leaves of the lights for which `is_held` is true.
     pub fn new(lights: &[SceneLight], is_held: impl Fn(usize) -> bool) -> Self {
         let mut first = vec![0];
         let mut count = 0;
@@ -266,7 +267,7 @@ impl Leaves {
         Leaves { tree: LightTree::new(count as usize, held.flat_map(|(_, light)| light.emitters())), first }
     }
 
-    /// What a leaf is.
+    /// The light and triangle of a leaf.
     pub fn of(&self, leaf: usize) -> Leaf {
         let light = self.first.partition_point(|first| *first as usize <= leaf) - 1;
         Leaf { light, triangle: leaf - self.first[light] as usize }
@@ -280,7 +281,7 @@ impl Leaves {
 }
 
 impl SceneLight {
-    /// How many leaves it has in the tree of lights. None if it has no place.
+    /// The number of leaves of the light in the light tree. 0 for lights without a position.
     pub(super) fn leaves(&self) -> usize {
         match self {
             SceneLight::Point(_) => 1,

@@ -15,30 +15,30 @@ use super::sample::{Job, Pattern};
 use crate::film::{Area, Film, Sum, Tile, lock};
 use crate::sampler::of_single_pixels;
 
-/// Samples of every pixel, at least, before their noise is asked for.
+/// The least samples of every pixel before their noise is estimated.
 const FEWEST: u32 = 4;
-/// Samples of every pixel before their noise is asked for, where it is not known how many there will be.
+/// The samples of every pixel before their noise is estimated, if the total number is unknown.
 const FIRST: u32 = 16;
 
 /// The scene's samples per pixel, or the most where there is a time, as their mean.
 pub(super) struct Adaptive {
-    /// Where samples are taken.
+    /// The pixels in which samples are taken.
     sources: Area,
     pattern: Pattern,
     samples_per_pixel: u32,
     passes: std::vec::IntoIter<Pass>,
-    /// Whether samples of this pass are shared out by need.
+    /// True if samples of this pass are shared out by need.
     is_by_need: bool,
     /// The variance of the samples of each source, row by row. `None` before the first pass that needs it.
     variances: Option<Vec<f64>>,
-    /// How many samples each source has, and how many after this pass, row by row; none before the first pass.
+    /// The number of samples of each source before and after this pass, row by row. Empty before the first pass.
     counts: Vec<u32>,
     goals: Vec<u32>,
     /// The filter's weights for the unit squares around a pixel, across and down.
     squares: [Vec<f64>; 2],
 }
 
-/// What the samples of a source have shown.
+/// The moments of the samples of a source.
 #[derive(Default, Clone, Copy)]
 pub(super) struct Moments {
     sum: DVec3,
@@ -85,9 +85,9 @@ impl Adaptive {
         })
     }
 
-    /// How much the estimate of a pixel by the samples of this pass counts beside earlier ones, in samples per pixel: their harmonic mean
-    /// over the sources that its filter reaches. It is known before the samples are taken, so that none decides how much it counts. 0
-    /// where a source has no samples.
+    /// The weight of the estimate of a pixel by the samples of this pass, in samples per pixel: the harmonic mean over the
+    /// sources that its filter reaches. It is known before the samples are taken, so that no sample decides its own weight.
+    /// 0 if a source has no samples.
     fn count_of(&self, place: [i32; 2], counts: &[u32]) -> f64 {
         let (mut all, mut inverse) = (0.0, 0.0);
         for (at, weight) in self.around(place) {
@@ -134,10 +134,9 @@ impl Policy for Adaptive {
             self.goals = allotted(variances, sources.width(), &self.counts, mean);
             if self.squares.iter().any(|weights| weights.len() > 1) {
                 // Where one source has no sample, no pixel around has an estimate.
-                self.goals
-                    .iter_mut()
-                    .zip(&self.counts)
-                    .for_each(|(goal, count)| *goal = (*goal).max(count + 1));
+                for (goal, count) in self.goals.iter_mut().zip(&self.counts) {
+                    *goal = (*goal).max(count + 1);
+                }
             }
         }
         true
@@ -167,11 +166,10 @@ impl Policy for Adaptive {
             let Tile { bounds, sums, pass, .. } = &mut *lock(tile);
             for ((place, sum), pass) in bounds.places().zip(sums).zip(pass) {
                 let pass = std::mem::take(pass);
-                *sum += match self.is_by_need {
-                    false => pass,
-                    true => {
-                        Sum::new(pass.weighted(film.scale()) * self.count_of(place, &counts), film.scale())
-                    }
+                *sum += if self.is_by_need {
+                    Sum::new(pass.weighted(film.scale()) * self.count_of(place, &counts), film.scale())
+                } else {
+                    pass
                 };
             }
         });
@@ -183,10 +181,9 @@ fn counts(film: &Film, sources: Area) -> Vec<u32> {
     let mut counts = vec![0; sources.size()];
     for tile in &film.tiles {
         let tile = lock(tile);
-        tile.sources
-            .places()
-            .zip(&tile.counts)
-            .for_each(|(place, count)| counts[sources.index(place)] = *count);
+        for (place, count) in tile.sources.places().zip(&tile.counts) {
+            counts[sources.index(place)] = *count;
+        }
     }
     counts
 }
@@ -227,12 +224,12 @@ fn passes(samples: u32, is_open: bool) -> impl Iterator<Item = Pass> {
 const LEAST: u32 = 2;
 /// A pixel gets at most the mean times this, so that the noise around one bright sample does not take all.
 const MOST: u32 = 64;
-/// And at most the mean of as many pixels as the picture has over this: no few pixels take all.
+/// The most that one pixel takes is the mean of the pixels of the picture over this number, so that no few pixels take all.
 const SHARE: usize = 256;
-/// How far away a neighbor may be, in pixels across and down. Fewer neighbors know less: the counts that follow scatter, and
-/// the errors become larger.
+/// The largest distance of a neighbor, in pixels across and down. With fewer neighbors, counts are noisier and errors are
+/// larger.
 const REACH: usize = 2;
-/// What pixels need whose neighbors have shown no noise, relative to the largest need.
+/// The need of pixels whose neighbors show no noise, relative to the largest need.
 const QUIET: f64 = 1e-6;
 /// The errors of Sobol's samples, squared, fall about with the square of their number: then the sum over pixels of
 /// `variance / count^2` is least where the counts are as the cubic roots of the variances.
@@ -241,12 +238,12 @@ const EXPONENT: f64 = 1.0 / 3.0;
 /// Pixels of one class lie so many pixels apart, across and down: further than a neighbor may be.
 const APART: usize = REACH + 2;
 
-/// How many samples each pixel is to have, row by row: by the variance of the samples of its neighbors, by powers of two,
-/// for which patterns are best; `mean` on average, but for a few percent. None has less than its count so far, or than half
-/// of the mean.
+/// Allots a number of samples to each pixel, row by row, by the variance of its neighbors' samples. Numbers are powers of
+/// two, for which patterns are best, and `mean` on average within a few percent. No pixel gets less than its count so far,
+/// or less than half of the mean.
 ///
-/// What one pixel gets is taken from all others. So pixels are shared out by classes, each as if nothing were known of the
-/// samples of its own: by them a pixel has no say in how many more it gets.
+/// Samples for one pixel are taken from all others. So each class of pixels gets its numbers without using its own samples:
+/// the samples of a pixel have no influence on its number.
 fn allotted(variances: &[f64], width: usize, counts: &[u32], mean: u32) -> Vec<u32> {
     let around = (0..variances.len()).into_par_iter().map(|at| Around::new(variances, width, at)).collect();
     let shares = Shares { around, variances, width, counts, mean };
@@ -301,7 +298,7 @@ fn reach(place: usize, end: usize) -> std::ops::RangeInclusive<usize> {
     place.saturating_sub(REACH)..=(place + REACH).min(end - 1)
 }
 
-/// What classes are shared out by.
+/// The data for sharing samples out by classes.
 struct Shares<'a> {
     around: Vec<Around>,
     variances: &'a [f64],
@@ -374,12 +371,12 @@ const LOWEST: i32 = -2 * STEPS as i32;
 /// and at this one all get the most.
 const HIGHEST: i32 = 54 * STEPS as i32;
 
-/// How many times the mean a pixel of so many may get; 1 where all are to have alike many.
+/// The most samples of a pixel over the mean, in a picture of `pixels` pixels. 1 if all pixels get the same number.
 fn most_times(pixels: usize) -> u32 {
     MOST.min((pixels / SHARE) as u32).max(1)
 }
 
-/// Its multiples are spread evenly, whatever the width of a picture.
+/// The golden ratio minus 1. Its multiples spread evenly for any width of a picture.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
 #[cfg(test)]
@@ -459,7 +456,7 @@ mod tests {
         assert!(mean.abs() < 4.0 * (variance / PICTURES as f64).sqrt(), "{mean} {variance}");
     }
 
-    /// As many of all pixels so far.
+    /// Allots samples if all pixels have `so_far` samples.
     fn shared(variances: &[f64], width: usize, so_far: u32, mean: u32) -> Vec<u32> {
         allotted(variances, width, &vec![so_far; variances.len()], mean)
     }

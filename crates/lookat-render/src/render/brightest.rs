@@ -20,21 +20,21 @@ use crate::render::sample::Worker;
 /// The brightest sample of a pixel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BrightestSample {
-    /// Its share of the light of all samples of the pixel, 0 to 1.
+    /// The share of this sample in the light of all samples of the pixel, 0 to 1.
     pub share: f64,
     /// The number of samples of the pixel.
     pub samples: u32,
     /// The sum of their luminances, before the scale of the film.
     pub sum: f64,
-    /// What this sum loses if each sample is limited to the luminance `limit`.
+    /// The light that the sum loses if each sample is limited to the luminance `limit`.
     pub loss: f64,
     /// The Shape directives of the surfaces of its path, from the camera on. `None` for shapes made in code.
     pub surfaces: Vec<Option<Span>>,
-    /// What its path ends at.
+    /// The end of its path.
     pub end: PathEnd,
 }
 
-/// How a path finds its light.
+/// The way a path finds its light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PathEnd {
     /// A ray from a surface hits a shape that emits, of this Shape directive.

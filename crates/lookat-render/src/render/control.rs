@@ -11,7 +11,7 @@ use crate::integrator::path_batch::PATHS;
 use crate::integrator::{Profiler, Stage, Supervisor, Tracer};
 use crate::number::LANES;
 
-/// What all threads of a rendering share.
+/// The state that all threads of a rendering share.
 pub(super) struct Control<'p> {
     pub progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
     pub film: &'p Film<'p>,
@@ -25,7 +25,7 @@ pub(super) struct Control<'p> {
     pub state: Mutex<State>,
 }
 
-/// How far a rendering is.
+/// The state of a rendering.
 #[derive(Default)]
 pub(super) struct State {
     /// True if the progress callback interrupted the rendering.
@@ -42,7 +42,7 @@ pub(super) struct State {
 }
 
 impl<'p> Control<'p> {
-    /// Of a rendering that has not begun, without a deadline.
+    /// The state of a rendering that has not started, without a deadline.
     pub fn new(
         progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
         film: &'p Film<'p>,
@@ -86,7 +86,7 @@ impl<'p> Control<'p> {
         }
     }
 
-    /// Asks the progress callback, when all samples are done, whether to go on. True if the rendering is interrupted.
+    /// Calls the progress callback after all samples are done. True if the rendering is interrupted.
     pub fn is_interrupted(&self) -> bool {
         self.advance(0);
         self.state().interrupted
@@ -111,7 +111,7 @@ impl<'p> Control<'p> {
 }
 
 impl Supervisor for Control<'_> {
-    fn goes_on(&self) -> bool {
+    fn should_continue(&self) -> bool {
         self.advance(0);
         !self.is_stopped()
     }

@@ -25,7 +25,7 @@ use crate::view_facts::depth;
 /// The values of a pixel, by the numbers of the layers.
 type Values = [DVec3; TABLE.len()];
 
-/// The depth where there is nothing.
+/// The depth of pixels without a surface.
 const FAR: f64 = 1e10;
 
 /// Adds the layers to the picture of a film; nothing after an interruption, and then false.
@@ -97,7 +97,7 @@ impl Context<'_> {
         let mut ray = self.camera.ray(corner_of(place) + 0.5, DVec2::splat(0.5));
         let (mut found, mut passed) = (scene.nearest(&ray), 0);
         while let Some(hit) = found.filter(|hit| scene.is_passed(hit)) {
-            ray = Surface::new(scene, &ray, &hit).leave(ray.d);
+            ray = Surface::new(scene, &ray, &hit).spawn_ray(ray.d);
             passed += 1;
             found = if passed > MAX_PASSED { None } else { scene.nearest(&ray) };
         }
@@ -114,8 +114,8 @@ impl Context<'_> {
     }
 }
 
-/// What a picture has of each pixel beside its color, of the first surface with a material. All but the depth are 0 where there is
-/// none.
+/// A layer of the picture beside its color. It describes the first surface with a material in each pixel. All layers but the
+/// depth are 0 without such a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layer {
     /// z in camera space; 1e10 where there is no surface, as in Blender's files. Depth, position, texture coordinates, shape and
@@ -131,8 +131,8 @@ pub enum Layer {
     ShadingNormal,
     /// Texture coordinates, from 0 to 1 on most shapes.
     Uv,
-    /// What the material reflects and lets through of light that comes along the normal, at most 1: a color that does not depend on
-    /// light and view.
+    /// The reflectance and transmittance for light along the normal, at most 1. This color does not depend on light and
+    /// view.
     Albedo,
     /// The number of the shape in [`Prepared::shapes`](crate::Prepared::shapes), counted from 1. An instance gives a shape of its object.
     Shape,
@@ -211,7 +211,7 @@ impl Layers {
         Layers(self.0 | others.0)
     }
 
-    /// True if there is none.
+    /// True if there are no layers.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }

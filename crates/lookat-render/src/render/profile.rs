@@ -1,4 +1,4 @@
-//! Where the time of a rendering goes.
+//! Measures the time of the stages of a rendering.
 
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};

@@ -14,15 +14,15 @@ use super::sample::{Context, Job, Pattern, Worker};
 use crate::film::{Film, REPLICATES, Tile, lock};
 use crate::sampler::replicate_seed;
 
-/// Where the next samples go, and when there are enough of them.
+/// Decides where the next samples go, and when there are enough.
 pub(super) trait Policy: Sync {
-    /// What it keeps of a tile beside the film.
+    /// The state of a tile that is kept beside the film.
     type State: Send;
 
-    /// That of a tile without samples.
+    /// The state of a tile without samples.
     fn begin(&self, tile: &Tile) -> Self::State;
 
-    /// Decides about the next round, by the film so far. False if there is none.
+    /// Plans the next round from the film so far. False if the rendering is finished.
     fn next(&mut self, film: &Film, states: &mut [Self::State], control: &Control) -> bool;
 
     /// The samples of a tile in this round.
@@ -60,7 +60,9 @@ pub(super) fn render<P: Policy>(context: &Context, policy: &mut P) -> Vec<P::Sta
                 context.sample_all(worker, &mut meter, &mut jobs);
                 // The meter may call back.
                 drop(meter);
-                worker.frame.iter().for_each(|frame| film.add(frame));
+                if let Some(frame) = &worker.frame {
+                    film.add(frame);
+                }
                 of_round.note(&jobs, &lock(tile), state);
                 let is_whole = jobs.iter().all(Job::is_whole);
                 whole_tiles.fetch_add(usize::from(is_whole), Ordering::Relaxed);

@@ -22,11 +22,11 @@ use crate::prepare::{Brightest, Prepared};
 use crate::sampler::{Sample, Streams};
 use crate::trace::{MOST_PACKETS, rays::Rays};
 
-/// What every sample needs.
+/// The context of all samples of a rendering.
 pub(super) struct Context<'a> {
     pub(super) prepared: &'a Prepared,
     pub film: &'a Film<'a>,
-    /// That of the film.
+    /// The scale of the film.
     pub(super) scale: Scale,
     pub control: &'a Control<'a>,
     pub(super) camera: CameraRays,
@@ -56,12 +56,12 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Where the samples of a pixel lie.
+/// The pattern of the samples of a pixel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pattern {
     pub sampler: Sampler,
     pub seed: u64,
-    /// Whether the bounds, the sum and the squares of the samples are asked for.
+    /// True to record the bounds, the sum and the squares of the samples.
     pub is_watched: bool,
 }
 
@@ -70,11 +70,11 @@ pub(super) struct Pattern {
 pub(super) struct Job {
     pub pattern: Pattern,
     pub place: [i32; 2],
-    /// Which of the pattern.
+    /// The indices of the samples in the pattern.
     pub indices: Range<u32>,
-    /// How much each counts.
+    /// The weight of each sample.
     pub weight: f64,
-    /// What has become of them.
+    /// The statistics of the samples taken.
     pub samples: Samples,
 }
 
@@ -83,48 +83,48 @@ impl Job {
         Job { pattern, place, indices, weight: 1.0, samples: Samples::default() }
     }
 
-    /// Whether no samples are missing.
+    /// True if all samples were taken.
     pub fn is_whole(&self) -> bool {
         self.samples.count as usize == self.indices.len()
     }
 }
 
-/// What samples have shown.
+/// Statistics of samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Samples {
     pub count: u32,
     /// Only of patterns that are watched.
-    pub seen: Seen,
-    /// Their sum, and the sum of their squared lengths; likewise.
+    pub sample_bounds: SampleBounds,
+    /// The sum of the samples, and the sum of their squared lengths, under the same condition.
     pub sum: DVec3,
     pub squares: f64,
-    /// How many were infinite or not a number.
+    /// The number of samples that were infinite or not a number.
     pub rejected: u64,
-    /// How many were brighter than the film's sums hold.
+    /// The number of samples that were brighter than the sums of the film can hold.
     pub clamped: u64,
 }
 
-/// Bounds of samples.
+/// The range of sample values in each channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct SampleBounds {
     pub least: Vec3,
     pub most: Vec3,
 }
 
-impl Default for Seen {
+impl Default for SampleBounds {
     fn default() -> Self {
-        Seen::NOTHING
+        SampleBounds::EMPTY
     }
 }
 
-impl Seen {
-    pub const NOTHING: Seen = Seen { least: Vec3::INFINITY, most: Vec3::NEG_INFINITY };
+impl SampleBounds {
+    pub const EMPTY: SampleBounds = SampleBounds { least: Vec3::INFINITY, most: Vec3::NEG_INFINITY };
 
-    pub fn union(self, other: Seen) -> Seen {
-        Seen { least: self.least.min(other.least), most: self.most.max(other.most) }
+    pub fn union(self, other: SampleBounds) -> SampleBounds {
+        SampleBounds { least: self.least.min(other.least), most: self.most.max(other.most) }
     }
 
-    /// How far apart they are; 0 where there is nothing.
+    /// The size of the range; 0 for an empty range.
     pub fn range(self) -> Vec3 {
         (self.most - self.least).max(Vec3::ZERO)
     }
@@ -153,7 +153,8 @@ impl Context<'_> {
         if pattern.is_watched {
             samples.sum += sample;
             samples.squares += sample.length_squared();
-            samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
+            samples.sample_bounds =
+                samples.sample_bounds.union(SampleBounds { least: radiance, most: radiance });
         }
     }
 }
@@ -205,9 +206,9 @@ pub(super) struct Worker<'a> {
     pub tracer: Tracer<'a>,
     pub streams: Streams,
     pub batch: Box<PathBatch>,
-    /// Where each sample lies in the unit square of its pixel.
+    /// The position of each sample in the unit square of its pixel.
     pub squares: [DVec2; PATHS],
-    /// What samples are added to beside their jobs. `None` where there is no picture.
+    /// The block of film that samples are added to. `None` if no picture is made.
     pub frame: Option<Frame>,
 }
 

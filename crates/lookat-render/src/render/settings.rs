@@ -6,14 +6,14 @@ use glam::{DVec3, Vec3};
 use lookat_scene::{Sampler, SamplerKind, View};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::sample::Seen;
+use super::sample::SampleBounds;
 use super::{DARK, adaptive, target};
 use crate::film::{FilmSums, Keeps, REPLICATES, pixel_bytes};
 use crate::number::luminance;
 use crate::render::layers::Layers;
 use crate::threads::threads;
 
-/// How to render, apart from what the scene says.
+/// Settings of a rendering that are not part of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Settings {
     /// Chooses the random numbers. The same scene, seed and version give the same picture. Default 0.
@@ -21,10 +21,10 @@ pub struct Settings {
     /// The number of separate threads for this rendering; fewer if the system refuses some. 0, the default, uses the threads of the
     /// process: see [`crate::start_threads`]. The number does not change the picture.
     pub threads: usize,
-    /// Which samples are taken, and when there are enough of them.
+    /// The stopping rule, which decides which samples are taken and when there are enough.
     pub stop: Stop,
-    /// What the picture has beside its colors. Takes a pass over first hits after the picture, by the samples per pixel of the
-    /// scene. An interrupted picture has none. Default none.
+    /// The layers of the picture beside its colors. They take a pass over first hits after the picture, with the samples per
+    /// pixel of the scene. An interrupted picture has no layers. Default: none.
     pub layers: Layers,
     /// True to keep the sums of the film as [`Rendered::sums`](crate::Rendered::sums). Default false.
     pub keep_sums: bool,
@@ -35,7 +35,7 @@ pub struct Settings {
 pub enum Stop {
     /// Each pixel has the samples per pixel of the scene. The default, without error layers.
     Samples {
-        /// Whether to estimate the error of each pixel, and to give it as the layers of [`lookat_image::PixelError`]. The samples
+        /// True if to estimate the error of each pixel, and to give it as the layers of [`lookat_image::PixelError`]. The samples
         /// of a pixel are then split into independent replicates, each a pattern of its own, because samples of one
         /// pattern do not tell how large its error is. Smaller patterns are noisier, so the picture is another one, and
         /// up to a few times noisier in smooth scenes.
@@ -48,7 +48,7 @@ pub enum Stop {
     /// The time is up, counted from the call of [`render`](crate::render()). By Sobol's sequence, unless the scene's samples are
     /// random: other patterns need a number of samples. Such a picture is another one each time.
     Time {
-        /// How long.
+        /// The time limit.
         limit: Duration,
         /// The most samples per pixel: at least 1.
         max_samples: u32,
@@ -58,13 +58,13 @@ pub enum Stop {
     /// The error of each pixel is small enough. By Sobol's sequence. Pixels depend on their neighbors, and on the mean of the
     /// picture.
     TargetError {
-        /// How small.
+        /// The target error.
         target: TargetError,
         /// The most samples of a pixel: at least 64.
         max_samples: u32,
         /// Ends after so long in any case, counted from the call of [`render`](crate::render()).
         limit: Option<Duration>,
-        /// As of [`Stop::Samples`]; the picture is the same either way.
+        /// Adds error layers, as in [`Stop::Samples`]. The picture is the same either way.
         error_layers: bool,
     },
 }
@@ -91,7 +91,7 @@ impl Stop {
         }
     }
 
-    /// What the film keeps beside sums.
+    /// The data that the film keeps beside sums.
     pub(super) fn keeps(&self) -> Keeps {
         match self {
             Stop::Samples { error_layers: true } | Stop::TargetError { .. } => Keeps::Spreads,
@@ -100,7 +100,7 @@ impl Stop {
         }
     }
 
-    /// Whether the picture has layers of its error.
+    /// True if the picture has layers of its error.
     pub fn has_error_layers(&self) -> bool {
         matches!(self, Stop::Samples { error_layers: true } | Stop::TargetError { error_layers: true, .. })
     }
@@ -155,7 +155,7 @@ pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
     view.film.crop.area() * pixel as u64
 }
 
-/// How exact each pixel is to be.
+/// The error that each pixel must reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetError {
     /// The error of each of red, green and blue over the luminance of the pixel, more than 0. Pixels darker than
@@ -192,7 +192,7 @@ pub(super) struct Estimate {
     /// Samples in each replicate.
     pub count: u32,
     /// The bounds of the samples of the pixel and its neighbors.
-    pub around: Seen,
+    pub around: SampleBounds,
 }
 
 impl StopRule {
@@ -207,7 +207,7 @@ impl StopRule {
         StopRule { relative: target.relative.max(f64::MIN_POSITIVE), quantile, dark: 0.0 }
     }
 
-    /// The same rule for a picture of this [`Brightness`].
+    /// The rule for a picture of this [`Brightness`].
     pub fn with_brightness(self, brightness: f64) -> StopRule {
         StopRule { dark: DARK * brightness, ..self }
     }
@@ -246,13 +246,13 @@ impl Brightness {
 mod tests {
     use super::*;
 
-    const STEP: Seen = Seen { least: Vec3::ZERO, most: Vec3::ONE };
+    const STEP: SampleBounds = SampleBounds { least: Vec3::ZERO, most: Vec3::ONE };
 
     fn rule() -> StopRule {
         StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 }).with_brightness(0.5)
     }
 
-    fn estimate(value: f64, error: f32, around: Seen) -> Estimate {
+    fn estimate(value: f64, error: f32, around: SampleBounds) -> Estimate {
         Estimate { value: DVec3::splat(value), standard_error: Vec3::splat(error), count: 64, around }
     }
 
@@ -260,14 +260,14 @@ mod tests {
     fn the_interval_matches_students_t() {
         // SciPy: t.ppf(0.975, 15).
         assert!((rule().quantile - 2.131449545559323).abs() < 1e-9);
-        let flat = Seen { least: Vec3::ONE, most: Vec3::ONE };
+        let flat = SampleBounds { least: Vec3::ONE, most: Vec3::ONE };
         let excess = rule().excess(&estimate(1.0, 0.02, flat));
         assert!((excess - 2.131449545559323 * 0.02 / 0.1).abs() < 1e-6, "{excess}");
     }
 
     #[test]
     fn each_channel_counts() {
-        let mut estimate = estimate(1.0, 0.0, Seen::NOTHING);
+        let mut estimate = estimate(1.0, 0.0, SampleBounds::EMPTY);
         assert!(rule().excess(&estimate) < 1.0);
         estimate.standard_error.z = 0.1;
         assert!(rule().excess(&estimate) > 1.0);
@@ -281,16 +281,19 @@ mod tests {
         let few = Estimate { count: 4, ..estimate(0.1, 0.0, STEP) };
         assert!(rule().excess(&few) > 1.0);
         assert!(rule().excess(&Estimate { count: 64, ..few }) < 1.0);
-        assert!(rule().excess(&Estimate { around: Seen { most: Vec3::splat(1e-3), ..STEP }, ..few }) < 1.0);
+        assert!(
+            rule().excess(&Estimate { around: SampleBounds { most: Vec3::splat(1e-3), ..STEP }, ..few })
+                < 1.0
+        );
     }
 
     #[test]
     fn dark_pixels_are_judged_by_the_picture() {
-        let by_picture = rule().excess(&estimate(0.0, 1e-3, Seen::NOTHING));
-        assert!((by_picture - rule().excess(&estimate(0.5 * DARK, 1e-3, Seen::NOTHING))).abs() < 1e-6);
-        assert!(by_picture > rule().excess(&estimate(DARK, 1e-3, Seen::NOTHING)));
+        let by_picture = rule().excess(&estimate(0.0, 1e-3, SampleBounds::EMPTY));
+        assert!((by_picture - rule().excess(&estimate(0.5 * DARK, 1e-3, SampleBounds::EMPTY))).abs() < 1e-6);
+        assert!(by_picture > rule().excess(&estimate(DARK, 1e-3, SampleBounds::EMPTY)));
         let black = StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 });
-        assert!(black.excess(&estimate(0.0, 0.0, Seen::NOTHING)) < 1.0);
+        assert!(black.excess(&estimate(0.0, 0.0, SampleBounds::EMPTY)) < 1.0);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::control::Control;
 use super::rounds::Policy;
-use super::sample::{Job, Pattern, Seen};
+use super::sample::{Job, Pattern, SampleBounds};
 use super::settings::{Brightness, Estimate, StopRule};
 use super::{Reached, TargetError};
 use crate::film::{Area, Film, REPLICATES, Spread, Tile, lock};
@@ -31,10 +31,10 @@ pub(super) const PIXEL_BYTES: usize = 340;
 /// the error.
 const POWERS: [f64; 2] = [0.75, 0.45];
 
-/// What is known of a tile.
-pub(super) struct Part {
+/// The state of the pixels of a tile.
+pub(super) struct TileState {
     /// The bounds of the samples of each source.
-    seen: Vec<Seen>,
+    sample_bounds: Vec<SampleBounds>,
     /// The sources that take samples: numbers in the tile.
     sources: Vec<u32>,
     /// The unfinished pixels.
@@ -54,7 +54,7 @@ struct Active {
 /// Samples until pixels reach the target error, or a limit of samples.
 pub(super) struct Target {
     seed: u64,
-    /// That of each replicate.
+    /// The sampler of each replicate.
     sampler: Sampler,
     /// The most samples of a replicate.
     most: u32,
@@ -85,7 +85,7 @@ impl Target {
     }
 
     /// Counts the pixels by whether they reached the target error.
-    pub fn reached(&self, film: &Film, parts: &[Part]) -> Reached {
+    pub fn reached(&self, film: &Film, parts: &[TileState]) -> Reached {
         settle(film, parts);
         let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
         let is_at_cap = self.before >= self.most;
@@ -95,9 +95,9 @@ impl Target {
     }
 
     /// The samples left, at the fastest and at the slowest convergence.
-    fn left(&self, parts: &[Part]) -> [u64; 2] {
+    fn left(&self, parts: &[TileState]) -> [u64; 2] {
         POWERS.map(|power| {
-            let of_part = |part: &Part| {
+            let of_part = |part: &TileState| {
                 let excess = part.active.iter().map(|active| active.excess).fold(0.0, f64::max);
                 let all = f64::from(self.before) * libm::pow(excess, power.recip());
                 let most = f64::from(self.most);
@@ -112,18 +112,18 @@ impl Target {
 }
 
 impl Policy for Target {
-    type State = Part;
+    type State = TileState;
 
-    fn begin(&self, tile: &Tile) -> Part {
+    fn begin(&self, tile: &Tile) -> TileState {
         let active = |at| Active { at, replicates: Default::default(), excess: f64::INFINITY };
-        Part {
-            seen: vec![Seen::NOTHING; tile.sources.size()],
+        TileState {
+            sample_bounds: vec![SampleBounds::EMPTY; tile.sources.size()],
             sources: (0..tile.sources.size() as u32).collect(),
             active: (0..tile.bounds.size()).map(active).collect(),
         }
     }
 
-    fn next(&mut self, film: &Film, parts: &mut [Part], control: &Control) -> bool {
+    fn next(&mut self, film: &Film, parts: &mut [TileState], control: &Control) -> bool {
         if self.count == 0 {
             control.expect(film.sources().size() as u64 * u64::from(FIRST));
             control.state().bounds = None;
@@ -139,7 +139,9 @@ impl Policy for Target {
         }
         if self.before == 0 {
             let mut brightness = Brightness::default();
-            film.values().for_each(|value| brightness.add(value));
+            for value in film.values() {
+                brightness.add(value);
+            }
             self.rule = self.rule.with_brightness(brightness.get());
         }
         self.before = self.count;
@@ -159,20 +161,20 @@ impl Policy for Target {
         true
     }
 
-    fn jobs(&self, tile: &Tile, part: &Part) -> Vec<Job> {
+    fn jobs(&self, tile: &Tile, part: &TileState) -> Vec<Job> {
         let place = |source: &u32| tile.sources.place(*source as usize);
         let job = |source| Job::new(self.pattern(), place(source), self.before..self.count);
         part.sources.iter().map(job).collect()
     }
 
-    fn note(&self, jobs: &[Job], _tile: &Tile, part: &mut Part) {
+    fn note(&self, jobs: &[Job], _tile: &Tile, part: &mut TileState) {
         for (source, job) in part.sources.iter().zip(jobs) {
-            let seen = &mut part.seen[*source as usize];
-            *seen = seen.union(job.samples.seen);
+            let seen = &mut part.sample_bounds[*source as usize];
+            *seen = seen.union(job.samples.sample_bounds);
         }
     }
 
-    fn end(&mut self, film: &Film, parts: &mut [Part], is_whole: bool) {
+    fn end(&mut self, film: &Film, parts: &mut [TileState], is_whole: bool) {
         // Before there is a picture, a part of it is better than none.
         let is_merged = is_whole || (self.before, self.replicate) == (0, 0);
         film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
@@ -190,13 +192,15 @@ impl Policy for Target {
 }
 
 /// Tells the film how far the replicates of the unfinished pixels lie apart.
-fn settle(film: &Film, parts: &[Part]) {
+fn settle(film: &Film, parts: &[TileState]) {
     film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
         let tile = &mut *lock(tile);
         for active in &part.active {
             let mut spread = Spread::default();
             let sampled = active.replicates.iter().filter(|replicate| **replicate != Vec4::ZERO);
-            sampled.for_each(|replicate| spread.add(replicate.as_dvec4(), 0));
+            for replicate in sampled {
+                spread.add(replicate.as_dvec4(), 0);
+            }
             spread.samples = tile.count(active.at);
             tile.spreads[active.at] = spread;
         }
@@ -208,9 +212,9 @@ const OUTLIER: f64 = 20.0;
 
 /// Judges all unfinished pixels, which have `count` samples in each replicate, removes those that are done, and the sources that no
 /// unfinished pixel asks for.
-fn judge(film: &Film, parts: &mut [Part], rule: &StopRule, count: u32) {
+fn judge(film: &Film, parts: &mut [TileState], rule: &StopRule, count: u32) {
     let (reach, sources) = (film.filter.reach(), film.sources());
-    let seen = around(&all_seen(film, parts), sources, reach.map(|reach| reach + 1));
+    let seen = around(&all_sample_bounds(film, parts), sources, reach.map(|reach| reach + 1));
     film.tiles.par_iter().zip(&mut *parts).for_each(|(tile, part)| {
         let tile = lock(tile);
         for active in &mut part.active {
@@ -222,60 +226,67 @@ fn judge(film: &Film, parts: &mut [Part], rule: &StopRule, count: u32) {
         part.active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
         part.active.shrink_to_fit();
     });
-    let mut is_asked = vec![Seen::NOTHING; sources.size()];
+    let mut is_asked = vec![SampleBounds::EMPTY; sources.size()];
     for (tile, part) in film.tiles.iter().zip(&*parts) {
         let bounds = lock(tile).bounds;
         for active in &part.active {
-            is_asked[sources.index(bounds.place(active.at))] = Seen { least: Vec3::ZERO, most: Vec3::ZERO };
+            is_asked[sources.index(bounds.place(active.at))] =
+                SampleBounds { least: Vec3::ZERO, most: Vec3::ZERO };
         }
     }
     let is_asked = around(&is_asked, sources, reach);
     film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
         let own = lock(tile).sources;
-        let is_asked = |at: &u32| is_asked[sources.index(own.place(*at as usize))] != Seen::NOTHING;
+        let is_asked = |at: &u32| is_asked[sources.index(own.place(*at as usize))] != SampleBounds::EMPTY;
         part.sources.retain(is_asked);
     });
 }
 
 /// The bounds of the samples of all sources, row by row.
-fn all_seen(film: &Film, parts: &[Part]) -> Vec<Seen> {
-    let mut all = vec![Seen::NOTHING; film.sources().size()];
+fn all_sample_bounds(film: &Film, parts: &[TileState]) -> Vec<SampleBounds> {
+    let mut all = vec![SampleBounds::EMPTY; film.sources().size()];
     for (tile, part) in film.tiles.iter().zip(parts) {
         let own = lock(tile).sources;
-        own.places().zip(&part.seen).for_each(|(place, seen)| all[film.sources().index(place)] = *seen);
+        own.places()
+            .zip(&part.sample_bounds)
+            .for_each(|(place, sample_bounds)| all[film.sources().index(place)] = *sample_bounds);
     }
     all
 }
 
 /// For each pixel of an area the bounds of those up to so many pixels away, across and down.
-fn around(seen: &[Seen], area: Area, [across, down]: [u32; 2]) -> Vec<Seen> {
-    let union = |from: &[Seen], at: usize, (place, end, step): (usize, usize, usize), reach: u32| {
+fn around(sample_bounds: &[SampleBounds], area: Area, [across, down]: [u32; 2]) -> Vec<SampleBounds> {
+    let union = |from: &[SampleBounds], at: usize, (place, end, step): (usize, usize, usize), reach: u32| {
         let reach = reach as usize;
         let near = place.saturating_sub(reach)..=(place + reach).min(end - 1);
-        near.map(|other| from[at + other * step - place * step]).fold(Seen::NOTHING, Seen::union)
+        near.map(|other| from[at + other * step - place * step])
+            .fold(SampleBounds::EMPTY, SampleBounds::union)
     };
     let (width, height) = (area.width(), area.height());
-    let all = 0..seen.len();
-    let rows: Vec<Seen> =
-        all.clone().into_par_iter().map(|at| union(seen, at, (at % width, width, 1), across)).collect();
+    let all = 0..sample_bounds.len();
+    let rows: Vec<SampleBounds> = all
+        .clone()
+        .into_par_iter()
+        .map(|at| union(sample_bounds, at, (at % width, width, 1), across))
+        .collect();
     all.into_par_iter().map(|at| union(&rows, at, (at / width, height, width), down)).collect()
 }
 
 /// Counts the pixels that had a sample much brighter than the pixels around.
-fn count_outliers(film: &Film, parts: &[Part]) -> u64 {
-    let (crop, sources, seen) = (film.crop(), film.sources(), all_seen(film, parts));
+fn count_outliers(film: &Film, parts: &[TileState]) -> u64 {
+    let (crop, sources, sample_bounds) = (film.crop(), film.sources(), all_sample_bounds(film, parts));
     let bright = |rgb: Vec3| if rgb.is_finite() { luminance(rgb) } else { 0.0 };
-    let mut pixels = vec![Seen::NOTHING; crop.size()];
+    let mut pixels = vec![SampleBounds::EMPTY; crop.size()];
     for tile in &film.tiles {
         let tile = lock(tile);
         for (place, sum) in tile.bounds.places().zip(&tile.sums) {
             let value = Vec3::splat(bright(sum.mean(film.scale()).as_vec3()) as f32);
-            pixels[crop.index(place)] = Seen { least: value, most: value };
+            pixels[crop.index(place)] = SampleBounds { least: value, most: value };
         }
     }
     let around = around(&pixels, crop, [1, 1]);
-    let is_outlier = |(place, around): &([i32; 2], &Seen)| {
-        bright(seen[sources.index(*place)].most) > OUTLIER * f64::from(around.most.x.max(0.0))
+    let is_outlier = |(place, around): &([i32; 2], &SampleBounds)| {
+        bright(sample_bounds[sources.index(*place)].most) > OUTLIER * f64::from(around.most.x.max(0.0))
     };
     crop.places().zip(&around).filter(is_outlier).count() as u64
 }
@@ -289,12 +300,12 @@ mod tests {
         for (width, height, reach) in [(35, 18, [1, 1]), (3, 9, [2, 5]), (2, 2, [0, 3])] {
             let area = Area { x0: -5, y0: 7, x1: width - 5, y1: 7 + height };
             let number = |[x, y]: [i32; 2]| Vec3::new(x as f32, y as f32, 0.0);
-            let seen: Vec<Seen> =
-                area.places().map(|at| Seen { least: number(at), most: number(at) }).collect();
-            for (found, [x, y]) in around(&seen, area, reach).iter().zip(area.places()) {
+            let sample_bounds: Vec<SampleBounds> =
+                area.places().map(|at| SampleBounds { least: number(at), most: number(at) }).collect();
+            for (found, [x, y]) in around(&sample_bounds, area, reach).iter().zip(area.places()) {
                 let is_near = |[a, b]: &[i32; 2]| a.abs_diff(x) <= reach[0] && b.abs_diff(y) <= reach[1];
-                let all = area.places().filter(is_near).map(|at| seen[area.index(at)]);
-                assert_eq!(*found, all.fold(Seen::NOTHING, Seen::union));
+                let all = area.places().filter(is_near).map(|at| sample_bounds[area.index(at)]);
+                assert_eq!(*found, all.fold(SampleBounds::EMPTY, SampleBounds::union));
             }
         }
     }

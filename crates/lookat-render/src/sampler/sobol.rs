@@ -23,7 +23,7 @@ const MASK: u32 = (1 << BITS) - 1;
 /// The highest bits of an index, where pixels share scrambles: they tell the pixels apart.
 const PIXEL_BITS: u32 = SHIFTS[0].len() as u32;
 
-/// What each bit of a reversed index adds to a reversed point.
+/// The bits that each bit of a reversed index adds to a reversed point.
 type Directions = [u32; BITS as usize];
 
 /// For each dimension as the first of a pair, the directions of both: of pixels that share no scrambles, and of pixels that do.
@@ -91,9 +91,9 @@ fn spread(x: u32) -> u64 {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Shuffled {
     seeds: [u32; LANES],
-    /// Those of the pixels.
+    /// The seeds of the pixels.
     own_seeds: [u32; LANES],
-    /// In reverse.
+    /// The indices with reversed bits.
     indices: [u32; LANES],
     /// The bits of these that tell pixels apart; none where they share no scrambles.
     pixel_mask: u32,
@@ -170,7 +170,7 @@ pub(super) fn numbers<S: Simd>(
     first.at(simd, dimension, samples).numbers(simd, dimension, 0)
 }
 
-/// The same in a dimension and the next.
+/// The points in a dimension and the next.
 #[inline(always)]
 pub(super) fn pairs<S: Simd>(
     simd: S,

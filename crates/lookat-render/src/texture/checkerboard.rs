@@ -17,7 +17,7 @@ pub(super) fn checkerboard<S: Simd, T: Values<S>>(
     let share = share_of_odd(at, &board.cells, active);
     let (is_even, is_odd) = (share.simd_eq(0.0), share.simd_eq(1.0));
     let (even, odd) = (at.value(even, active & !is_odd), at.value(odd, active & !is_even));
-    T::or(even, is_even, T::or(odd, is_odd, T::blend(even, odd, share)))
+    T::keep_where(even, is_even, T::keep_where(odd, is_odd, T::blend(even, odd, share)))
 }
 
 /// The share of cells whose numbers have an odd sum.
@@ -85,7 +85,7 @@ fn odd_length<S: Simd>(pairs: f64x8<S>) -> f64x8<S> {
 
 const RADIUS: f64 = 0.35;
 
-/// How far the middle of a dot may be from that of its cell.
+/// The largest distance of the middle of a dot from that of its cell.
 const MOST_SHIFT: f64 = 0.5 - RADIUS;
 
 #[inline(always)]
@@ -98,7 +98,7 @@ pub(super) fn dots<S: Simd, T: Values<S>>(
     at.either(in_dot, [&dots.dots, &dots.around], active)
 }
 
-/// Whether there is a dot in the cell of `st`, and `st` is in it. The places for noise are those of pbrt-v3.
+/// True if there is a dot in the cell of `st`, and `st` is in it. The places for noise are those of pbrt-v3.
 #[inline(never)]
 fn in_dot<S: Simd>([s, t]: Vec2x8<S>, active: mask64x8<S>) -> mask64x8<S> {
     let simd = active.token();

@@ -29,9 +29,10 @@ pub(super) fn value<S: Simd, T: Values<S>>(
             filtered[lane] = one(image, of(&st), [of(&x), of(&y)]);
         }
         let filtered = T::from_texels(T::texels(active.token(), &filtered));
-        match (active & is_still).any_true() {
-            true => T::or(T::from_texels(bilinear::<S, T>(&image.map, st, active)), is_still, filtered),
-            false => filtered,
+        if (active & is_still).any_true() {
+            T::keep_where(T::from_texels(bilinear::<S, T>(&image.map, st, active)), is_still, filtered)
+        } else {
+            filtered
         }
     })
 }
@@ -45,7 +46,7 @@ fn one<T: Value>(image: &ImageMap<T>, st: DVec2, [dst0, dst1]: [DVec2; 2]) -> T:
     }
 }
 
-/// As [`MipMap::bilinear`].
+/// Bilinear lookups in eight lanes, like [`MipMap::bilinear`].
 #[inline(always)]
 pub(crate) fn bilinear<S: Simd, T: Values<S>>(
     map: &MipMap<T::Texel>,

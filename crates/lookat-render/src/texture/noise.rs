@@ -63,7 +63,7 @@ fn fade<S: Simd>(d: f64x8<S>) -> f64x8<S> {
     d * d * d * (d * (d * 6.0 - 15.0) + 10.0)
 }
 
-/// What chooses the gradients of the eight corners of cells, from 0 to 15.
+/// Hashes that choose the gradients at the eight corners of cells, from 0 to 15.
 #[inline(always)]
 fn hashes<S: Simd>([x, y, z]: [[i32; LANES]; 3], active: mask64x8<S>) -> [[u32; LANES]; 8] {
     let permuted = |index: u8| PERMUTATION[usize::from(index)];
@@ -186,12 +186,12 @@ impl<S: Simd> PointInSpace<S> {
     }
 }
 
-/// What is summed.
+/// The summand of a sum of octaves.
 #[derive(Clone, Copy)]
 pub(super) enum Sum {
     /// Noise.
     Fbm,
-    /// Its absolute values.
+    /// Absolute values of noise.
     Turbulence,
 }
 
@@ -251,7 +251,7 @@ fn color<S: Simd>(place: f32x8<S>) -> Colors<S> {
     let mut points = [Colors::splat(simd, Vec3::ZERO); 4];
     for (i, point) in points.iter_mut().enumerate() {
         let [first, second] = [Colors::splat(simd, COLORS[i]), Colors::splat(simd, COLORS[i + 1])];
-        *point = first.or(is_first, second);
+        *point = first.keep_where(is_first, second);
     }
     for level in (1..4).rev() {
         for i in 0..level {
@@ -272,7 +272,7 @@ mod tests {
         baseline!(simd => noise(Vec3x8::splat(simd, p), bits(simd, 1))[0])
     }
 
-    /// Of a point with neighbors at that distance.
+    /// The sum at a point with neighbors at distance `spread`.
     fn sum_at(sum: Sum, p: DVec3, spread: f64, octaves: (u32, f64)) -> f64 {
         baseline!(simd => {
             let spread = Some(f64x8::splat(simd, spread));
@@ -300,7 +300,7 @@ mod tests {
         }
     }
 
-    /// As pbrt-v3 writes it.
+    /// Compares with the formula of pbrt-v3.
     #[test]
     fn hashes_are_those_of_pbrt() {
         let permuted = |index: i32| i32::from(PERMUTATION[index as usize & 255]);

@@ -1,4 +1,4 @@
-//! Small worlds, whose elements are tried one after the other.
+//! Small worlds, whose elements are tested one after the other without a BVH.
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
@@ -11,9 +11,9 @@ use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
 use crate::triangle::{Triangle, holds_end};
 
-/// With more triangles than that, a tree is faster.
+/// Above this number of triangles, a BVH is faster.
 pub(crate) const MOST: usize = 32;
-/// A sphere takes as long as so many of them.
+/// The cost of a sphere, in triangles.
 const SPHERE: usize = 2;
 
 /// All elements of a small world, sorted by name.
@@ -25,7 +25,7 @@ pub(crate) struct List<'s> {
 
 pub(crate) struct Element<'s> {
     pub id: ElementId,
-    /// As in [`Hit::place`].
+    /// The index of the triangle in its group: see [`Hit::place`].
     pub place: u32,
     /// See [`super::rays::Labels`].
     label: f64,
@@ -92,9 +92,10 @@ impl<'s> List<'s> {
             let own: f64x8<S> = (number as f64).simd_into(simd);
             let (met, t, sides) = element.meet(own, rays, &sheared, hits.t, active);
             let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
-            let nearer = match element.is_cut_out && nearer.any_true() {
-                true => element.meet_solid(self.scene, rays, nearer, false),
-                false => nearer,
+            let nearer = if element.is_cut_out && nearer.any_true() {
+                element.meet_solid(self.scene, rays, nearer, false)
+            } else {
+                nearer
             };
             hits.t = nearer.select(t, hits.t);
             hits.element = nearer.select(own, hits.element);
@@ -111,7 +112,7 @@ impl<'s> List<'s> {
         hits
     }
 
-    /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
+    /// The active rays that hit anything but their targets. `is_shadow`: these are shadow rays, which may pass other holes.
     #[inline(always)]
     pub fn occluded<S: Simd>(
         &self,
@@ -150,7 +151,7 @@ impl<'s> Element<'s> {
         Element { id, place, label, emits, is_cut_out, shape }
     }
 
-    /// Those of some rays that meet it where it has no hole. Out of line: other elements are not to pay for it.
+    /// The rays that hit the element where it has no hole. Out of line, so that other elements do not pay for it.
     #[cold]
     #[inline(never)]
     fn meet_solid<S: Simd>(
@@ -167,7 +168,7 @@ impl<'s> Element<'s> {
         })
     }
 
-    /// Which of some shadow rays to point lights, that meet it, do so nowhere but at their ends. `own` is its number.
+    /// The shadow rays to point lights that hit the element only at their ends. `own`: the number of the element.
     #[cold]
     #[inline(never)]
     fn ends<S: Simd>(&self, own: f64x8<S>, rays: &Rays<S>, met: mask64x8<S>) -> mask64x8<S> {
@@ -183,8 +184,8 @@ impl<'s> Element<'s> {
         bits(own.token(), ends)
     }
 
-    /// Where those of the rays that are active meet it, at which distances, and of a triangle in proportion to what its corners
-    /// weigh. `own` is its number.
+    /// The active rays that hit the element, the distances, and for a triangle the unnormalized weights of its corners.
+    /// `own`: the number of the element.
     #[inline(always)]
     fn meet<S: Simd>(
         &self,

@@ -4,7 +4,7 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
 use super::rays::{Hits, NONE, Rays, WORLD};
-use super::{Forms, Query, Tree, nothing};
+use super::{Query, TraversalRays, Tree, nothing};
 use crate::bvh::{Leaf, Slabs, WIDTH, not_less};
 use crate::number::{Vec3x8, bits, set_lanes, splat_f32, to_f32};
 use crate::ray::{ElementId, Hit, Ray};
@@ -14,42 +14,43 @@ use crate::triangle::{
     sheared::{BoxedTriangle, ShearedRays},
 };
 
-/// At most so many packets go together.
+/// The most packets that traverse the BVH together.
 pub(crate) const MOST_PACKETS: usize = 8;
 
-/// If more triangles than that are tested for each packet, packets are faster apart.
+/// Above this number of triangle tests per packet, separate packets are faster.
 const MOST_TESTS: usize = 24;
 
-/// An element that is no triangle takes as long as so many.
+/// The cost of a test of a non-triangle, in triangle tests.
 const OTHER_TESTS: usize = 16;
 
-/// What became of packets that were to go together.
+/// How well packets stayed together on their way through the BVH.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Together {
-    /// They did, with few tests: more might.
-    Easily,
-    Yes,
-    /// They run different ways, or meet too much.
-    No,
+pub(crate) enum Coherence {
+    /// The packets stayed together and needed few tests. More packets may go together next time.
+    High,
+    Enough,
+    /// The rays run in different directions, or need too many tests together.
+    Low,
 }
 
-/// How many packets go together next: neighbors mostly fare alike.
+/// Decides how many packets go together next, by how coherent the packets before were.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PacketCount {
     packets: usize,
-    /// For how many packets rays went one by one, after a packet that did not stay together.
+    /// The number of packets whose rays were traced one by one after the last incoherent packet.
     apart: u32,
-    /// How many of them are left.
+    /// The number of these packets that are left.
     apart_left: u32,
 }
 
-/// Rays go one by one for no more packets than that in a row.
+/// The most packets in a row whose rays are traced one by one.
 const LONGEST_APART: u32 = 63;
 
 impl PacketCount {
     pub const LARGEST: PacketCount = PacketCount { packets: MOST_PACKETS, apart: 0, apart_left: 0 };
 
-    /// So many of those that are left; 0 where the rays of one packet go one by one.
+    /// The number of packets that go together next, out of those left. 0 if the rays of the next packet are traced one by
+    /// one.
     pub fn next(&mut self, left: usize) -> usize {
         if self.apart_left > 0 {
             self.apart_left -= 1;
@@ -58,19 +59,19 @@ impl PacketCount {
         self.packets.min(left)
     }
 
-    /// Learns what became of so many.
-    pub fn learn(&mut self, count: usize, together: Together) {
-        match together {
-            Together::No if count == 1 => {
+    /// Records how coherent a group of `count` packets was.
+    pub fn learn(&mut self, count: usize, coherence: Coherence) {
+        match coherence {
+            Coherence::Low if count == 1 => {
                 self.packets = 1;
                 self.apart = LONGEST_APART.min(2 * self.apart + 1);
                 self.apart_left = self.apart;
             }
-            Together::No => self.packets = count / 2,
-            Together::Easily if count == self.packets => {
+            Coherence::Low => self.packets = count / 2,
+            Coherence::High if count == self.packets => {
                 (self.packets, self.apart) = (MOST_PACKETS.min(2 * count), 0);
             }
-            Together::Easily | Together::Yes => self.apart = 0,
+            Coherence::High | Coherence::Enough => self.apart = 0,
         }
     }
 }
@@ -84,22 +85,22 @@ impl Tree<'_> {
         rays: &[Rays<S>],
         active: &[mask64x8<S>],
         hits: &mut ArrayVec<Hits<S>, MOST_PACKETS>,
-    ) -> Together {
+    ) -> Coherence {
         let mut packets: ArrayVec<Packet<S>, MOST_PACKETS> = ArrayVec::new();
         let mut all: Option<Slabs<S>> = None;
         for (rays, active) in rays.iter().zip(active) {
             let rays = whole(simd, rays, *active);
-            let Some((packet, own)) = Packet::new(simd, &rays, *active) else { return Together::No };
+            let Some((packet, own)) = Packet::new(simd, &rays, *active) else { return Coherence::Low };
             all = match all {
                 Some(all) => all.union(own),
                 None => Some(own),
             };
             if all.is_none() {
-                return Together::No;
+                return Coherence::Low;
             }
             packets.push(packet);
         }
-        let Some(slabs) = all else { return Together::No };
+        let Some(slabs) = all else { return Coherence::Low };
         let slabs = slabs.of_all(simd);
         let error = packets.iter().fold(0.0, |error: f32, packet| error.max(packet.filter.error));
         let (world, most) = (&self.scene.world, MOST_TESTS * packets.len());
@@ -142,12 +143,12 @@ impl Tree<'_> {
             },
         );
         if tests > most {
-            return Together::No;
+            return Coherence::Low;
         }
         for packet in &packets {
             hits.push(packet.hits);
         }
-        if 4 * tests <= most { Together::Easily } else { Together::Yes }
+        if 4 * tests <= most { Coherence::High } else { Coherence::Enough }
     }
 }
 
@@ -169,7 +170,7 @@ fn whole<S: Simd>(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Rays<S> {
     }
     let first = active.to_bitmask().trailing_zeros() as usize % crate::number::LANES;
     let (o, d) = (rays.o.lane(first), rays.d.lane(first));
-    rays.or(active, Rays::new(Vec3x8::splat(simd, o), Vec3x8::splat(simd, d)))
+    rays.keep_where(active, Rays::new(Vec3x8::splat(simd, o), Vec3x8::splat(simd, d)))
 }
 
 /// Eight rays whose direction is longest along one axis, and their nearest hits so far.
@@ -177,29 +178,30 @@ pub(super) struct Packet<S: Simd> {
     rays: ShearedRays<S>,
     /// Leaves out triangles that are not met; `f64` decides about the others.
     pub filter: Filter<S>,
-    /// How far along the longest axis the nearest hits are.
+    /// The depth of the nearest hits along the longest axis.
     depth: f32x8<S>,
     active: mask64x8<S>,
     pub hits: Hits<S>,
 }
 
 impl<S: Simd> Packet<S> {
-    /// And how the rays are tested against boxes. `None` of rays that are longest along different axes, that run different ways, or
-    /// of which `f32` says nothing.
+    /// Prepares rays for tests against triangles and boxes. `None` if the directions differ in sign or in their longest
+    /// axis, or are out of the range of `f32`.
     #[inline(always)]
     pub fn new(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Option<(Self, Slabs<S>)> {
-        let (sheared, forms) = (ShearedRays::new(rays.o, rays.d, active), Forms::new(simd, rays.o, rays.d));
-        let filter = forms.all()?;
-        if !forms.magnitude.simd_lt(f32::INFINITY).all_true() {
+        let (sheared, traversal) =
+            (ShearedRays::new(rays.o, rays.d, active), TraversalRays::new(simd, rays.o, rays.d));
+        let filter = traversal.all()?;
+        if !traversal.magnitude.simd_lt(f32::INFINITY).all_true() {
             return None;
         }
         // Those that are not active are at their end.
         let t = active.select(rays.t_max, NONE.simd_into(simd));
         let (depth, hits) = (to_f32(t) * filter.length(), Hits { t, ..Hits::none(simd) });
-        Some((Packet { rays: sheared, filter, depth, active, hits }, forms.slabs.all()?))
+        Some((Packet { rays: sheared, filter, depth, active, hits }, traversal.slabs.all()?))
     }
 
-    /// Which rays may meet a triangle of a block nearer than what they have met, as bits.
+    /// Bits of the rays that may hit a triangle of a block before their nearest hits.
     #[inline(always)]
     pub fn may_meet(&self, simd: S, block: &Block, lane: usize, tolerance: &Tolerance) -> u64 {
         let corner = |at: usize, axis: Axis| splat_f32(simd, block.corners[at][axis as usize][lane % WIDTH]);
@@ -211,7 +213,7 @@ impl<S: Simd> Packet<S> {
         !is_out.to_bitmask() & ((1 << WIDTH) - 1)
     }
 
-    /// Puts the triangle at a place where it is the nearest that the rays of some bits meet. Whether any does.
+    /// Records the triangle as the hit of the given rays for which it is the nearest. True if there is such a ray.
     #[inline(always)]
     pub fn meet(&mut self, simd: S, scene: &Traceable, place: u32, may: u64) -> bool {
         let triangle = scene.world.triangle(place);
@@ -240,7 +242,7 @@ impl<S: Simd> Packet<S> {
         true
     }
 
-    /// Those of the rays that have met what is named later than a triangle, or nothing.
+    /// The rays whose hit so far has a later name than the triangle, or that have no hit.
     #[cold]
     #[inline(never)]
     fn named_earlier(
@@ -267,7 +269,7 @@ impl<S: Simd> Packet<S> {
             let query = Query::new(&scene.world, &ray, ElementId::WORLD, false);
             if scene.meet_non_triangle::<S, false>(simd, query, other, &mut hit) {
                 let hits = &mut self.hits;
-                hits.put(lane, Some(&hit), scene.labels);
+                hits.set_lane(lane, Some(&hit), scene.labels);
                 let (own, emits) = (bits(simd, 1 << lane), scene.emits(&hit));
                 hits.emits = if emits { hits.emits | own } else { hits.emits & !own };
             }
@@ -275,7 +277,7 @@ impl<S: Simd> Packet<S> {
         self.depth = to_f32(self.hits.t) * self.filter.length();
     }
 
-    /// What a ray has met so far.
+    /// The nearest hit of a ray so far.
     fn hit(&self, scene: &Traceable, lane: usize) -> Hit {
         if self.hits.element[lane] < 0.0 {
             return Hit {
@@ -331,8 +333,8 @@ mod tests {
         })
     }
 
-    /// What becomes of some rays, and how many of them meet something, each just what it meets alone.
-    fn trace<S: Simd>(simd: S, scene: &Traceable, rays: &[Ray]) -> (Together, usize) {
+    /// The coherence of some rays and the number of rays with a hit. Checks that each hit equals that of the ray alone.
+    fn trace<S: Simd>(simd: S, scene: &Traceable, rays: &[Ray]) -> (Coherence, usize) {
         let (mut packets, mut active) = (Vec::new(), Vec::new());
         for rays in rays.chunks(LANES) {
             // What is not active is anything.
@@ -346,7 +348,7 @@ mod tests {
         let mut hits = ArrayVec::new();
         let tree = Tree { scene };
         let together = tree.nearest_of(simd, &packets, &active, &mut hits);
-        if together == Together::No {
+        if together == Coherence::Low {
             return (together, 0);
         }
         let mut met = 0;

@@ -13,7 +13,7 @@ pub(crate) struct Rays<S: Simd> {
     pub t_max: f64x8<S>,
     /// The number, in its group, of the element that each leaves; [`NONE`] of those that leave none.
     pub leaving: f64x8<S>,
-    /// Which instance that belongs to, or [`WORLD`].
+    /// The instance of that element, or [`WORLD`].
     pub leaving_instance: f64x8<S>,
     /// The label of the element that each shadow ray goes to, [`POINT_LIGHT`] or [`NONE`].
     pub target: f64x8<S>,
@@ -29,12 +29,12 @@ impl<S: Simd> Rays<S> {
         Rays { o, d, t_max, leaving: none, leaving_instance: world, target: none }
     }
 
-    /// These where `mask` says so, and the others elsewhere.
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         Rays {
-            o: self.o.or(mask, others.o),
-            d: self.d.or(mask, others.d),
+            o: self.o.keep_where(mask, others.o),
+            d: self.d.keep_where(mask, others.d),
             t_max: mask.select(self.t_max, others.t_max),
             leaving: mask.select(self.leaving, others.leaving),
             leaving_instance: mask.select(self.leaving_instance, others.leaving_instance),
@@ -42,7 +42,7 @@ impl<S: Simd> Rays<S> {
         }
     }
 
-    /// Their points at distances.
+    /// The points on the rays at distances `t`.
     #[inline(always)]
     pub fn at(&self, t: f64x8<S>) -> Vec3x8<S> {
         self.o + self.d * t
@@ -70,8 +70,8 @@ pub(crate) struct Labels {
 }
 
 impl Labels {
-    /// Those of so many primitives, and of elements with indices below a number. Fails with more than 2^52 labels: such worlds are too
-    /// large for any memory.
+    /// Labels for `primitives` primitives whose elements have indices below `indices`. Panics above 2^52 labels: no memory
+    /// holds such a world.
     pub fn new(primitives: usize, indices: usize) -> Self {
         let indices = indices.next_power_of_two() as f64;
         // With the places below them, all are less than 2^53.
@@ -105,11 +105,12 @@ pub(crate) struct Hits<S: Simd> {
     pub t: f64x8<S>,
     /// Numbers of elements in their groups; [`NONE`] where there is no hit.
     pub element: f64x8<S>,
-    /// Which instances they belong to, or [`WORLD`].
+    /// The instances of the elements, or [`WORLD`].
     pub instance: f64x8<S>,
-    /// Of triangles, in proportion to what the corners weigh in a [`super::List`], and the weights of the vertices in a [`super::Tree`].
+    /// For hits of triangles: in a [`super::List`] unnormalized weights of the corners, in a [`super::Tree`] the barycentric
+    /// coordinates.
     pub sides: [f64x8<S>; 3],
-    /// Which of them emit.
+    /// The hits on elements that emit light.
     pub emits: mask64x8<S>,
 }
 
@@ -122,7 +123,7 @@ impl<S: Simd> Hits<S> {
         Hits { t: none, element: none, instance, sides: [none; 3], emits }
     }
 
-    /// Where there is one.
+    /// The rays with a hit.
     #[inline(always)]
     pub fn is_hit(&self) -> mask64x8<S> {
         self.element.simd_ge(0.0)

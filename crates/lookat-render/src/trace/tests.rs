@@ -61,7 +61,7 @@ fn a_ray_leaves_one_triangle_of_many_with_its_place() {
                 let surface = Surface::new(&traceable, &ray, &hit);
                 assert!((surface.p.z - start - d.z * (met.len() as f64 + 1.0)).abs() < 1e-9);
                 met.push(hit.element);
-                ray = surface.leave(d);
+                ray = surface.spawn_ray(d);
             }
             assert!(!traceable.occluded(&ray));
             assert_eq!(met.len(), 5, "{met:?}");
@@ -119,7 +119,7 @@ fn shadows_are_those_of_f64() {
             1 => (ElementId::NONE, t_max * (1.0 - 1e-9)),
             _ => (ElementId::NONE, t_max * 1.5),
         };
-        let ray = Ray { t_max, target, ..from.leave(between / distance) };
+        let ray = Ray { t_max, target, ..from.spawn_ray(between / distance) };
         let occluded = traceable.occluded_by_all(&ray);
         assert!(of_levels.iter().all(|traceable| traceable.occluded(&ray) == occluded), "{ray:?}");
         counts[usize::from(occluded)] += 1;

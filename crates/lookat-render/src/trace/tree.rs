@@ -5,7 +5,7 @@ use fearless_simd::{Simd, mask64x8};
 use super::rays::{Hits, Labels, NONE, PLACES, Rays};
 use crate::number::{bits, set_lanes};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::trace::Forms;
+use crate::trace::TraversalRays;
 use crate::trace::nothing;
 use crate::traceable::Traceable;
 
@@ -15,7 +15,7 @@ pub(crate) struct Tree<'s> {
     pub scene: &'s Traceable,
 }
 
-/// That of what is hit.
+/// The label of the element that was hit.
 #[inline(always)]
 fn number(hit: &Hit, labels: Labels) -> f64 {
     match hit.place {
@@ -33,20 +33,20 @@ impl<'s> Tree<'s> {
     /// The nearest hits of the rays that are active.
     #[inline(always)]
     pub fn nearest<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
-        let (scene, forms) = (self.scene, Forms::new(simd, rays.o, rays.d));
+        let (scene, forms) = (self.scene, TraversalRays::new(simd, rays.o, rays.d));
         let (mut hits, mut emits) = (Hits::none(simd), 0);
         for lane in set_lanes(active) {
             let ray = self.ray(rays, lane);
             let mut hit = nothing(&ray);
             if scene.search::<S, false>(simd, scene.query(&ray, false), (&forms, lane), &mut hit) {
-                hits.put(lane, Some(&hit), scene.labels);
+                hits.set_lane(lane, Some(&hit), scene.labels);
                 emits |= u64::from(scene.emits(&hit)) << lane;
             }
         }
         Hits { emits: bits(simd, emits), ..hits }
     }
 
-    /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
+    /// The active rays that hit anything but their targets. `is_shadow`: these are shadow rays, which may pass other holes.
     #[inline(always)]
     pub fn occluded<S: Simd>(
         &self,
@@ -54,7 +54,7 @@ impl<'s> Tree<'s> {
         rays: &Rays<S>,
         (active, is_shadow): (mask64x8<S>, bool),
     ) -> mask64x8<S> {
-        let (scene, forms) = (self.scene, Forms::new(simd, rays.o, rays.d));
+        let (scene, forms) = (self.scene, TraversalRays::new(simd, rays.o, rays.d));
         let mut met = 0;
         for lane in set_lanes(active) {
             let ray = self.ray(rays, lane);
@@ -109,8 +109,8 @@ impl<'s> Tree<'s> {
 }
 
 impl<S: Simd> Hits<S> {
-    /// Puts what one ray has hit in a world with a tree in its place.
-    pub fn put(&mut self, lane: usize, hit: Option<&Hit>, labels: Labels) {
+    /// Sets the hit of one ray in a world with a BVH.
+    pub fn set_lane(&mut self, lane: usize, hit: Option<&Hit>, labels: Labels) {
         let Some(hit) = hit else {
             self.element[lane] = NONE;
             return;

@@ -14,7 +14,7 @@ const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 /// A triangle with less area in texture space has no directions of its own, as in pbrt-v3.
 const LEAST_AREA: f64 = 1e-8;
 
-/// Those of the corners of a triangle.
+/// The texture coordinates of the corners of a triangle.
 pub(crate) fn coordinates(mesh: &Mesh, index: usize) -> [DVec2; 3] {
     if mesh.uvs().is_empty() {
         return DEFAULT;
@@ -32,16 +32,18 @@ pub(crate) struct ParametricTriangles {
     weights: [[f64; LANES]; 3],
     /// The shading normals of the points.
     ns: [[f64; LANES]; 3],
-    /// Which of them are reversed by ReverseOrientation; which have normals and tangents.
+    /// Bits of the points that ReverseOrientation reverses.
     is_reversed: u64,
+    /// Bits of the points whose meshes have normals.
     has_normals: u64,
+    /// Bits of the points whose meshes have tangents.
     has_tangents: u64,
 }
 
 impl ParametricTriangles {
-    /// Puts a point in its place: of a triangle of a mesh, where its corners weigh so much, with its shading normal.
+    /// Sets the point in one lane: a triangle of a mesh, barycentric coordinates and the shading normal.
     #[inline(never)]
-    pub fn put(
+    pub fn set_lane(
         &mut self,
         lane: usize,
         (mesh, index): (&Mesh, usize),
@@ -73,7 +75,7 @@ impl ParametricTriangles {
         self.is_reversed |= u64::from(is_reversed) << lane;
     }
 
-    /// The triangles as they are, flat; and as their shading normals have them.
+    /// The derivatives of the flat triangles, and those by their shading normals.
     #[inline(always)]
     pub fn parametrics<S: Simd>(&self, simd: S) -> [Parametrics<S>; 2] {
         let uvs: [Vec2x8<S>; 3] =
@@ -92,20 +94,20 @@ impl ParametricTriangles {
         let [s0, s1, s2] = Vec3x8::three(simd, &self.tangents);
         let (tangent, is_valid) = (s0 * weights[0] + s1 * weights[1] + s2 * weights[2]).try_normalize();
         // pbrt-v3 keeps the direction of dpdu only, at length one.
-        let along = tangent.or(is_valid & has_tangents, flat.dpdu.normalize_or(DVec3::X));
+        let along = tangent.keep_where(is_valid & has_tangents, flat.dpdu.normalize_or(DVec3::X));
         // pbrt-v3 knows the normal of the file here, before ReverseOrientation.
-        let own = (-ns).or(is_reversed, ns);
+        let own = (-ns).keep_where(is_reversed, ns);
         let (across, is_valid) = along.cross(own).try_normalize();
         let [x, y] = pbrt_frame(own);
-        let (dpdu, dpdv) = (across.cross(own).or(is_valid, x), across.or(is_valid, y));
+        let (dpdu, dpdv) = (across.cross(own).keep_where(is_valid, x), across.keep_where(is_valid, y));
         let zero = Vec3x8::splat(simd, DVec3::ZERO);
         let [dndu, dndv] = bending(uvs, Vec3x8::three(simd, &self.normals));
         let shading = Parametrics {
             uv: flat.uv,
-            dpdu: dpdu.or(is_smooth, flat.dpdu),
-            dpdv: (-dpdv).or(is_reversed, dpdv).or(is_smooth, flat.dpdv),
-            dndu: dndu.or(has_normals, zero),
-            dndv: dndv.or(has_normals, zero),
+            dpdu: dpdu.keep_where(is_smooth, flat.dpdu),
+            dpdv: (-dpdv).keep_where(is_reversed, dpdv).keep_where(is_smooth, flat.dpdv),
+            dndu: dndu.keep_where(has_normals, zero),
+            dndv: dndv.keep_where(has_normals, zero),
         };
         [flat, shading]
     }
@@ -116,7 +118,7 @@ fn pair<S: Simd>(simd: S, [u, v]: &[[f64; LANES]; 2]) -> Vec2x8<S> {
     [(*u).simd_into(simd), (*v).simd_into(simd)]
 }
 
-/// Flat triangles at points where their corners weigh so much.
+/// The derivatives of flat triangles at barycentric coordinates.
 #[inline(always)]
 fn flat<S: Simd>(
     uvs: [Vec2x8<S>; 3],
@@ -131,17 +133,26 @@ fn flat<S: Simd>(
     let is_valid = is_valid & !is_zero(dpdu.cross(dpdv));
     let [x, y] = pbrt_frame((p2 - p0).cross(p1 - p0).normalize_or(DVec3::Z));
     let zero = Vec3x8::splat(b0.token(), DVec3::ZERO);
-    Parametrics { uv: [u, v], dpdu: dpdu.or(is_valid, x), dpdv: dpdv.or(is_valid, y), dndu: zero, dndv: zero }
+    Parametrics {
+        uv: [u, v],
+        dpdu: dpdu.keep_where(is_valid, x),
+        dpdv: dpdv.keep_where(is_valid, y),
+        dndu: zero,
+        dndv: zero,
+    }
 }
 
-/// How the normals of the file change over triangles.
+/// The derivatives of the normals in the file.
 #[inline(always)]
 fn bending<S: Simd>(uvs: [Vec2x8<S>; 3], [n0, n1, n2]: [Vec3x8<S>; 3]) -> [Vec3x8<S>; 2] {
     let ([dndu, dndv], is_valid) = by_coordinates(uvs, [n0 - n2, n1 - n2]);
     let across = (n2 - n0).cross(n1 - n0);
     let zero = Vec3x8::splat(across.x.token(), DVec3::ZERO);
     let ([x, y], is_zero) = (pbrt_frame(across), is_zero(across));
-    [dndu.or(is_valid, zero.or(is_zero, x)), dndv.or(is_valid, zero.or(is_zero, y))]
+    [
+        dndu.keep_where(is_valid, zero.keep_where(is_zero, x)),
+        dndv.keep_where(is_valid, zero.keep_where(is_zero, y)),
+    ]
 }
 
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! Rays side by side against a triangle.
+//! Intersects eight rays with a triangle.
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
@@ -21,7 +21,7 @@ impl<'s> BoxedTriangle<'s> {
     }
 }
 
-/// As [`ShearedRay`].
+/// Eight rays, prepared like [`ShearedRay`].
 #[derive(Clone, Copy)]
 pub(crate) struct ShearedRays<S: Simd> {
     o: Vec3x8<S>,
@@ -32,12 +32,12 @@ pub(crate) struct ShearedRays<S: Simd> {
     turn: Turn<S>,
 }
 
-/// How rays are turned, see [`Axis::longest_last`].
+/// The permutation of axes of each ray: see [`Axis::longest_last`].
 #[derive(Clone, Copy)]
 enum Turn<S: Simd> {
     /// All in one way.
     Alike([Axis; 3]),
-    /// Where the longest axis is not x, and where it would not be y.
+    /// The rays whose longest axis is not x, and those whose z is longer than y.
     Mixed { is_not_x: mask64x8<S>, is_not_y: mask64x8<S> },
 }
 
@@ -100,8 +100,8 @@ impl<S: Simd> ShearedRays<S> {
         }
     }
 
-    /// Where rays meet a triangle, at which distance, and in proportion to what the corners weigh; as
-    /// [`ShearedRay::intersect`], to the bit.
+    /// The rays that hit a triangle, the distances, and the unnormalized weights of the corners, with the bits of
+    /// [`ShearedRay::intersect`].
     #[inline(always)]
     pub fn intersect(
         &self,
@@ -147,7 +147,7 @@ impl<S: Simd> ShearedRays<S> {
         Vec3x8 { x: p.x - self.shear.x * p.z, y: p.y - self.shear.y * p.z, z: p.z }
     }
 
-    /// Where a ray passes just at an edge, or starts in the plane.
+    /// Intersects one ray after the other. For rays that pass exactly at an edge or start in the plane.
     #[cold]
     #[inline(never)]
     fn one_by_one(

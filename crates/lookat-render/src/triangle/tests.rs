@@ -4,7 +4,7 @@ use super::*;
 use crate::number::{Vec3x8, side_by_side};
 use crate::ray::Ray;
 use crate::testing::{levels, noise};
-use crate::trace::Forms;
+use crate::trace::TraversalRays;
 use fearless_simd::Level;
 use glam::DVec3;
 
@@ -111,7 +111,7 @@ fn block(triangles: &[[DVec3; 3]]) -> Block {
 /// The triangles that a ray may meet, and those that it surely meets.
 fn meet(level: Level, ray: &Ray, block: &Block, t_max: f64) -> (u32, u32) {
     side_by_side!(level, simd => {
-        let forms = Forms::new(simd, Vec3x8::splat(simd, ray.o), Vec3x8::splat(simd, ray.d));
+        let forms = TraversalRays::new(simd, Vec3x8::splat(simd, ray.o), Vec3x8::splat(simd, ray.d));
         forms.one(simd, 0).1.meet(simd, block, t_max, 0)
     })
 }

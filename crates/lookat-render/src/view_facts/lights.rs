@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3};
 use lookat_scene::Light;
 
-use super::Seen;
+use super::ProbeHit;
 use super::ShapeFacts;
 use crate::bsdf::Domain;
 use crate::integrator::Tracer;
@@ -33,21 +33,21 @@ const GRAZING: f64 = 1e-4;
 /// A light, and what it gives to the surfaces in view.
 #[derive(Debug, Clone)]
 pub struct LightFacts {
-    /// Which light it is.
+    /// The light.
     pub place: LightPlace,
-    /// Where it is, if it is somewhere: its position, or the middle of its box.
+    /// The position of the light, or the middle of its box. `None` for lights without a position.
     pub position: Option<DVec3>,
     /// The mean irradiance, as luminance, that comes straight from the light to the surfaces in view.
     pub irradiance: f64,
-    /// Whether the light reaches a surface in view, or a surface that one of these sees.
+    /// True if the light reaches a surface in view, or a surface that one of these sees.
     pub reaches: bool,
-    /// Whether it would, if nothing blocked it.
+    /// True if the light would reach one of these surfaces if nothing blocked it.
     pub faces: bool,
     /// Where `reaches` is false, the number in [`ViewFacts::shapes`](super::ViewFacts::shapes) of the opaque shape around the light.
     pub inside: Option<usize>,
 }
 
-/// Where a light is in a world.
+/// The location of a light in a world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LightPlace {
     /// The number in `World::lights`.
@@ -59,7 +59,7 @@ pub enum LightPlace {
 /// Facts about the lights, from the surfaces that probe rays have seen. None if there are too many lights.
 pub(super) fn facts(
     prepared: &Prepared,
-    seen: &[&Seen],
+    seen: &[&ProbeHit],
     mut number: impl FnMut((u32, u32)) -> usize,
 ) -> Vec<LightFacts> {
     let (lights, traceable) = (&prepared.lights, &prepared.traceable);
@@ -72,7 +72,7 @@ pub(super) fn facts(
         seen.iter().step_by(every).map(|seen| seen.surface.facing(seen.ray.d)).collect();
     // What these see in one direction each: light may come to them from there.
     let bounce = |(i, surface): (usize, &Surface)| {
-        let ray = surface.leave(cosine_direction(surface.n, square(i)));
+        let ray = surface.spawn_ray(cosine_direction(surface.n, square(i)));
         let hit = traceable.nearest(&ray).filter(|hit| !traceable.emits(hit))?;
         Some(Surface::new(traceable, &ray, &hit).facing(ray.d))
     };
@@ -121,7 +121,7 @@ fn places(prepared: &Prepared) -> Vec<LightPlace> {
     of_rank(0).chain(of_shapes).chain(of_rank(1)).chain(of_rank(2)).collect()
 }
 
-/// Where a light is, if it is somewhere.
+/// The position of a light, if it has one.
 fn position(prepared: &Prepared, place: LightPlace) -> Option<DVec3> {
     let source = &prepared.traceable.source;
     match place {
@@ -139,12 +139,12 @@ fn position(prepared: &Prepared, place: LightPlace) -> Option<DVec3> {
     }
 }
 
-/// What surfaces receive from a light.
+/// The light that surfaces receive from a light source.
 #[derive(Default)]
 struct Received {
     /// The sum of the irradiance.
     irradiance: f64,
-    /// How many surfaces receive any, and would if nothing were in the way.
+    /// The number of surfaces that receive light, and of those that would without occlusion.
     lit: usize,
     faced: usize,
 }
@@ -212,12 +212,12 @@ fn of_sky<S: Simd>(
 ) -> (Rays<S>, Colors<S>, mask64x8<S>) {
     let mut d = surfaces.n;
     for lane in 0..LANES {
-        d.put(lane, cosine_direction(surfaces.n.lane(lane), DVec2::new(u[lane], v[lane])));
+        d.set_lane(lane, cosine_direction(surfaces.n.lane(lane), DVec2::new(u[lane], v[lane])));
     }
     let (radiance, density) = prepared.lights.sky(simd, light, None, d);
     let cosine = d.dot(surfaces.n);
     let share = cosine / (cosine / PI + density);
-    (surfaces.leave(d), radiance.scaled(share), cosine.simd_gt(0.0))
+    (surfaces.spawn_ray(d), radiance.scaled(share), cosine.simd_gt(0.0))
 }
 
 /// Surfaces side by side. The first one fills lanes without a surface.
@@ -234,7 +234,9 @@ fn side_by_side<S: Simd>(simd: S, world: &World, surfaces: &[Surface]) -> Surfac
         element: f64x8::from_fn(simd, number),
         instance: f64x8::from_fn(simd, instance),
     };
-    (0..LANES).for_each(|lane| wide.put(lane, of(lane)));
+    for lane in 0..LANES {
+        wide.set_lane(lane, of(lane));
+    }
     wide
 }
 

@@ -82,7 +82,7 @@ impl MeshLight {
         self.mesh.triangles() > MOST_WHOLE
     }
 
-    /// How far from a place there are vertices.
+    /// The largest distance of a vertex from `center`.
     pub fn radius(&self, center: DVec3) -> f64 {
         let squared = |p: &[f64; 3]| (DVec3::from(*p) - self.origin).distance_squared(center);
         self.mesh.positions().iter().map(squared).fold(0.0, f64::max).sqrt()
@@ -153,12 +153,12 @@ impl MeshLight {
         Density { area, solid_angle: seen.solid_angle, is_by_angle: seen.is_in_range }
     }
 
-    /// Those of a primitive, the mesh.
+    /// The triangles with these indices of a primitive that is a mesh.
     #[inline(always)]
     fn triangles(&self, primitive: &Primitive, indices: [usize; LANES]) -> Triangles {
         let mut triangles = Triangles::default();
         for (lane, index) in indices.into_iter().enumerate() {
-            triangles.put(lane, primitive, (&self.mesh, index, self.corners(index)));
+            triangles.set_lane(lane, primitive, (&self.mesh, index, self.corners(index)));
         }
         triangles
     }
@@ -178,10 +178,7 @@ impl SurfaceLight {
             match &mesh.rectangle {
                 Some(rectangle) => {
                     let seen = rectangle.seen_from(simd, at.surfaces);
-                    let [s, t] = match seen.is_in_range.any_true() {
-                        true => seen.sample(u),
-                        false => u,
-                    };
+                    let [s, t] = if seen.is_in_range.any_true() { seen.sample(u) } else { u };
                     let is_in_range = seen.is_in_range;
                     let shares = [is_in_range.select(s, u[0]), is_in_range.select(t, u[1])];
                     let (on_light, index) = rectangle.points(simd, shares);
@@ -259,7 +256,7 @@ pub(crate) struct Spheres<S: Simd> {
     pub magnitude: f64x8<S>,
     pub label: f64x8<S>,
     pub radiance: Colors<S>,
-    /// Those that emit outwards.
+    /// The points that emit outwards.
     pub shines: mask64x8<S>,
 }
 
@@ -282,7 +279,7 @@ impl<S: Simd> Spheres<S> {
         // By the law of sines.
         let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
         let t_max = at.surfaces.reach(distance * local.z - half, self.magnitude);
-        let shadow = Rays { t_max, target: self.label, ..at.surfaces.leave(wi) };
+        let shadow = Rays { t_max, target: self.label, ..at.surfaces.spawn_ray(wi) };
         let is_outside = distance.simd_gt(radius * OUTSIDE);
         let pdf = 1.0 / (one_minus_cos_max * TAU);
         let sample = LightSample::with_pdf(is_outside & self.shines, self.radiance, pdf, shadow);

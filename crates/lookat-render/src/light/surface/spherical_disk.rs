@@ -11,12 +11,12 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
 use super::mesh::NEAR;
-use super::{Density, Found, SurfaceLight};
+use super::{Density, LightHits, SurfaceLight};
 use crate::curved::Curved;
 use crate::light::LightSample;
 use crate::light::Receivers;
 use crate::number::{Vec2x8, Vec3x8, vectorized};
-use crate::surface::{Point, Surfaces};
+use crate::surface::{ShapePoint, Surfaces};
 use crate::warp::square_to_disk;
 
 /// Whole disks as points see them.
@@ -24,7 +24,7 @@ struct SphericalDisks<S: Simd> {
     radius: f64x8<S>,
     /// The axes of the disk: away from the point, across, and its normal.
     axes: [Vec3x8<S>; 3],
-    /// How far its middle is from the point, along the first axis and the last.
+    /// The distance of its middle from the point, along the first axis and the last.
     across: f64x8<S>,
     height: f64x8<S>,
     /// The direction of the axis of the cone, along the first axis and the last.
@@ -33,7 +33,7 @@ struct SphericalDisks<S: Simd> {
     half: [f64x8<S>; 2],
     /// The factor of the tangents of angles in the ellipse, which makes their density that of the solid angle along both of its axes.
     stretch: f64x8<S>,
-    /// Where it is to be sampled by solid angle; nowhere in its plane, where no light is sampled.
+    /// The points that sample the disk by solid angle. Points in its plane sample no light.
     is_in_range: mask64x8<S>,
 }
 
@@ -56,7 +56,7 @@ impl<S: Simd> SphericalDisks<S> {
         // Any axes do for points above the middle.
         let (aside, squared) = (n.cross(to), to.length_squared());
         let is_aside = aside.length_squared().simd_gt(squared * 1e-26);
-        let y = aside.or(is_aside, n.cross(Vec3x8::splat(simd, x))).normalize();
+        let y = aside.keep_where(is_aside, n.cross(Vec3x8::splat(simd, x))).normalize();
         let x = y.cross(n);
         let across = is_aside.select(to.dot(x), 0.0.simd_into(simd));
         let radius: f64x8<S> = radius.simd_into(simd);
@@ -97,7 +97,7 @@ impl<S: Simd> SphericalDisks<S> {
         part * TAU * (self.stretch * squared_cos + squared_sin / self.stretch)
     }
 
-    /// That in given directions to the disk.
+    /// The inverse of the density in given directions to the disk.
     #[inline(always)]
     fn solid_angle_towards(&self, d: Vec3x8<S>) -> f64x8<S> {
         let ([x, y, n], [mx, mz], [a, b]) = (self.axes, self.middle, self.half);
@@ -122,7 +122,7 @@ impl<S: Simd> SphericalDisks<S> {
     }
 }
 
-/// Of length one; along the first axis at the origin.
+/// The vectors scaled to length one; the first axis for the zero vector.
 #[inline(always)]
 fn unit<S: Simd>([x, y]: Vec2x8<S>) -> Vec2x8<S> {
     let squared = x * x + y * y;
@@ -154,7 +154,7 @@ impl SurfaceLight {
             let p = Vec3x8::splat(simd, shape.center) + x_axis * x + y_axis * y;
             let emitting = if self.primitive.reverse_orientation { -n } else { n };
             let magnitude = shape.magnitude().simd_into(simd);
-            let on_light = Point { p, magnitude, n, ns: n, emitting };
+            let on_light = ShapePoint { p, magnitude, n, ns: n, emitting };
             let density = Density { area: self.area.simd_into(simd), solid_angle, is_by_angle };
             self.towards(at, &on_light, self.label.simd_into(simd), &density)
         })
@@ -167,7 +167,7 @@ impl SurfaceLight {
         simd: S,
         (shape, disk): (&Curved, ([DVec3; 3], f64)),
         at: &Surfaces<S>,
-        found: &Found<S>,
+        found: &LightHits<S>,
     ) -> Density<S> {
         vectorized!(simd, {
             let seen = SphericalDisks::new(simd, shape, disk, at);
@@ -222,7 +222,8 @@ mod tests {
         let magnitude = light.radius.simd_into(simd);
         let end = sample.shadow.at(sample.shadow.t_max + surfaces.rounding(magnitude));
         let d = sample.shadow.d;
-        let found = Found { is_valid: all, d, p: end, n, triangle: 0.0.simd_into(simd), by_triangle: false };
+        let found =
+            LightHits { is_valid: all, d, p: end, n, triangle: 0.0.simd_into(simd), by_triangle: false };
         let afterwards = table.surface_pdf(simd, 0, surfaces, &found)[0];
         Some(Drawn { d: d.lane(0), end: end.lane(0), pdf: sample.pdf[0], afterwards })
     }

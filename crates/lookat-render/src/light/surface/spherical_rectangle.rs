@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::mesh::{NEAR, is_in_range};
 use crate::frame::flipped;
 use crate::number::{Vec2x8, Vec3x8};
-use crate::surface::{Point, Points, Surfaces};
+use crate::surface::{ShapePoint, ShapePoints, Surfaces};
 use crate::warp::{angle, at_turn};
 
 /// A rectangle of two triangles.
@@ -37,7 +37,7 @@ pub(super) struct SphericalRectangles<S: Simd> {
     /// The cosines of the difference and of the sum of the latitudes of the shorter sides.
     latitudes: [f64x8<S>; 2],
     pub solid_angle: f64x8<S>,
-    /// Where it is to be sampled by solid angle; nowhere in its plane, where no light is sampled.
+    /// The points that sample the rectangle by solid angle. Points in its plane sample no light.
     pub is_in_range: mask64x8<S>,
 }
 
@@ -73,17 +73,17 @@ impl Rectangle {
 
     /// The points at shares of its sides, and the number of the triangle that each lies in.
     #[inline(always)]
-    pub fn points<S: Simd>(&self, simd: S, [s, t]: Vec2x8<S>) -> (Points<S>, f64x8<S>) {
+    pub fn points<S: Simd>(&self, simd: S, [s, t]: Vec2x8<S>) -> (ShapePoints<S>, f64x8<S>) {
         let ([x, y], [width, height]) = (self.axes, self.lengths);
         let (x, y) = (Vec3x8::splat(simd, x * width), Vec3x8::splat(simd, y * height));
         let p = Vec3x8::splat(simd, self.corner) + x * s + y * t;
         let n = Vec3x8::splat(simd, self.n);
         let is_second = (s + t).simd_gt(1.0);
         let index = is_second.select(1.0.simd_into(simd), 0.0.simd_into(simd));
-        (Point { p, magnitude: self.magnitude.simd_into(simd), n, ns: n, emitting: n }, index)
+        (ShapePoint { p, magnitude: self.magnitude.simd_into(simd), n, ns: n, emitting: n }, index)
     }
 
-    /// As points see it.
+    /// The rectangle as seen from points.
     #[inline(always)]
     pub fn seen_from<S: Simd>(&self, simd: S, at: &Surfaces<S>) -> SphericalRectangles<S> {
         let to = Vec3x8::splat(simd, self.corner) - at.p;

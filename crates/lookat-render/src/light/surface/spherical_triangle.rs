@@ -15,11 +15,11 @@ pub(super) struct SphericalTriangles<S: Simd> {
     inverse: [f64x8<S>; 3],
     /// The cosines of the sides: between b and c, c and a, a and b.
     sides: [f64x8<S>; 3],
-    /// Of the directions of the corners.
+    /// The determinant of the directions of the corners.
     determinant: f64x8<S>,
     pub area: f64x8<S>,
     pub solid_angle: f64x8<S>,
-    /// Where they are to be sampled by solid angle; nowhere in their planes, where no light is sampled.
+    /// The points that sample the triangles by solid angle. Points in the planes sample no light.
     pub is_in_range: mask64x8<S>,
 }
 
@@ -52,7 +52,7 @@ impl<S: Simd> SphericalTriangles<S> {
         }
     }
 
-    /// What the corners weigh at points whose density is one over the solid angle.
+    /// Samples barycentric coordinates of points, with a density of one over the solid angle.
     #[inline(always)]
     pub fn sample(&self, [u, v]: Vec2x8<S>) -> [f64x8<S>; 3] {
         let ([ia, ib, ic], [ca, cb, cc]) = (self.inverse, self.sides);

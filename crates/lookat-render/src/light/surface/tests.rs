@@ -128,7 +128,7 @@ fn drawn<S: Simd>(
     let magnitude = mesh.mesh.positions().iter().map(|p| DVec3::from(*p).abs().max_element());
     let magnitude: f64x8<S> = magnitude.fold(0.0, f64::max).simd_into(simd);
     let end = sample.shadow.at(sample.shadow.t_max + surfaces.rounding(magnitude));
-    let found = Found {
+    let found = LightHits {
         is_valid: all,
         d: sample.shadow.d,
         p: end,

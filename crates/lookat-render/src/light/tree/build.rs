@@ -1,6 +1,6 @@
-//! Builds the tree of lights.
+//! Builds the light tree.
 //!
-//! What a leaf of the tree of lights emits.
+//! The emission of leaves and groups of the light tree.
 
 use std::f64::consts::PI;
 
@@ -118,7 +118,7 @@ fn split(leaves: &mut [NumberedEmitter]) -> usize {
     partition(leaves, |leaf| bin(leaf) < at)
 }
 
-/// As [`Iterator::partition_in_place`].
+/// Moves the leaves that satisfy `is_first` to the front and returns their number, like [`Iterator::partition_in_place`].
 fn partition(leaves: &mut [NumberedEmitter], is_first: impl Fn(&NumberedEmitter) -> bool) -> usize {
     let mut first = 0;
     for at in 0..leaves.len() {
@@ -132,7 +132,9 @@ fn partition(leaves: &mut [NumberedEmitter], is_first: impl Fn(&NumberedEmitter)
 
 fn cost(leaves: &[NumberedEmitter]) -> f64 {
     let mut sum = Bin::NONE;
-    leaves.iter().for_each(|leaf| sum.add(&Bin::new(&leaf.emitter)));
+    for leaf in leaves {
+        sum.add(&Bin::new(&leaf.emitter));
+    }
     sum.cost()
 }
 
@@ -229,10 +231,8 @@ impl Node {
             let shift = |leaf: &NumberedEmitter| leaf.emitter.shift_in(&narrowed);
             let is_everywhere = group.least_cosine <= EVERYWHERE + SLACK;
             let sin = ((1.0 - narrowed.least_cosine) * (1.0 + narrowed.least_cosine)).max(0.0).sqrt();
-            let shift = match is_everywhere || sin < 0.01 {
-                true => None,
-                false => Some(slice.iter().map(shift).fold(0.0, f64::max) / scale + error / sin),
-            };
+            let is_bounded = !is_everywhere && sin >= 0.01;
+            let shift = is_bounded.then(|| slice.iter().map(shift).fold(0.0, f64::max) / scale + error / sin);
             let least = shift.map_or(EVERYWHERE, |_| narrowed.least_cosine - SLACK);
             let axis = V3 { x: group.axis.x, y: group.axis.y, z: group.axis.z };
             let emission = Emission {
@@ -255,7 +255,8 @@ impl Node {
         Node { center: whole.center, inverse_scale: 1.0 / scale, strength, parent: NONE, children }
     }
 
-    /// The same in a longer list, where its part begins at `first`; the root of the part is the child `slot` of the root.
+    /// Shifts the indices of the node for a longer list, in which its subtree starts at `first`. The root of the subtree is
+    /// the child `slot` of the root.
     fn moved(mut self, first: u32, slot: u32) -> Self {
         self.parent = if self.parent == NONE { slot } else { self.parent + first * WIDTH as u32 };
         for child in self.children.child.iter_mut().filter(|child| **child & LEAF == 0) {
@@ -271,7 +272,7 @@ pub(in crate::light) struct Emitter {
     pub center: DVec3,
     /// All of it is at most this far from `center`.
     pub radius: f64,
-    /// What is added to the square of the distance in estimates of the irradiance. It keeps these finite nearby.
+    /// A term added to the squared distance in estimates of irradiance. It keeps them finite nearby.
     pub spread: f64,
     /// The irradiance at distance 1, at right angles.
     pub intensity: f64,
@@ -353,13 +354,12 @@ impl Emitter {
         let reach = |emitter: &Emitter| emitter.center.distance(center) + emitter.radius;
         let (mut base, mut along, mut moment) = (0.0, 0.0, DVec3::ZERO);
         for (emitter, share) in weighted() {
-            match emitter.is_two_sided {
-                true => base += share * (emitter.base + 0.5 * emitter.along),
-                false => {
-                    base += share * emitter.base;
-                    along += share * emitter.along;
-                    moment += emitter.axis * (share * emitter.along);
-                }
+            if emitter.is_two_sided {
+                base += share * (emitter.base + 0.5 * emitter.along);
+            } else {
+                base += share * emitter.base;
+                along += share * emitter.along;
+                moment += emitter.axis * (share * emitter.along);
             }
         }
         let length = moment.length();
@@ -389,7 +389,8 @@ impl Emitter {
         if sin_a * b + a * sin_b <= 0.0 && b < 1.0 - 1e-12 { EVERYWHERE } else { a * b - sin_a * sin_b }
     }
 
-    /// How far a cone around the axis of `group`, with its angle, begins behind `center` if it is to hold all light of this emitter.
+    /// The distance behind `center` at which a cone around the axis of `group`, with its angle, must begin to contain all
+    /// light of this emitter.
     pub fn shift_in(&self, group: &Emitter) -> f64 {
         let cos = group.least_cosine;
         let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();

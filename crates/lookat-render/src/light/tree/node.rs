@@ -14,9 +14,9 @@ pub(super) const LEAF: u32 = 1 << 31;
 pub(super) const NONE: u32 = u32::MAX;
 /// A place is at most so far from a node, in units of its size: beyond, its light comes from one direction.
 pub(super) const FAR: f64 = 1e7;
-/// As [`crate::light::LEAST_COSINE`].
+/// The least cosine in estimates: see [`crate::light::LEAST_COSINE`].
 const LEAST_COSINE: f32 = 0.1;
-/// How much of the size of a group, over its distance, is added to cosines. By measurement.
+/// The share of a group's size over its distance that is added to cosines. Measured.
 const RIM: f32 = 0.25;
 /// No intensity is stored as less than this share of the largest, nor a spread in units of a node as less than this.
 pub(super) const FAINT: f64 = 1e-20;
@@ -24,7 +24,7 @@ pub(super) const LEAST_SPREAD: f64 = 1e-24;
 /// Cosines are as `f32`, and off by less than this.
 pub(super) const SLACK: f64 = 1e-5;
 
-/// As [`super::Emitter`].
+/// The emission of a node or leaf: see [`super::Emitter`].
 #[derive(Clone, Copy)]
 pub(super) struct Emission<T> {
     pub radius: T,
@@ -36,7 +36,7 @@ pub(super) struct Emission<T> {
     pub axis: V3<T>,
     /// The square of the least cosine, with its sign.
     pub least_cosine: T,
-    /// How far behind the center the cone of its light begins.
+    /// The distance behind the center at which the cone of its light begins.
     pub shift: T,
 }
 
@@ -63,19 +63,19 @@ pub(super) struct Node {
     pub center: DVec3,
     /// 1 over the radius.
     pub inverse_scale: f64,
-    /// What the intensities of the children are multiplied by.
+    /// The factor for the intensities of the children.
     pub strength: f64,
-    /// The place of the node, as of leaves.
+    /// The position of the node in its parent, encoded like that of leaves.
     pub parent: u32,
     pub children: Children,
 }
 
-/// Side by side, in units of the node.
+/// The children of a node side by side, in units of the node.
 #[derive(Clone, Copy)]
 pub(super) struct Children {
     pub offset: V3<[f32; WIDTH]>,
     pub emission: Emission<[f32; WIDTH]>,
-    /// Their numbers: of leaves with [`LEAF`].
+    /// The numbers of the children. Leaves have the bit [`LEAF`].
     pub child: [u32; WIDTH],
 }
 
@@ -106,7 +106,7 @@ pub(super) struct Normals<S: Simd> {
     pub is_diffuse: mask32x8<S>,
 }
 
-/// One of them.
+/// A point that samples lights.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::light) struct Place {
     pub p: DVec3,
@@ -117,13 +117,13 @@ pub(in crate::light) struct Place {
 }
 
 impl Node {
-    /// How many children it has: the first ones.
+    /// The number of children. They come first.
     pub fn count(&self) -> usize {
         self.children.child.iter().position(|child| *child == NONE).unwrap_or(WIDTH)
     }
 
-    /// What the children are chosen by: about the irradiance that they bring to a place, were nothing in the way; or where that is 0 of
-    /// all, the intensities.
+    /// The weights by which children are chosen: about their unoccluded irradiance at a point, or their intensities if the
+    /// irradiance of all is 0.
     #[inline(always)]
     pub fn weights<S: Simd>(&self, simd: S, at: &Place) -> [f64; WIDTH] {
         let of = |numbers: [f32; WIDTH]| -> f32x8<S> { numbers.simd_into(simd) };

@@ -20,19 +20,21 @@ use crate::trace::MOST_PACKETS;
 /// The layers, and the least that their values can be.
 const LAYERS: [(Layer, f64); 3] = [(Layer::Normal, -1.0), (Layer::ShadingNormal, -1.0), (Layer::Albedo, 0.0)];
 
-/// What a sample sees of each layer.
-type Seen = [DVec3; LAYERS.len()];
+/// The value of each layer for a sample.
+type LayerValues = [DVec3; LAYERS.len()];
 
 /// Weighted samples of a pixel, and their weights.
 #[derive(Clone, Copy, Default)]
 struct Sums {
-    seen: Seen,
+    seen: LayerValues,
     weight: f64,
 }
 
 impl Sums {
-    fn add(&mut self, seen: &Seen, weight: f64) {
-        self.seen.iter_mut().zip(seen).for_each(|(sum, seen)| *sum += *seen * weight);
+    fn add(&mut self, seen: &LayerValues, weight: f64) {
+        for (sum, seen) in self.seen.iter_mut().zip(seen) {
+            *sum += *seen * weight;
+        }
         self.weight += weight;
     }
 }
@@ -62,8 +64,8 @@ impl Context<'_> {
                     return false;
                 }
                 worker.streams.restart(&pattern.sampler, &samples);
-                let mut seen = [Seen::default(); PATHS];
-                side_by_side!(self.prepared.traceable.level, simd => self.see(simd, worker, &samples, &mut seen));
+                let mut seen = [LayerValues::default(); PATHS];
+                side_by_side!(self.prepared.traceable.level, simd => self.layer_values(simd, worker, &samples, &mut seen));
                 for ((square, seen), (_, [x, y], _)) in worker.squares.iter().zip(&seen).zip(&samples) {
                     filter.weigh(*square, &mut weights);
                     let [across, down] = [&weights[0], &weights[1]].map(|weights| weights.iter().zip(0..));
@@ -87,9 +89,15 @@ impl Context<'_> {
         true
     }
 
-    /// What camera samples see first that has a material.
+    /// Sets the layer values of camera samples, from the first surface with a material.
     #[inline(always)]
-    fn see<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample], seen: &mut [Seen; PATHS]) {
+    fn layer_values<S: Simd>(
+        &self,
+        simd: S,
+        worker: &mut Worker,
+        samples: &[Sample],
+        seen: &mut [LayerValues; PATHS],
+    ) {
         let (mut packets, mut numbers) =
             (ArrayVec::<_, MOST_PACKETS>::new(), ArrayVec::<_, MOST_PACKETS>::new());
         let mut active: ArrayVec<mask64x8<S>, MOST_PACKETS> = ArrayVec::new();
@@ -117,8 +125,8 @@ impl Context<'_> {
                 Views { of: viewer, places: &worker.batch.places, samples: &numbers[at], direct: !passed };
             let surfaces =
                 world.shaded(simd, tracer, (&rays, &hits), Some(&views), is_hit, &mut slots).surfaces;
-            let n = (-surfaces.n).or(surfaces.n.dot(rays.d).simd_gt(0.0), surfaces.n);
-            let ns = (-surfaces.ns).or(surfaces.ns.dot(n).simd_lt(0.0), surfaces.ns);
+            let n = surfaces.n.face_forward(-rays.d);
+            let ns = surfaces.ns.face_forward(n);
             let albedo = slots.albedo(simd);
             for lane in set_lanes(is_hit) {
                 let albedo = albedo.lane(lane).max(Vec3::ZERO).min(Vec3::ONE).as_dvec3();

@@ -275,12 +275,12 @@ fn shapes(case: usize, mut text: String) -> String {
     text + "WorldEnd"
 }
 
-/// Whether a scene has a tree, and whether any material is more than matte.
+/// True if a scene has a tree, and whether any material is more than matte.
 fn kind(text: &str) -> [bool; 2] {
     let scene = scene(text);
     let found = inspect(&Prepared::new(&scene), &scene.view);
     [
-        found.asks_tree,
+        found.uses_bvh,
         found.surfaces.is_some_and(|surfaces| surfaces.kinds.iter().any(|kind| *kind != "matte")),
     ]
 }
