@@ -32,7 +32,7 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// A type that lookat renders. Its parameters are lists, so that types can share some. [`kinds`] adds the directive.
+    /// A type that lookat renders. Its parameters are lists, so that types can share some. [`crate::kinds()`] adds the directive.
     pub(crate) const fn new(name: &'static str, meaning: &'static str, keys: &'static [Keys]) -> Kind {
         Kind { directive: "", name, meaning, instead: "", is_default: false, keys, first: &[] }
     }
