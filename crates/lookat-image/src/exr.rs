@@ -19,13 +19,9 @@ use ::exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use ::exr::prelude::f16;
 
 use crate::error::listed;
+use crate::format::{METADATA, Opened};
 use crate::image::{Placement, room};
-use crate::picture_file::Opened;
 use crate::{Channel, Image, ImageFault, MemoryBudget, Precision, Window};
-
-/// The one custom attribute, and the keyword of the text in a PNG file: the crate writes several attributes in random
-/// order, so no two files would be alike.
-pub(crate) const METADATA: &str = "lookat";
 
 /// Reads the headers, and finds the layer with this name, or else the picture that the file shows first.
 pub(crate) fn open<'a>(

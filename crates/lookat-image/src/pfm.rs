@@ -2,8 +2,8 @@
 
 use std::io::{BufRead, Read, Write};
 
+use crate::format::Opened;
 use crate::image::{Placement, room};
-use crate::picture_file::Opened;
 use crate::{Channel, Image, ImageFault, MemoryBudget, Window};
 
 /// Writes little-endian numbers: three for each pixel ("PF") or one ("Pf").

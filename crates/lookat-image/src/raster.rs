@@ -13,10 +13,9 @@ use ::image::{
 };
 
 use crate::color::linear_from_srgb;
-use crate::exr::METADATA;
+use crate::format::{Format, Input, METADATA, Opened};
 use crate::image::Placement;
-use crate::picture_file::{Input, Opened};
-use crate::{Format, Image, ImageFault, MemoryBudget, Precision, Window};
+use crate::{Image, ImageFault, MemoryBudget, Precision, Window};
 
 /// The formats by their extensions, with a bound for the bytes of pixels that one byte of a file can stand for. PNG shrinks
 /// to 1/1032 what may be 1 bit for 32; a row of HDR may be a color and a count.

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Curve, CurveKind};
 
+use crate::parametric::Parametric;
 use crate::ray::Ray;
-use crate::surface::Parametric;
 use crate::warp::at_angle;
 
 /// All curves of a scene.

@@ -12,8 +12,8 @@ use crate::curved::quadric::Disk;
 use crate::curved::quadric::Paraboloid;
 use crate::curved::quadric::Sweep;
 use crate::curved::quadric::TurnedSegment;
+use crate::parametric::Parametric;
 use crate::ray::Ray;
-use crate::surface::Parametric;
 pub(crate) use sphere::Sphere;
 
 /// A curved shape in its place, relative to the origin.

@@ -6,6 +6,7 @@ mod lighting;
 pub(crate) mod path;
 pub(crate) mod path_batch;
 mod profiler;
+mod replay;
 pub(crate) mod world;
 
 use std::ops::Range;
@@ -15,7 +16,7 @@ use fearless_simd::Simd;
 use lookat_scene::Integrator;
 
 use crate::camera::Viewer;
-pub(crate) use crate::integrator::profiler::{Segment, segments, stage_profiles};
+pub(crate) use crate::integrator::replay::{Segment, segments, stage_profiles};
 pub(crate) use crate::integrator::world::{MAX_PASSED, Supervisor, Tracer};
 use crate::light::LightTable;
 use crate::number::LANES;

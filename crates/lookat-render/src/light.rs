@@ -1,11 +1,11 @@
 //! The lights of a scene: samples of them from points, and the densities of these samples.
 
+mod area;
 mod choice;
 mod environment;
 mod lune;
 mod parts;
 mod point;
-mod surface;
 mod tree;
 
 use std::array::from_fn;
@@ -22,12 +22,12 @@ use crate::ray::ElementId;
 use crate::surface::Surfaces;
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
+pub(crate) use area::LightHits;
+use area::{SurfaceForm, SurfaceLight};
 pub(crate) use choice::{Chosen, LightSampler};
 use environment::{Environment, EnvironmentSample};
 pub(crate) use lune::Lunes;
 use point::{PointLight, Spread};
-pub(crate) use surface::LightHits;
-use surface::{SurfaceForm, SurfaceLight};
 
 /// All lights of a scene.
 pub(crate) struct LightTable {

@@ -5,11 +5,13 @@ mod adaptive;
 mod bits;
 mod brightest;
 mod control;
+mod layer_set;
 mod layers;
 mod profile;
 mod rounds;
 mod sample;
 mod settings;
+mod stop_rule;
 mod target;
 
 use std::ops::ControlFlow;
@@ -24,15 +26,15 @@ use crate::integrator::Profiler;
 use crate::prepare::Prepared;
 use crate::render::rounds::Fixed;
 pub use crate::render::rounds::TimeLeft;
-pub use crate::render::settings::TargetError;
 use crate::threads;
 use adaptive::Adaptive;
 pub use brightest::{BrightestSample, PathEnd};
 use control::{Control, State};
-pub use layers::{Layer, Layers};
+pub use layer_set::{Layer, Layers};
 pub use profile::profile;
 use sample::Context;
 pub use settings::{Settings, Stop, film_bytes};
+pub use stop_rule::TargetError;
 use target::Target;
 
 /// The luminance below which errors are not judged relative to the pixel, as a share of the brightness of the picture,

@@ -12,8 +12,8 @@ use crate::camera::Views;
 use crate::frame::Frames;
 use crate::number::prefetch;
 use crate::number::{LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, set_lanes, vectorized};
+use crate::parametric::Parametrics;
 use crate::ray::{ElementId, Hit, Ray};
-use crate::surface::Parametrics;
 use crate::surface::{ShapePoint, Sheet, Surface, Surfaces, Triangles};
 use crate::texture::{Footprint, TexturePoint};
 use crate::trace::{
@@ -21,7 +21,7 @@ use crate::trace::{
     rays::{Hits, NONE, Rays, WORLD},
 };
 use crate::traceable::Traceable;
-use crate::triangle::parametric::ParametricTriangles;
+use crate::triangle::uv::ParametricTriangles;
 
 /// A ray and its hit.
 pub(crate) type RayHit = (Ray, Hit);

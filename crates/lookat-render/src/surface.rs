@@ -1,21 +1,19 @@
-//! Points of surfaces: one that a ray has hit or eight side by side, their parametric derivatives, and the holes that alpha textures
-//! cut into meshes.
+//! Points of surfaces: one that a ray has hit, or eight side by side.
 
 use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
-use glam::{DMat3, DVec2, DVec3, Vec3};
-use lookat_scene::{Cutout, Mesh, Primitive, Shape};
+use glam::{DVec3, Vec3};
+use lookat_scene::{Mesh, Primitive, Shape};
 
 use crate::curved::Curved;
 use crate::frame::flipped;
-use crate::number::{LANES, Vec2x8, Vec3x8, bits, set_lanes, side_by_side, three};
+use crate::number::{LANES, Vec3x8, bits, set_lanes, side_by_side, three};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::texture::TexturePoint;
 use crate::trace::{
     Element, ListedShape,
     rays::{Hits, Rays},
 };
 use crate::traceable::Traceable;
-use crate::triangle::{Triangle, parametric, sheared::BoxedTriangle};
+use crate::triangle::{Triangle, sheared::BoxedTriangle};
 
 /// A point of a surface, relative to the origin. Normals have length one.
 #[derive(Debug, Clone, Copy)]
@@ -364,114 +362,4 @@ fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S
         direction.set_lane(lane, direction_across(e1.lane(lane), e2.lane(lane)));
     }
     direction
-}
-
-/// True if an element of the primitive has no hole at a point.
-#[inline]
-pub(crate) fn is_solid(
-    level: Level,
-    (primitive, element): (&Primitive, ElementId),
-    barycentric: [f64; 2],
-    is_shadow: bool,
-) -> bool {
-    match (&primitive.cutout, &primitive.shape) {
-        (Some(cutout), Shape::TriangleMesh(mesh)) => {
-            is_left(level, (cutout, mesh, element), barycentric, is_shadow)
-        }
-        _ => true,
-    }
-}
-
-#[inline(never)]
-fn is_left(
-    level: Level,
-    (cutout, mesh, element): (&Cutout, &Mesh, ElementId),
-    [b0, b1]: [f64; 2],
-    is_shadow: bool,
-) -> bool {
-    let (index, weights) = (element.index as usize, [b0, b1, 1.0 - b0 - b1]);
-    // As in pbrt-v3, the point is that of the object where it is part of one. Positions of the mesh are not relative to an origin.
-    let corners = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]));
-    let p = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-    let uvs = parametric::coordinates(mesh, index);
-    let uv = uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2];
-    let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
-    side_by_side!(level, simd => {
-        let (at, first) = (TexturePoint::splat(simd, p, uv.into()), bits(simd, 1));
-        cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha, first)[0] != 0.0)
-    })
-}
-
-/// The parametric derivatives of a surface at a point, by pbrt-v3's parameters u and v. In the world, or in the space of an
-/// object.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Parametric<P = DVec2, V = DVec3> {
-    /// The parameters; 0 to 1 on the shape.
-    pub uv: P,
-    /// Change of the position with u and with v. One is 0 where a surface ends in a point, as at the poles of a sphere.
-    pub dpdu: V,
-    pub dpdv: V,
-    /// Change of the unit normal of object space, as it is before it is flipped; transformed like a normal, as in pbrt-v3, so
-    /// that it is that of the unit normal of the world only where that space is not scaled.
-    pub dndu: V,
-    pub dndv: V,
-}
-
-/// Parametric derivatives of eight points.
-pub(crate) type Parametrics<S> = Parametric<Vec2x8<S>, Vec3x8<S>>;
-
-impl<S: Simd> Parametrics<S> {
-    /// The value in one lane.
-    pub fn lane(&self, lane: usize) -> Parametric {
-        Parametric {
-            uv: DVec2::new(self.uv[0][lane], self.uv[1][lane]),
-            dpdu: self.dpdu.lane(lane),
-            dpdv: self.dpdv.lane(lane),
-            dndu: self.dndu.lane(lane),
-            dndv: self.dndv.lane(lane),
-        }
-    }
-
-    /// Replaces the value in one lane.
-    pub fn set_lane(&mut self, lane: usize, other: &Parametric) {
-        [self.uv[0][lane], self.uv[1][lane]] = other.uv.into();
-        self.dpdu.set_lane(lane, other.dpdu);
-        self.dpdv.set_lane(lane, other.dpdv);
-        self.dndu.set_lane(lane, other.dndu);
-        self.dndv.set_lane(lane, other.dndv);
-    }
-}
-
-/// A parametric point in the space of an implicit surface f(p) = 0, with derivatives of f.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Local {
-    pub uv: DVec2,
-    pub dpdu: DVec3,
-    pub dpdv: DVec3,
-    /// Half the gradient of f, on the side of `dpdu x dpdv`.
-    pub gradient: DVec3,
-    /// The change of `gradient` along each axis: half the Hessian of f, which is diagonal.
-    pub bend: DVec3,
-}
-
-impl Local {
-    /// In the world. `normals` takes normals of object space there. The derivatives of the normal are what the Weingarten
-    /// equations give (PBR 3.2).
-    pub fn placed(&self, world_from_local: DMat3, normals: DMat3) -> Parametric {
-        let length = self.gradient.length();
-        let unit = self.gradient / length;
-        let turn = |dp: DVec3| {
-            let change = self.bend * dp / length;
-            let across = normals * (change - unit * unit.dot(change));
-            // The tip of a cone has no normal.
-            if across.is_finite() { across } else { DVec3::ZERO }
-        };
-        Parametric {
-            uv: self.uv,
-            dpdu: world_from_local * self.dpdu,
-            dpdv: world_from_local * self.dpdv,
-            dndu: turn(self.dpdu),
-            dndv: turn(self.dpdv),
-        }
-    }
 }

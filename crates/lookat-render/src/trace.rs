@@ -1,23 +1,23 @@
 //! Traces rays in a scene: the nearest hit, and occlusion. Filters in `f32` discard what a ray surely misses; `f64` decides.
 
+mod hierarchy;
 mod list;
 mod packets;
 pub(crate) mod rays;
 #[cfg(test)]
 mod tests;
-mod tree;
 
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
 use crate::bvh::{Leaf, SlabRays, Slabs};
+use crate::cutout::is_solid;
 use crate::number::{LANES, Vec3x8, bits, set_lanes, side_by_side, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::surface::is_solid;
 use crate::traceable::{Group, NonTriangle, Traceable};
 use crate::triangle::{Axis, Block, Filter, MOST_MAGNITUDE, ShearedRay, Triangle, Turned, holds_end};
+pub(crate) use hierarchy::Tree;
 pub(crate) use list::{Element, List, ListedShape};
 pub(crate) use packets::{Coherence, MOST_PACKETS, PacketCount};
-pub(crate) use tree::Tree;
 
 /// A ray that is traced in the elements of a group, which is an instance or the world.
 #[derive(Clone, Copy)]

@@ -15,8 +15,8 @@ use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::frame::Bounds;
+use crate::parametric::Parametric;
 use crate::ray::{Hit, Ray};
-use crate::surface::Parametric;
 use crate::trace::rays::Labels;
 use crate::triangle::{Block, Extent, Triangle, corners};
 

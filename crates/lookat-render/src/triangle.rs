@@ -1,10 +1,10 @@
 //! Rays against triangles, watertight (Woop, Benthin and Wald 2013). Blocks of eight triangles are tested in `f32` before `f64`
 //! decides.
 
-pub(crate) mod parametric;
 pub(crate) mod sheared;
 #[cfg(test)]
 mod tests;
+pub(crate) mod uv;
 
 use std::cmp::Ordering;
 

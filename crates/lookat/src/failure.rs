@@ -6,6 +6,9 @@ use std::process::ExitCode;
 
 use lookat_image::{AlignError, ImageError, io_reason};
 
+/// The exit status for a scene with errors.
+pub const SCENE_FAULT: u8 = 1;
+
 /// Why a command ends without its result. Its text is fit to be shown to the user.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Failure {
@@ -41,7 +44,7 @@ impl Failure {
     /// The exit status.
     pub fn status(&self) -> u8 {
         match self {
-            Failure::TooLarge(_) => crate::report::SCENE_FAULT,
+            Failure::TooLarge(_) => SCENE_FAULT,
             _ => crate::TROUBLE,
         }
     }

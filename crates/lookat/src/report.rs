@@ -23,12 +23,9 @@ pub fn has_errors(loaded: &Loaded) -> bool {
     loaded.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
 }
 
-/// The exit status for a scene with errors.
-pub const SCENE_FAULT: u8 = 1;
-
 /// The exit status for a scene with errors, or for an unreadable file.
 pub fn failure(loaded: &Loaded) -> u8 {
-    if loaded.inputs.is_empty() { crate::TROUBLE } else { SCENE_FAULT }
+    if loaded.inputs.is_empty() { crate::TROUBLE } else { crate::failure::SCENE_FAULT }
 }
 
 /// Prints the diagnostics of a scene to standard error. `quiet` leaves warnings and notes out.

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::Vec3;
 
-use crate::bsdf::lobe::dielectric;
+use super::fresnel::dielectric;
 use crate::number::V3;
 use crate::warp::square_to_disk;
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 use twofloat::TwoFloat;
 
-use crate::surface::Local;
+use crate::parametric::Local;
 use crate::warp::at_angle;
 use crate::warp::{linear, linear_pdf};
 

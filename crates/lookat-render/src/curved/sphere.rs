@@ -7,7 +7,7 @@ use twofloat::TwoFloat;
 use super::quadric::{Sweep, radial};
 use super::{AT_ORIGIN, Curved};
 use crate::number::Vec3x8;
-use crate::surface::Local;
+use crate::parametric::Local;
 use crate::warp::at_angle;
 
 /// A sphere around the origin, or part of one.

@@ -1,8 +1,8 @@
 //! A tree of lights (Conty Estevez and Kulla 2018; PBR 4th ed. 12.6.3) with eight children at each node. Its leaves are lights, and the
 //! triangles of mesh lights.
 
-mod build;
 mod node;
+mod split;
 #[cfg(test)]
 mod tests;
 
@@ -13,11 +13,11 @@ use glam::DVec3;
 
 use super::{Receivers, SceneLight};
 use crate::bsdf::Domain;
-pub(super) use crate::light::tree::build::Emitter;
+pub(super) use crate::light::tree::split::Emitter;
 use crate::number::{Vec3x8, narrow, prefetch, splat_f32, to_f64};
-use build::NumberedEmitter;
 pub(super) use node::Place;
 use node::{Emission, FAINT, FAR, LEAF, LEAST_SPREAD, NONE, Node, Normals, WIDTH};
+use split::NumberedEmitter;
 
 /// No sum of estimates is larger.
 const MOST: f64 = 1e250;
@@ -82,7 +82,7 @@ impl LightTree {
         let mut leaves: Vec<NumberedEmitter> = Vec::with_capacity(count);
         leaves.extend(lit);
         let mut places = vec![NONE; count];
-        let nodes = if leaves.is_empty() { Vec::new() } else { build::nodes(&mut leaves) };
+        let nodes = if leaves.is_empty() { Vec::new() } else { split::nodes(&mut leaves) };
         for (number, node) in nodes.iter().enumerate() {
             for (slot, child) in node.children.child.iter().enumerate() {
                 if *child & LEAF != 0 && *child != NONE {

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::control::Control;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern, SampleBounds};
-use super::settings::{Brightness, Estimate, StopRule};
+use super::stop_rule::{Brightness, Estimate, StopRule};
 use super::{Reached, TargetError};
 use crate::film::{Area, Film, REPLICATES, Spread, Tile, lock};
 use crate::number::luminance;

@@ -2,8 +2,6 @@
 
 use ab_glyph::{Font as _, FontRef, GlyphId, PxScale, ScaleFont, point};
 
-use super::false_color::mix;
-
 /// A picture in 8-bit sRGB.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Canvas {
@@ -114,6 +112,11 @@ impl Font {
 /// If the font of the program is damaged; a test rules that out.
 fn letters() -> FontRef<'static> {
     FontRef::try_from_slice(dejavu::sans_mono::regular()).expect("the font is whole")
+}
+
+/// `a` for the share 0, `b` for 1.
+pub(super) fn mix(a: u8, b: u8, share: f64) -> u8 {
+    (f64::from(a) + (f64::from(b) - f64::from(a)) * share).round() as u8
 }
 
 #[cfg(test)]

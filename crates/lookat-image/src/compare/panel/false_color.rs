@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::canvas::Canvas;
+use super::canvas::{Canvas, mix};
 use crate::compare::display::is_finite;
 use crate::compare::metrics::{nearest_rank, ranked};
 
@@ -64,11 +64,6 @@ pub fn difference_color(share: f64) -> [u8; 3] {
     let before = (position as usize).min(last - 1);
     let (a, b) = (DIFFERENCE_COLORS[before], DIFFERENCE_COLORS[before + 1]);
     std::array::from_fn(|i| mix(a[i], b[i], position - before as f64))
-}
-
-/// `a` for the share 0, `b` for 1.
-pub(super) fn mix(a: u8, b: u8, share: f64) -> u8 {
-    (f64::from(a) + (f64::from(b) - f64::from(a)) * share).round() as u8
 }
 
 /// The share of the differences other than 0 that the scale covers.

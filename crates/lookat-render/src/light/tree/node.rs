@@ -3,9 +3,10 @@
 use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::{DVec3, Vec3};
 
-use crate::light::tree::build::EVERYWHERE;
 use crate::number::{Colors, V3, splat_f32, to_f64};
 
+/// The least cosine of lights that shine in all directions.
+pub(super) const EVERYWHERE: f64 = -2.0;
 /// The most children of a node.
 pub(super) const WIDTH: usize = 8;
 /// The number of a child that is a leaf has this bit.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
-use super::mesh::{NEAR, is_in_range};
+use super::spherical_triangle::{NEAR, is_in_range};
 use crate::frame::flipped;
 use crate::number::{Vec2x8, Vec3x8};
 use crate::surface::{ShapePoint, ShapePoints, Surfaces};

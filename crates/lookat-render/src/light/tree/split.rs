@@ -1,12 +1,10 @@
-//! Builds the light tree.
-//!
-//! The emission of leaves and groups of the light tree.
+//! Builds the light tree: the emission of leaves and groups, and how groups are split.
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::node::{Children, Emission, FAINT, LEAF, LEAST_SPREAD, NONE, Node, SLACK, WIDTH};
+use super::node::{Children, EVERYWHERE, Emission, FAINT, LEAF, LEAST_SPREAD, NONE, Node, SLACK, WIDTH};
 use crate::number::V3;
 
 /// Splits are tried between so many slices along an axis.
@@ -289,9 +287,6 @@ pub(in crate::light) struct Emitter {
     /// True if all of it lies in one plane across `axis`.
     pub is_flat: bool,
 }
-
-/// The [`Emitter::least_cosine`] of lights that shine in all directions.
-pub(in crate::light) const EVERYWHERE: f64 = -2.0;
 
 /// A closed convex shape shows a quarter of its area.
 const CONVEX: f64 = 0.25;

@@ -4,10 +4,22 @@ use std::f64::consts::TAU;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use super::mesh::{NEAR, is_in_range};
 use crate::number::{Vec2x8, Vec3x8};
 use crate::surface::Surfaces;
 use crate::warp::{angle, at_turn};
+
+/// Solid angles, in steradians, that are sampled as such. Of smaller ones too few digits are left, and of larger ones of what lies beside.
+const RANGE: [f64; 2] = [1e-5, 6.2];
+/// The most squared sizes that a squared distance may be to sample the solid angle. From farther away, points of equal areas are as good,
+/// and faster.
+pub(super) const NEAR: f64 = 64.0;
+
+/// True where a solid angle is to be sampled as such.
+#[inline(always)]
+pub(super) fn is_in_range<S: Simd>(solid_angle: f64x8<S>) -> mask64x8<S> {
+    let [least, most] = RANGE;
+    solid_angle.simd_ge(least) & solid_angle.simd_le(most)
+}
 
 /// Triangles as points see them, one for each.
 pub(super) struct SphericalTriangles<S: Simd> {

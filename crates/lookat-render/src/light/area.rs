@@ -1,6 +1,7 @@
 //! Shapes that emit: samples of their points, and in which directions they shine.
 
 mod mesh;
+mod spherical_cap;
 mod spherical_disk;
 mod spherical_rectangle;
 mod spherical_triangle;
@@ -18,13 +19,13 @@ use super::tree::Emitter;
 use super::{LEAST_COSINE, LightSample, Receivers};
 use crate::curved::Curved;
 use crate::frame::flipped;
-use crate::light::surface::mesh::{OUTSIDE, Spheres};
 use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, set_lanes, strength, vectorized};
 use crate::ray::{ElementId, Ray};
 use crate::surface::{ShapePoint, ShapePoints, Surfaces};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 use mesh::MeshLight;
+use spherical_cap::{OUTSIDE, Spheres};
 
 /// A shape of the world that emits.
 pub(super) struct SurfaceLight {

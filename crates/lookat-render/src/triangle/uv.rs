@@ -6,7 +6,7 @@ use lookat_scene::Mesh;
 
 use crate::frame::pbrt_frame;
 use crate::number::{LANES, V3, Vec2x8, Vec3x8, bits};
-use crate::surface::Parametrics;
+use crate::parametric::Parametrics;
 
 /// Coordinates of a triangle whose mesh has none, as pbrt-v3 gives them.
 const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];

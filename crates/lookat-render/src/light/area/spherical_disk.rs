@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
-use super::mesh::NEAR;
+use super::spherical_triangle::NEAR;
 use super::{Density, LightHits, SurfaceLight};
 use crate::curved::Curved;
 use crate::light::LightSample;

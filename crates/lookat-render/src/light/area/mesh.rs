@@ -1,39 +1,24 @@
-//! Meshes and spheres that emit.
+//! Meshes that emit.
 
 use std::array::from_fn;
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Level, Simd, f64x8, prelude::*};
 use glam::DVec3;
 use lookat_scene::{Mesh, Primitive};
 
 use super::spherical_rectangle::{Rectangle, SphericalRectangles};
 use super::spherical_triangle::SphericalTriangles;
 use super::{Density, Patch, SurfaceLight, element};
-use crate::frame::Frames;
+use crate::cutout::is_solid;
 use crate::light::{LightSample, Receivers};
-use crate::number::{Colors, LANES, V3, Vec2x8, Vec3x8, bits, set_lanes, vectorized};
-use crate::surface::{Surfaces, Triangles, is_solid, on_triangle};
-use crate::trace::rays::Rays;
+use crate::number::{LANES, Vec2x8, Vec3x8, bits, set_lanes, vectorized};
+use crate::surface::{Surfaces, Triangles, on_triangle};
 use crate::triangle::corners;
-use crate::warp::{at_turn, sample_discrete};
+use crate::warp::sample_discrete;
 
 /// Meshes of more triangles are leaves of the tree of lights by their triangles. A rectangle is better sampled as one.
 const MOST_WHOLE: usize = 2;
-
-/// Solid angles, in steradians, that are sampled as such. Of smaller ones too few digits are left, and of larger ones of what lies beside.
-const RANGE: [f64; 2] = [1e-5, 6.2];
-/// The most squared sizes that a squared distance may be to sample the solid angle. From farther away, points of equal areas are as good,
-/// and faster.
-pub(super) const NEAR: f64 = 64.0;
-
-/// True where a solid angle is to be sampled as such.
-#[inline(always)]
-pub(super) fn is_in_range<S: Simd>(solid_angle: f64x8<S>) -> mask64x8<S> {
-    let [least, most] = RANGE;
-    solid_angle.simd_ge(least) & solid_angle.simd_le(most)
-}
 
 /// A mesh that emits.
 pub(in crate::light) struct MeshLight {
@@ -244,45 +229,4 @@ fn patch(level: Level, primitive: &Primitive, (mesh, index, corners): (&Mesh, us
         || sides().iter().all(|side| *side < 0.0);
     let emitting = if is_same { middle.emitting } else { DVec3::ZERO };
     Patch { p: middle.p, emitting, area: area_of(corners) }
-}
-
-/// From so many radii on a point is outside of a sphere, in spite of rounding.
-pub(crate) const OUTSIDE: f64 = 1.0 + 1e-9;
-
-/// Whole spheres, one for each point.
-pub(crate) struct Spheres<S: Simd> {
-    pub center: Vec3x8<S>,
-    pub radius: f64x8<S>,
-    pub magnitude: f64x8<S>,
-    pub label: f64x8<S>,
-    pub radiance: Colors<S>,
-    /// The points that emit outwards.
-    pub shines: mask64x8<S>,
-}
-
-impl<S: Simd> Spheres<S> {
-    /// Directions in which they are seen from outside, and from where they are.
-    #[inline(always)]
-    pub fn sample(&self, at: &Receivers<S>, [u, v]: Vec2x8<S>) -> (LightSample<S>, mask64x8<S>) {
-        let radius = self.radius;
-        let to_center = self.center - at.surfaces.p;
-        let distance = to_center.length_squared().sqrt();
-        let sine = radius / distance;
-        // One minus the cosine of half the angle at which the sphere is seen, without cancellation.
-        let one_minus_cos_max = sine * sine / (1.0 + (1.0 - sine * sine).max(0.0).sqrt());
-        let one_minus_cos = u * one_minus_cos_max;
-        let sin_squared = one_minus_cos * (2.0 - one_minus_cos);
-        let sin = sin_squared.max(0.0).sqrt();
-        let [x, y] = at_turn(v);
-        let local = V3 { x: x * sin, y: y * sin, z: 1.0 - one_minus_cos };
-        let wi = Frames::from_z(to_center * (1.0 / distance)).to_world(local);
-        // By the law of sines.
-        let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
-        let t_max = at.surfaces.reach(distance * local.z - half, self.magnitude);
-        let shadow = Rays { t_max, target: self.label, ..at.surfaces.spawn_ray(wi) };
-        let is_outside = distance.simd_gt(radius * OUTSIDE);
-        let pdf = 1.0 / (one_minus_cos_max * TAU);
-        let sample = LightSample::with_pdf(is_outside & self.shines, self.radiance, pdf, shadow);
-        (sample, is_outside)
-    }
 }
