@@ -21,6 +21,8 @@ pub(in crate::integrator) struct Lighting<'s> {
     numbers: Vec<f64>,
     /// The lights that are sampled at each surface.
     samples: LightSamples,
+    /// The number of triangles that are chosen at each surface, if all lights are sampled: see [`LightTable::chosen_triangles`].
+    chosen_triangles: u32,
     /// The number of BSDF directions at a surface without a lune, and with one.
     directions: [f64; 2],
     /// The lobes that BSDF directions are sampled from.
@@ -54,14 +56,21 @@ pub(in crate::integrator) struct Directions<S: Simd> {
 impl<'s> Lighting<'s> {
     /// `filter`: the lobes that BSDF directions are sampled from.
     pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, filter: LobeFilter) -> Self {
-        match lights {
-            LightSamples::One(choice) => table.prepare(choice),
-            LightSamples::Each(_) => table.prepare_triangles(),
-        }
+        let chosen_triangles = match lights {
+            LightSamples::One(choice) => {
+                table.prepare(choice);
+                0
+            }
+            LightSamples::Each(strategy) => {
+                table.prepare_triangles();
+                table.chosen_triangles(strategy)
+            }
+        };
         Lighting {
             table,
             numbers: (0..table.len()).map(|light| world.number(table.curved_element(light))).collect(),
             samples: lights,
+            chosen_triangles,
             directions: [false, true].map(|has_lune| f64::from(directions(table, lights, has_lune))),
             filter,
             has_lunes: world.materials.has_normals && table.has_skies(),
@@ -140,7 +149,8 @@ impl<S: Simd> Vertices<'_, S> {
         streams: &mut Streams,
         (strategy, active): (DirectStrategy, mask64x8<S>),
     ) -> Colors<S> {
-        let Vertices { simd, lighting: Lighting { table, .. }, receivers, .. } = *self;
+        let Vertices { simd, lighting, receivers, .. } = *self;
+        let table = lighting.table;
         vectorized!(simd, {
             let mut sum = Colors::splat(simd, Vec3::ZERO);
             let eligible = table.eligible_at(simd, receivers);
@@ -173,9 +183,8 @@ impl<S: Simd> Vertices<'_, S> {
                     }
                 }
             }
-            let chosen = table.chosen_triangles(strategy);
-            if chosen > 0 {
-                sum = sum + self.chosen_triangles(tracer, streams, (chosen, active));
+            if lighting.chosen_triangles > 0 {
+                sum = sum + self.chosen_triangles(tracer, streams, (lighting.chosen_triangles, active));
             }
             let most = most_samples(table, strategy);
             for k in 0..most {
@@ -399,13 +408,12 @@ impl<S: Simd> Vertices<'_, S> {
     /// The mean number of samples of lights or their triangles.
     #[inline(always)]
     fn samples_of(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
-        let Lighting { table, samples, .. } = self.lighting;
+        let Lighting { table, samples, chosen_triangles, .. } = self.lighting;
         match *samples {
             LightSamples::One(_) => self.sampler.probability((light, triangle), active),
             LightSamples::Each(strategy) => {
-                let chosen = f64::from(table.chosen_triangles(strategy));
-                let mut counts: f64x8<S> = chosen.simd_into(self.simd);
-                if chosen > 0.0 {
+                let mut counts: f64x8<S> = f64::from(*chosen_triangles).simd_into(self.simd);
+                if *chosen_triangles > 0 {
                     counts *= self.sampler.probability((light, triangle), active);
                 }
                 for lane in set_lanes(active) {

@@ -32,7 +32,7 @@ pub struct Settings {
 pub enum Stop {
     /// Each pixel has the samples per pixel of the scene. The default, without error layers.
     Samples {
-        /// True if to estimate the error of each pixel, and to give it as the layers of [`lookat_image::PixelError`]. The samples
+        /// True to estimate the error of each pixel, and to write it as the layers of [`lookat_image::PixelError`]. The samples
         /// of a pixel are then split into independent replicates, each a pattern of its own, because samples of one
         /// pattern do not tell how large its error is. Smaller patterns are noisier, so the picture is another one, and
         /// up to a few times noisier in smooth scenes.
