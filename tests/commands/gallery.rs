@@ -63,8 +63,9 @@ fn the_pages_show_every_scene() {
     // The gallery has a few of the others, too.
     let of_tests = others.iter().filter(|(name, _)| gallery.contains(&format!("/{name}.pbrt)")));
     for (name, says) in own.iter().chain(of_tests) {
-        let file = format!("gallery/{}.png", name.rsplit('/').next().unwrap());
-        let shown = format!("\n{says}\n\n[![{says}]({file})](../pbrt-scenes/{name}.pbrt)\n");
+        let short = name.rsplit('/').next().unwrap();
+        let file = format!("gallery/{short}.png");
+        let shown = format!("\n{says}\n\n[![{short}]({file})](../pbrt-scenes/{name}.pbrt)\n");
         assert!(gallery.contains(&shown), "docs/gallery.md does not show {name}: {shown}");
         assert!(docs.join(&file).is_file(), "no picture of {name}");
     }
