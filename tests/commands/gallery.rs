@@ -54,7 +54,7 @@ fn the_pages_show_every_scene() {
     let docs = project().join("docs");
     let [gallery, list] =
         ["gallery.md", "scenes.md"].map(|page| std::fs::read_to_string(docs.join(page)).unwrap());
-    let listed = |name: &str, says: &str| format!("| [{name}](../pbrt-scenes/{name}.pbrt) | {says} |\n");
+    let listed = |name: &str, says: &str| format!("- [{name}](../pbrt-scenes/{name}.pbrt): {says}\n");
     let (own, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|(name, _)| name.starts_with("gallery/"));
     for (name, says) in &others {
         assert!(list.contains(&listed(name, says)), "docs/scenes.md has no line {}", listed(name, says));
