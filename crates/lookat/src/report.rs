@@ -287,7 +287,7 @@ fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
 pub struct SceneResult<'a> {
     /// The scene file, as you named it.
     pub scene: String,
-    /// Errors, warnings and notes in reading order, one for each problem.
+    /// Errors, warnings and notes in reading order.
     pub diagnostics: Vec<JsonDiagnostic<'a>>,
     /// `check --fast`: number of references to files that were not read.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -301,8 +301,7 @@ pub struct SceneResult<'a> {
     /// `render --turntable` and `--animate`: the finished pictures, instead of `picture`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<JsonPicture>,
-    /// `render`: why there is no picture, if the scene is not the reason, or why `picture` is in another place than you named. A missing
-    /// scene file is in `diagnostics` instead.
+    /// `render`: why there is no picture although the scene is fine, or why it is not where you wanted it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }

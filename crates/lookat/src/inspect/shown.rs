@@ -32,7 +32,7 @@ pub struct View {
     median_depth: Option<f64>,
     /// Depth at the middle of the picture, or null.
     center_depth: Option<f64>,
-    /// With a lens: depths between which the circle of confusion is at most a pixel, or null. A null depth is infinite.
+    /// With a lens: the sharp range of depths, or null. A null depth is infinite.
     sharp: Option<[f64; 2]>,
     /// Hyperfocal distance, or null.
     hyperfocal: Option<f64>,

@@ -35,7 +35,7 @@ pub struct JsonPicture {
     pub rays: u64,
     /// Infinite or NaN samples, which count as black.
     pub rejected_samples: u64,
-    /// Samples too bright for the film's sums: they count as the brightest that fits.
+    /// Samples too bright for the film's sums.
     pub clamped_samples: u64,
     /// False after Ctrl-C or [another signal](commands.md#render). With `--time`, true when the time is up.
     pub complete: bool,
@@ -330,7 +330,7 @@ pub struct Numbered {
     /// With `--layers shape`: each shape in the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     shapes: Vec<Entry>,
-    /// With `--layers material`: each material in the picture. The default material has no place.
+    /// With `--layers material`: each material in the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<Entry>,
 }
