@@ -103,7 +103,7 @@ fn short(value: f64) -> String {
 struct Row<'a> {
     /// The file name without `.pbrt`.
     scene: &'a str,
-    /// `agrees`, `differs`, `undecided`, `new` or another word of the table.
+    /// `agrees`, `differs`, `undecided`, `new` or `failed`.
     verdict: &'static str,
     /// Why, in words.
     reason: &'a str,
