@@ -28,7 +28,7 @@ pub(crate) struct Node {
 
 /// An inner node, a leaf or nothing, as one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Child(u32);
+pub(crate) struct Child(pub u32);
 
 /// The contents of a leaf.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,9 +40,11 @@ pub(crate) enum Leaf {
 }
 
 impl Child {
-    const LEAF: u32 = 1 << 31;
-    const OTHER: u32 = 1 << 30;
-    const EMPTY: Child = Child(u32::MAX);
+    /// This bit marks a leaf.
+    pub const LEAF: u32 = 1 << 31;
+    /// This bit marks a leaf that is a non-triangle.
+    pub const OTHER: u32 = 1 << 30;
+    pub const EMPTY: Child = Child(u32::MAX);
     /// Fewer elements than that can be numbered, and in as many blocks the places of triangles (`triangle::block::place`).
     const MOST: usize = u32::MAX as usize / WIDTH;
 
@@ -62,9 +64,15 @@ impl Child {
         (self.0 & Child::LEAF == 0).then_some(self.0 as usize)
     }
 
+    /// The number of a node, a block or a non-triangle.
     #[inline(always)]
-    fn as_leaf(self) -> Leaf {
-        let number = (self.0 & (Child::OTHER - 1)) as usize;
+    pub fn number(self) -> usize {
+        (self.0 & (Child::OTHER - 1)) as usize
+    }
+
+    #[inline(always)]
+    pub fn as_leaf(self) -> Leaf {
+        let number = self.number();
         if self.0 & Child::OTHER == 0 { Leaf::Block(number) } else { Leaf::NonTriangle(number) }
     }
 }
@@ -72,15 +80,15 @@ impl Child {
 /// A tree of boxes over elements that the owner keeps.
 #[derive(Debug)]
 pub(crate) struct Bvh {
-    nodes: Vec<Node>,
-    root: Child,
+    pub nodes: Vec<Node>,
+    pub root: Child,
     pub bounds: Bounds,
 }
 
 /// A tree is never deeper than this; see `build`.
 const MAX_DEPTH: usize = 88;
 /// All children but one of each node on the way down may wait.
-const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
+pub(crate) const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
 impl Bvh {
     /// The number of nodes. 0 if one leaf holds all elements.
@@ -117,9 +125,9 @@ impl Bvh {
     ) {
         // All but one of the children that are met wait. Without branches: which child is a leaf cannot be foretold.
         let ask = |child: Child| {
-            let (number, nodes) = (child.0 as usize % Child::OTHER as usize, self.nodes.as_ptr());
+            let (number, nodes) = (child.number(), self.nodes.as_ptr());
             let (node, block) = (nodes.wrapping_add(number), blocks.as_ptr().wrapping_add(number));
-            prefetch(if child.as_inner().is_some() { node.cast() } else { block.cast::<u8>() }, 0..4);
+            prefetch(if child.as_inner().is_some() { node.cast() } else { block.cast::<u8>() }, 0..5);
         };
         let mut limit = not_less(t_max);
         let mut stack = Stack::new();
@@ -206,7 +214,7 @@ pub(crate) fn not_less(t: f64) -> f32 {
 
 /// Insertion sort: there are seven at most, mostly one or two.
 #[inline(always)]
-fn sort_descending(keys: &mut [u64]) {
+pub(crate) fn sort_descending(keys: &mut [u64]) {
     for end in 1..keys.len() {
         let key = keys[end];
         let mut at = end;
@@ -397,13 +405,13 @@ impl<S: Simd> AxisSlabs<S> {
 
 /// The greater; `b` where `a` is no number. On x86 `max` gives that, in one instruction.
 #[inline(always)]
-fn max<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
+pub(crate) fn max<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
     if cfg!(target_arch = "x86_64") { a.max(b) } else { a.max_precise(b) }
 }
 
 /// The less, likewise.
 #[inline(always)]
-fn min<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
+pub(crate) fn min<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
     if cfg!(target_arch = "x86_64") { a.min(b) } else { a.min_precise(b) }
 }
 
@@ -455,9 +463,10 @@ impl<S: Simd> BoxRays<S> {
         BoxRays { o: [o.x, o.y, o.z], inverse, negative }
     }
 
-    /// The distances where rays enter and leave the box between two corners, with the bits of [`slabs`].
+    /// The distances where each ray enters and leaves the box between two corners, with the bits of [`slabs`].
     #[inline(always)]
-    pub fn ends(&self, simd: S, low: &DVec3, high: &DVec3) -> (f64x8<S>, f64x8<S>) {
+    pub fn ends(&self, simd: S, corners: [Vec3x8<S>; 2]) -> (f64x8<S>, f64x8<S>) {
+        let [low, high] = corners.map(|corner| [corner.x, corner.y, corner.z]);
         let (mut near, mut far): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), f64::INFINITY.simd_into(simd));
         for axis in 0..3 {
             let (o, inverse, negative) = (self.o[axis], self.inverse[axis], self.negative[axis]);

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, mask64x8, prelude::*};
 
 use crate::bvh::BoxRays;
 use crate::frame::Bounds;
-use crate::number::bits;
+use crate::number::{Vec3x8, bits};
 use crate::trace::rays::Rays;
 
 /// Boxes around all shapes that emit light.
@@ -38,7 +38,7 @@ impl Emitters {
         let rays = BoxRays::new(rays.o, rays.d);
         for bounds in &self.0 {
             let (low, high) = bounds.corners();
-            let (near, far) = rays.ends(simd, &low, &high);
+            let (near, far) = rays.ends(simd, [low, high].map(|corner| Vec3x8::splat(simd, corner)));
             may_be |= near.simd_le(far);
         }
         may_be

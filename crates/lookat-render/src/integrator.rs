@@ -8,6 +8,7 @@ pub(crate) mod path_batch;
 pub(crate) mod path_record;
 mod profiler;
 mod replay;
+mod vertices;
 pub(crate) mod world;
 
 use std::ops::Range;
@@ -20,11 +21,10 @@ use crate::camera::Viewer;
 pub(crate) use crate::integrator::replay::{Segment, segments, stage_profiles};
 pub(crate) use crate::integrator::world::{Supervisor, Tracer};
 use crate::light::LightTable;
-use crate::number::LANES;
 use crate::sampler::{CAMERA_NUMBERS, Streams};
 use crate::traceable::Traceable;
 use lighting::{LightSamples, Lighting};
-use path_batch::{CameraPackets, PathBatch};
+use path_batch::{BatchSurface, CameraPackets, PathBatch};
 pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
 use world::{Sees, World};
@@ -89,30 +89,29 @@ impl<'s> SceneIntegrator<'s> {
             }
         }
         while let Some((depth, count)) = batch.begin_surface() {
-            for first in (0..count).step_by(LANES) {
-                if !tracer.should_continue() {
-                    return;
-                }
-                tracer.profile(|profiler| {
-                    profiler.enter(Stage::Shading);
-                    profiler.count(LANES.min(count - first) as u64);
-                });
-                let paths = &batch.packet(simd, first, count.min(first + LANES));
-                // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
-                let before = CAMERA_NUMBERS.wrapping_add(depth.wrapping_mul(numbers));
-                streams.choose(simd, &paths.samples, before);
-                let camera = (depth == 0).then_some(camera);
-                match self {
-                    SceneIntegrator::Path(path) => {
-                        path.surface(simd, tracer, streams, paths, (camera, depth), batch);
-                    }
-                    SceneIntegrator::Direct(direct) => {
+            // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
+            let dimension = CAMERA_NUMBERS.wrapping_add(depth.wrapping_mul(numbers));
+            let camera = (depth == 0).then_some(camera);
+            let surface = BatchSurface { depth, count, dimension, camera };
+            match self {
+                SceneIntegrator::Path(path) => path.surface(simd, tracer, streams, surface, batch),
+                SceneIntegrator::Direct(direct) => surface.for_each_packet(
+                    simd,
+                    (tracer, streams, batch),
+                    #[inline(always)]
+                    |(tracer, streams, batch), paths| {
                         direct.surface(simd, tracer, streams, paths, (camera, depth), batch);
-                    }
-                    SceneIntegrator::Ambient(ambient) => {
-                        ambient.surface(simd, tracer, streams, paths, batch);
-                    }
-                }
+                    },
+                ),
+                SceneIntegrator::Ambient(ambient) => surface.for_each_packet(
+                    simd,
+                    (tracer, streams, batch),
+                    #[inline(always)]
+                    |(tracer, streams, batch), paths| ambient.surface(simd, tracer, streams, paths, batch),
+                ),
+            }
+            if tracer.is_stopped {
+                return;
             }
         }
     }

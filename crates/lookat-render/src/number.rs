@@ -173,6 +173,18 @@ impl<T: Number> V3<T> {
         }
     }
 
+    /// The lesser coordinates of both vectors.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        V3 { x: self.x.min(other.x), y: self.y.min(other.y), z: self.z.min(other.z) }
+    }
+
+    /// The greater coordinates of both vectors.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        V3 { x: self.x.max(other.x), y: self.y.max(other.y), z: self.z.max(other.z) }
+    }
+
     /// The size of the largest coordinate.
     #[inline(always)]
     pub fn magnitude(self) -> T {

@@ -6,6 +6,7 @@ mod packets;
 pub(crate) mod rays;
 #[cfg(test)]
 mod tests;
+mod wide;
 
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
@@ -14,10 +15,11 @@ use crate::cutout::is_solid;
 use crate::number::{LANES, Vec3x8, bits, set_lanes, side_by_side, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, NonTriangle, Traceable};
-use crate::triangle::{Axis, Block, Filter, MOST_MAGNITUDE, ShearedRay, Triangle, Turned, holds_end};
+use crate::triangle::{Axis, Filter, MOST_MAGNITUDE, ShearedRay, Triangle, Turned, holds_end};
 pub(crate) use hierarchy::Tree;
 pub(crate) use list::{Element, List, ListedShape};
 pub(crate) use packets::{Coherence, MOST_PACKETS, PacketCount};
+pub(crate) use wide::WideTracer;
 
 /// A ray that is traced in the elements of a group, which is an instance or the world.
 #[derive(Clone, Copy)]
@@ -103,12 +105,17 @@ impl Traceable {
                         Leaf::Block(number) => {
                             let block = &group.blocks[number];
                             let leaving = block.bit_of(query.leaving);
-                            let (mut rest, surely) = filter.meet(simd, block, hit.t, leaving);
+                            // A product in f32 may overflow to infinity, which is a limit too.
+                            let end = (hit.t * f64::from(filter.length()[0])) as f32;
+                            let Some(hits) = filter.meet::<true>(simd, block, end, leaving) else {
+                                return Some(hit.t);
+                            };
                             // The target of a shadow ray never is wholly before its end.
-                            if ANY && self.has_solid(group, block, surely) {
+                            if ANY && hits.certain_before(end) & block.solid != 0 {
                                 found = true;
                                 return None;
                             }
+                            let mut rest = hits.may;
                             while rest != 0 {
                                 let lane = rest.trailing_zeros();
                                 rest &= rest - 1;
@@ -130,18 +137,6 @@ impl Traceable {
             );
             found
         })
-    }
-
-    /// True if one of the given triangles of a block has no holes. Each bit of `triangles` is a triangle.
-    #[inline(always)]
-    fn has_solid(&self, group: &Group, block: &Block, triangles: u32) -> bool {
-        triangles != 0 && (!self.has_cutouts() || self.finds_solid(group, block, triangles))
-    }
-
-    #[inline(never)]
-    fn finds_solid(&self, group: &Group, block: &Block, triangles: u32) -> bool {
-        let is_solid = |lane: u32| !self.is_cut_out(group.triangle(block.place(lane)).primitive);
-        (0..u32::BITS).any(|lane| triangles >> lane & 1 == 1 && is_solid(lane))
     }
 
     /// Out of line, because few triangles get here. `sheared` keeps the prepared ray for the next triangle.
@@ -328,6 +323,12 @@ impl<S: Simd> TraversalRays<S> {
     /// The axes in an order that puts the longest axis of the ray last.
     #[inline(always)]
     fn axes(&self, lane: usize) -> [Axis; 3] {
-        Axis::ORDERS[self.is_not.iter().map(|is_not| (is_not >> lane & 1) as usize).sum::<usize>()]
+        Axis::ORDERS[self.order(lane)]
+    }
+
+    /// The index of these axes in [`Axis::ORDERS`].
+    #[inline(always)]
+    fn order(&self, lane: usize) -> usize {
+        self.is_not.iter().map(|is_not| (is_not >> lane & 1) as usize).sum()
     }
 }

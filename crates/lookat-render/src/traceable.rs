@@ -112,7 +112,17 @@ impl Traceable {
         self.source = source.clone();
         let has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
         let is_cut_out = |primitive: &Primitive| primitive.cutout.is_some();
+        let before = std::mem::take(&mut self.cutouts);
         self.cutouts = if has_cutouts { self.primitives().map(is_cut_out).collect() } else { Vec::new() };
+        if self.cutouts != before {
+            let has_holes = |primitive| is_cut_out_in(&self.cutouts, primitive);
+            for group in std::iter::once(&mut self.world).chain(&mut self.objects) {
+                let triangles = &group.triangles;
+                let find =
+                    |block: &mut Block| block.find_solid(triangles, |triangle| has_holes(triangle.primitive));
+                group.blocks.par_iter_mut().for_each(find);
+            }
+        }
     }
 
     /// The primitive with a number. Numbers start with the primitives of the world; the primitives of objects follow.
@@ -134,7 +144,7 @@ impl Traceable {
     /// True if the primitive with a number may have holes.
     #[inline(always)]
     pub fn is_cut_out(&self, number: u32) -> bool {
-        self.cutouts.get(number as usize).is_some_and(|is_cut_out| *is_cut_out)
+        is_cut_out_in(&self.cutouts, number)
     }
 
     /// All primitives, in the order of their numbers.
@@ -166,6 +176,11 @@ impl Traceable {
     pub fn group(&self, instance: u32) -> &Group {
         self.instance(instance).map_or(&self.world, |placed| &self.objects[placed.object])
     }
+}
+
+#[inline(always)]
+fn is_cut_out_in(cutouts: &[bool], number: u32) -> bool {
+    cutouts.get(number as usize).is_some_and(|is_cut_out| *is_cut_out)
 }
 
 /// For a primitive that is no curved shape.

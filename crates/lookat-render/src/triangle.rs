@@ -85,7 +85,13 @@ impl Triangle {
     #[inline(always)]
     pub fn barycentric(&self, sides: [f64; 3]) -> [f64; 2] {
         let sum = sides[0] + sides[1] + sides[2];
-        self.first.map(|at| sides[usize::from(at)] / sum)
+        self.first_two(|corner| sides[corner] / sum)
+    }
+
+    /// The value of each of its first two vertices, from those of its corners.
+    #[inline(always)]
+    pub fn first_two(&self, of_corner: impl Fn(usize) -> f64) -> [f64; 2] {
+        self.first.map(|corner| of_corner(usize::from(corner) % 3))
     }
 }
 
@@ -248,6 +254,8 @@ pub(crate) struct Block {
     size: f32,
     /// A bit for each triangle.
     pub mask: u32,
+    /// The bits of the triangles without holes: see [`Block::find_solid`].
+    pub solid: u32,
     /// The place of the first triangle; those of the others follow.
     first: u32,
 }
@@ -271,13 +279,22 @@ impl Block {
             extent = sides.max_element().max(extent);
         }
         let is_safe = extent < MOST_SIZE && magnitude < f64::from(MOST_MAGNITUDE);
+        let mask = (1 << triangles.len()) - 1;
         Block {
             corners,
             error: if is_safe { 12.0 * UNIT * magnitude as f32 + f32::MIN_POSITIVE } else { f32::INFINITY },
             size: 2.0 * extent as f32,
-            mask: (1 << triangles.len()) - 1,
+            mask,
+            solid: mask,
             first: first as u32,
         }
+    }
+
+    /// Finds the triangles without holes, given all triangles of the group. `has_holes`: true for triangles that may have holes.
+    pub fn find_solid(&mut self, triangles: &[Triangle], has_holes: impl Fn(&Triangle) -> bool) {
+        let own = &triangles[self.first as usize..];
+        let bit = |lane: usize| u32::from(!has_holes(&own[lane])) << lane;
+        self.solid = (0..self.mask.count_ones() as usize).fold(0, |solid, lane| solid | bit(lane));
     }
 
     /// The least and the greatest coordinates of the triangles along each axis, wider by what rounding has taken.
@@ -355,13 +372,25 @@ pub(crate) struct Filter<S: Simd> {
 #[derive(Clone, Copy)]
 pub(crate) struct Turned<S: Simd> {
     /// The shear: the step along each of the first two axes for a step of -1 along the last.
-    shear: [f32x8<S>; 2],
+    pub shear: [f32x8<S>; 2],
     /// The coordinates of the rays where the last coordinate is zero.
-    offset: [f32x8<S>; 2],
+    pub offset: [f32x8<S>; 2],
     /// The origin along the last axis.
-    start: f32x8<S>,
+    pub start: f32x8<S>,
     /// The direction along it.
-    along: f32x8<S>,
+    pub along: f32x8<S>,
+}
+
+/// Triangles of a block that one ray, in all lanes, may hit.
+pub(crate) struct BlockHits<S: Simd> {
+    /// The bits of the triangles that the ray may hit before its end.
+    pub may: u32,
+    /// The bits of the triangles that the ray certainly hits, if it is long enough.
+    pub certain: u32,
+    /// The least and the greatest depths of the triangles along the last axis, as rounded.
+    pub depths: [f32x8<S>; 2],
+    /// The largest error of these depths.
+    pub error: f32,
 }
 
 /// A triangle as a ray passes it.
@@ -428,28 +457,44 @@ impl<S: Simd> Filter<S> {
         [a.min(b).min(c), a.max(b).max(c)]
     }
 
-    /// Bits of the triangles of a block that one ray, in all lanes, may hit before `t_max`, and bits of some that it
-    /// certainly hits. The triangles in `left_out` do not count.
+    /// The triangles of a block that one ray, in all lanes, may hit before `end`, a depth along the last axis with an error of up to 6
+    /// [`UNIT`]s. The triangles in `left_out` do not count. `EARLY`: stop where the sides tell that all are missed; without it, all
+    /// triangles take the same way through the code.
     #[inline(always)]
-    pub fn meet(&self, simd: S, block: &Block, t_max: f64, left_out: u32) -> (u32, u32) {
+    pub fn meet<const EARLY: bool>(
+        &self,
+        simd: S,
+        block: &Block,
+        end: f32,
+        left_out: u32,
+    ) -> Option<BlockHits<S>> {
         let corner = |at: usize, axis: Axis| f32x8::from_slice(simd, &block.corners[at][axis as usize]);
         let (tolerance, sides) = (block.tolerance(self.error), self.sides(corner));
-        let may = !sides.pass(&tolerance).to_bitmask() as u32 & block.mask & !left_out;
-        if may == 0 {
-            return (0, 0);
+        let is_missed = sides.pass(&tolerance);
+        let left = block.mask & !left_out;
+        if EARLY && !is_missed.to_bitmask() as u32 & left == 0 {
+            return None;
         }
-        // A product in f32 may overflow to infinity, which is a limit too.
-        let end = (t_max * f64::from(self.length()[0])) as f32;
-        let [front, back] = self.depths(corner);
-        let farthest = end * (1.0 + 4.0 * UNIT) + tolerance.error;
-        let is_out = front.simd_gt(farthest) | back.simd_lt(-tolerance.error);
-        let may = may & !is_out.to_bitmask() as u32;
+        let depths = self.depths(corner);
+        let [front, back] = depths;
+        let error = tolerance.error;
+        let is_out = is_missed | front.simd_gt(end * (1.0 + 8.0 * UNIT) + error) | back.simd_lt(-error);
+        let may = !is_out.to_bitmask() as u32 & left;
         if may == 0 {
-            return (0, 0);
+            return None;
         }
-        let is_between =
-            front.simd_gt(tolerance.error) & back.simd_lt(end * (1.0 - 4.0 * UNIT) - 2.0 * tolerance.error);
-        (may, may & (is_between & sides.are_one(&tolerance)).to_bitmask() as u32)
+        let certain = may & (front.simd_gt(error) & sides.are_one(&tolerance)).to_bitmask() as u32;
+        Some(BlockHits { may, certain, depths, error })
+    }
+}
+
+impl<S: Simd> BlockHits<S> {
+    /// The triangles that the ray certainly hits before `end`.
+    #[inline(always)]
+    pub fn certain_before(&self, end: f32) -> u32 {
+        let [_, back] = self.depths;
+        let is_before = back.simd_lt(end * (1.0 - 12.0 * UNIT) - 2.0 * self.error);
+        self.certain & is_before.to_bitmask() as u32
     }
 }
 

@@ -10,9 +10,10 @@ use super::SampleDimensions;
 use super::profiler::Stage;
 use crate::bsdf::{BsdfSample, LobeFilter};
 use crate::camera::Viewer;
-use crate::integrator::lighting::{LightSamples, Lighting, Vertices, directions, most_samples};
+use crate::integrator::lighting::{LightSamples, Lighting, directions, most_samples};
 use crate::integrator::path_batch::PathBatch;
 use crate::integrator::path_record::PathRecord;
+use crate::integrator::vertices::Vertices;
 use crate::integrator::world::{Sees, Tracer, World};
 use crate::light::LightTable;
 use crate::number::{narrow, to_f32, vectorized, widen};
@@ -154,7 +155,7 @@ impl<'s> Direct<'s> {
                         world.continue_paths(simd, tracer, &mut scattered, (branch, Sees::Materials), batch);
                     }
                 },
-            )
+            );
         })
     }
 }

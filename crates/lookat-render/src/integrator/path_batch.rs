@@ -5,10 +5,12 @@ use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::Vec3;
 
 use super::path_record::{Columns, PATHS, PathRecord};
+use super::profiler::Stage;
 use super::world::{Sees, World};
-use crate::camera::CameraSample;
+use crate::camera::{CameraSample, Viewer};
 use crate::integrator::world::Tracer;
 use crate::number::{Colors, LANES, set_lanes, vectorized};
+use crate::sampler::Streams;
 use crate::trace::MOST_PACKETS;
 use crate::trace::rays::{Hits, Rays};
 
@@ -103,9 +105,58 @@ impl PathBatch {
         light: Colors<S>,
         active: mask64x8<S>,
     ) {
-        let light = paths.throughput * light;
+        self.add_light(&paths.samples, paths.throughput * light, active);
+    }
+
+    /// Adds light to samples. The throughput of the paths is in it.
+    #[inline(always)]
+    pub(in crate::integrator) fn add_light<S: Simd>(
+        &mut self,
+        samples: &[u16; LANES],
+        light: Colors<S>,
+        active: mask64x8<S>,
+    ) {
         for lane in set_lanes(active) {
-            self.radiance[usize::from(paths.samples[lane])] += light.lane(lane);
+            self.radiance[usize::from(samples[lane])] += light.lane(lane);
+        }
+    }
+}
+
+/// The surfaces that the paths of a batch have reached.
+#[derive(Clone, Copy)]
+pub(in crate::integrator) struct BatchSurface<'v> {
+    /// The number of surfaces before.
+    pub depth: u32,
+    /// The number of paths.
+    pub count: usize,
+    /// The first sample dimension at this surface.
+    pub dimension: u32,
+    /// What has sent the rays, if these are camera rays.
+    pub camera: Option<Viewer<'v>>,
+}
+
+impl BatchSurface<'_> {
+    /// Calls `does` with each packet of paths, and with streams that are at the dimensions of this surface. Stops once the tracer [is
+    /// stopped](Tracer::is_stopped).
+    #[inline(always)]
+    pub fn for_each_packet<S: Simd>(
+        &self,
+        simd: S,
+        mut state: (&mut Tracer, &mut Streams, &mut PathBatch),
+        mut does: impl FnMut(&mut (&mut Tracer, &mut Streams, &mut PathBatch), &PathRecord<S>),
+    ) {
+        for first in (0..self.count).step_by(LANES) {
+            let (tracer, streams, batch) = &mut state;
+            if !tracer.should_continue() {
+                return;
+            }
+            tracer.profile(|profiler| {
+                profiler.enter(Stage::Shading);
+                profiler.count(LANES.min(self.count - first) as u64);
+            });
+            let paths = batch.packet(simd, first, self.count.min(first + LANES));
+            streams.choose(simd, &paths.samples, self.dimension);
+            does(&mut state, &paths);
         }
     }
 }

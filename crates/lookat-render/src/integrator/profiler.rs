@@ -1,6 +1,7 @@
 //! The time that each stage of rendering takes: a clock, and a record of the rays.
 
 use std::any::Any;
+use std::borrow::Borrow;
 use std::time::{Duration, Instant};
 
 use fearless_simd::{Simd, mask64x8};
@@ -101,7 +102,12 @@ impl Profiler {
     /// Begins a stage that traces, and keeps its rays. The clock stands still meanwhile.
     #[cold]
     #[inline(never)]
-    pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {
+    pub fn begin_rays<S: Simd>(
+        &mut self,
+        stage: Stage,
+        rays: &[impl Borrow<Rays<S>>],
+        active: &[mask64x8<S>],
+    ) {
         self.caller = self.stage;
         self.enter(stage);
         for active in active {
@@ -109,7 +115,7 @@ impl Profiler {
         }
         let calls = self.calls[stage as usize].get_or_insert_with(|| Box::new(Calls::<S>::new()));
         if let Some(calls) = calls.downcast_mut::<Calls<S>>() {
-            calls.push((rays.to_vec(), active.to_vec()));
+            calls.push((rays.iter().map(|rays| *rays.borrow()).collect(), active.to_vec()));
         }
         self.since = Instant::now();
     }

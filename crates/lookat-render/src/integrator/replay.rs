@@ -3,6 +3,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
+use arrayvec::ArrayVec;
 use fearless_simd::Simd;
 use glam::{DVec3, Vec3};
 
@@ -10,6 +11,10 @@ use super::profiler::{Calls, Profiler, STAGES, Stage, StageProfile};
 use super::world::{Tracer, World};
 use crate::light::LightTable;
 use crate::number::{set_lanes, side_by_side};
+use crate::trace::{
+    MOST_PACKETS,
+    rays::{Hits, Rays},
+};
 use crate::traceable::Traceable;
 
 /// Traces rays as the renderer does, and says how long that takes.
@@ -19,11 +24,17 @@ fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer,
     let calls = calls.clone();
     let started = Instant::now();
     for (rays, active) in &calls {
+        let packets: ArrayVec<&Rays<S>, MOST_PACKETS> = rays.iter().collect();
         match stage {
             Stage::CameraRays => drop(black_box(world.nearest_of(simd, tracer, rays, active))),
-            Stage::BounceRays => drop(black_box(world.nearest(simd, tracer, &rays[0], active[0]))),
+            Stage::BounceRays => {
+                let mut hits = [Hits::none(simd); MOST_PACKETS];
+                world.nearest_of_packets(simd, tracer, &packets, active, &mut hits[..rays.len()]);
+                black_box(&hits);
+            }
             _ => {
-                black_box(world.occluded(simd, tracer, &rays[0], active[0], stage == Stage::ShadowRays));
+                let is_shadow = stage == Stage::ShadowRays;
+                black_box(world.occluded_of_packets(simd, tracer, &packets, active, is_shadow));
             }
         }
     }

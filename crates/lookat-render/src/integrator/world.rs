@@ -1,6 +1,7 @@
 //! Traces packets of rays, counts them, and stops when the time is over.
 
-use std::{array, slice};
+use std::array;
+use std::borrow::Borrow;
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask64x8, prelude::*};
@@ -12,12 +13,12 @@ use crate::bsdf::LobeSlots;
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::light::LightTable;
-use crate::number::{bits, count, set_lanes, vectorized};
+use crate::number::{LANES, bits, count, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::{Materials, Shaded, Sheets};
 use crate::surface::Surface;
 use crate::trace::{
-    Coherence, List, MOST_PACKETS, PacketCount, Tree,
+    Coherence, List, MOST_PACKETS, PacketCount, Tree, WideTracer,
     rays::{Hits, Rays},
 };
 use crate::traceable::Traceable;
@@ -72,9 +73,9 @@ impl<'s> World<'s> {
             tracer.begin_rays(Stage::CameraRays, rays, active);
             let mut hits = ArrayVec::new();
             while hits.len() < rays.len() {
-                let from = hits.len();
+                let (from, mut count) = (hits.len(), rays.len() - hits.len());
                 if let Aggregate::Tree(tree) = &self.aggregate {
-                    let packets = tracer.packet_count.next(rays.len() - from);
+                    let packets = tracer.packet_count.next(count);
                     if packets > 0 {
                         let all = from..from + packets;
                         let (rays, active) = (&rays[all.clone()], &active[all]);
@@ -84,15 +85,20 @@ impl<'s> World<'s> {
                             continue;
                         }
                     }
+                    count = 1 + tracer.packet_count.apart(count - 1);
                 }
-                hits.push(self.search(simd, &rays[from], active[from]));
+                for _ in 0..count {
+                    hits.push(Hits::none(simd));
+                }
+                let packets: ArrayVec<&Rays<S>, MOST_PACKETS> = rays[from..from + count].iter().collect();
+                self.search(simd, tracer, &packets, &active[from..from + count], &mut hits[from..]);
             }
             tracer.profile(Profiler::end_rays);
             hits
         })
     }
 
-    /// The nearest hits of the rays that are active.
+    /// The nearest hits of active rays.
     #[inline(always)]
     pub fn nearest<S: Simd>(
         &self,
@@ -101,25 +107,51 @@ impl<'s> World<'s> {
         rays: &Rays<S>,
         active: mask64x8<S>,
     ) -> Hits<S> {
-        tracer.begin_rays(Stage::BounceRays, slice::from_ref(rays), &[active]);
-        let hits = self.search(simd, rays, active);
-        tracer.profile(Profiler::end_rays);
+        let mut hits = [Hits::none(simd)];
+        self.nearest_of_packets(simd, tracer, &[rays], &[active], &mut hits);
+        let [hits] = hits;
         hits
     }
 
-    /// The nearest hits, without counting rays.
+    /// Finds the nearest hits of the active rays of packets. `hits`: none at first.
     #[inline(never)]
-    fn search<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
+    pub fn nearest_of_packets<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        packets: &[&Rays<S>],
+        active: &[mask64x8<S>],
+        hits: &mut [Hits<S>],
+    ) {
+        tracer.begin_rays(Stage::BounceRays, packets, active);
+        self.search(simd, tracer, packets, active, hits);
+        tracer.profile(Profiler::end_rays);
+    }
+
+    /// Finds nearest hits without counting rays.
+    #[inline(never)]
+    fn search<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        packets: &[&Rays<S>],
+        active: &[mask64x8<S>],
+        hits: &mut [Hits<S>],
+    ) {
         vectorized!(simd, {
             match &self.aggregate {
-                Aggregate::List(list, _) => list.nearest(simd, rays, active),
-                Aggregate::Tree(tree) => tree.nearest(simd, rays, active),
+                Aggregate::List(list, _) => {
+                    for ((rays, active), hits) in packets.iter().zip(active).zip(hits) {
+                        *hits = list.nearest(simd, rays, *active);
+                    }
+                }
+                Aggregate::Tree(tree) => tree.nearest(simd, &mut tracer.wide, packets, active, hits),
             }
         })
     }
 
     /// The active rays that hit anything but their targets. `is_shadow`: these are shadow rays, which may pass other holes.
-    #[inline(never)]
+    #[inline(always)]
     pub fn occluded<S: Simd>(
         &self,
         simd: S,
@@ -128,15 +160,68 @@ impl<'s> World<'s> {
         active: mask64x8<S>,
         is_shadow: bool,
     ) -> mask64x8<S> {
+        bits(simd, self.occluded_of_packets(simd, tracer, &[rays], &[active], is_shadow))
+    }
+
+    /// Does what [`World::occluded`] does, for packets. Each bit of the result is a ray.
+    #[inline(never)]
+    pub fn occluded_of_packets<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        packets: &[&Rays<S>],
+        active: &[mask64x8<S>],
+        is_shadow: bool,
+    ) -> u64 {
         vectorized!(simd, {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
-            tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
+            tracer.begin_rays(stage, packets, active);
             let met = match &self.aggregate {
-                Aggregate::List(list, _) => list.occluded(simd, rays, active, is_shadow),
-                Aggregate::Tree(tree) => tree.occluded(simd, rays, active, is_shadow),
+                Aggregate::List(list, _) => {
+                    let mut met = 0;
+                    for (packet, (rays, active)) in packets.iter().zip(active).enumerate() {
+                        let own = list.occluded(simd, rays, *active, is_shadow);
+                        met |= own.to_bitmask() << (LANES * packet);
+                    }
+                    met
+                }
+                Aggregate::Tree(tree) => tree.occluded(simd, &mut tracer.wide, packets, active, is_shadow),
             };
             tracer.profile(Profiler::end_rays);
             met
+        })
+    }
+
+    /// Finds what rays see that only look for emission. Rays that cannot hit an emitter are only tested for occlusion of the sky. `active`
+    /// keeps the rays that may see any; `hits`: none at first.
+    #[inline(never)]
+    pub fn find_emission<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        packets: &[&Rays<S>],
+        active: &mut [mask64x8<S>],
+        hits: &mut [Hits<S>],
+    ) {
+        vectorized!(simd, {
+            let (mut may_hit, mut others) =
+                (ArrayVec::<_, MOST_PACKETS>::new(), ArrayVec::<_, MOST_PACKETS>::new());
+            for (rays, active) in packets.iter().zip(&*active) {
+                let own = tracer.scene.emitters.may_be_hit(simd, rays) & *active;
+                may_hit.push(own);
+                others.push(*active & !own);
+            }
+            if may_hit.iter().any(|own| own.any_true()) {
+                self.nearest_of_packets(simd, tracer, packets, &may_hit, hits);
+            }
+            let mut occluded = u64::MAX;
+            if tracer.lights.has_skies() && others.iter().any(|own| own.any_true()) {
+                occluded = self.occluded_of_packets(simd, tracer, packets, &others, false);
+            }
+            for (packet, active) in active.iter_mut().enumerate() {
+                let is_free = others[packet] & !bits(simd, occluded >> (LANES * packet) & 0xff);
+                *active = may_hit[packet] | is_free;
+            }
         })
     }
 
@@ -290,6 +375,7 @@ pub(crate) struct Tracer<'s> {
     pub rays: u64,
     /// The number of packets of camera rays that go together.
     pub packet_count: PacketCount,
+    pub(super) wide: Box<WideTracer>,
     /// Called every [`STEPS`] steps.
     supervisor: Option<&'s dyn Supervisor>,
     steps: u32,
@@ -306,6 +392,7 @@ impl<'s> Tracer<'s> {
             lights,
             rays: 0,
             packet_count: PacketCount::LARGEST,
+            wide: Box::new(WideTracer::new()),
             supervisor: None,
             steps: 0,
             is_stopped: false,
@@ -345,7 +432,12 @@ impl<'s> Tracer<'s> {
 
     /// Counts the active rays before they are traced, and starts their stage.
     #[inline(always)]
-    pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {
+    pub fn begin_rays<S: Simd>(
+        &mut self,
+        stage: Stage,
+        rays: &[impl Borrow<Rays<S>>],
+        active: &[mask64x8<S>],
+    ) {
         for active in active {
             self.rays += count(*active);
         }

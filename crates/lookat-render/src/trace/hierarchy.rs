@@ -1,12 +1,11 @@
-//! Worlds in which rays are traced one by one, down their tree.
+//! Worlds in which rays traverse a hierarchy.
 
-use fearless_simd::{Simd, mask64x8};
+use fearless_simd::{Simd, mask64x8, prelude::*};
 
 use super::rays::{Hits, Labels, NONE, PLACES, Rays};
-use crate::number::{bits, set_lanes};
+use crate::number::{LANES, bits, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::trace::TraversalRays;
-use crate::trace::nothing;
+use crate::trace::{TraversalRays, WideTracer, nothing};
 use crate::traceable::Traceable;
 
 /// A world with its tree. The elements of the world, and those of an object, are numbered: triangles by their place, others from
@@ -30,40 +29,90 @@ impl<'s> Tree<'s> {
         if element == ElementId::NONE { NONE } else { PLACES + self.scene.labels.of(element) }
     }
 
-    /// The nearest hits of the rays that are active.
+    /// Finds the nearest hits of the active rays of packets. `hits`: none at first.
     #[inline(always)]
-    pub fn nearest<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
-        let (scene, forms) = (self.scene, TraversalRays::new(simd, rays.o, rays.d));
-        let (mut hits, mut emits) = (Hits::none(simd), 0);
-        for lane in set_lanes(active) {
-            let ray = self.ray(rays, lane);
-            let mut hit = nothing(&ray);
-            if scene.search::<S, false>(simd, scene.query(&ray, false), (&forms, lane), &mut hit) {
-                hits.set_lane(lane, Some(&hit), scene.labels);
-                emits |= u64::from(scene.emits(&hit)) << lane;
+    pub fn nearest<S: Simd>(
+        &self,
+        simd: S,
+        wide: &mut WideTracer,
+        packets: &[&Rays<S>],
+        active: &[mask64x8<S>],
+        hits: &mut [Hits<S>],
+    ) {
+        let mut rest = rays_of(active);
+        if has_compress(simd) {
+            rest = wide.nearest(simd, self.scene, packets, rest, hits);
+        }
+        for (packet, hits) in hits.iter_mut().enumerate() {
+            let own = rest >> (LANES * packet) & 0xff;
+            if own != 0 {
+                self.nearest_one_by_one(simd, packets[packet], bits(simd, own), hits);
             }
         }
-        Hits { emits: bits(simd, emits), ..hits }
     }
 
-    /// The active rays that hit anything but their targets. `is_shadow`: these are shadow rays, which may pass other holes.
+    /// Finds the nearest hits of active rays, one ray after the other.
+    #[inline(never)]
+    fn nearest_one_by_one<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>, hits: &mut Hits<S>) {
+        vectorized!(simd, {
+            let (scene, forms) = (self.scene, TraversalRays::new(simd, rays.o, rays.d));
+            let mut emits = hits.emits.to_bitmask();
+            for lane in set_lanes(active) {
+                let ray = self.ray(rays, lane);
+                let mut hit = nothing(&ray);
+                if scene.search::<S, false>(simd, scene.query(&ray, false), (&forms, lane), &mut hit) {
+                    hits.set_lane(lane, Some(&hit), scene.labels);
+                    emits |= u64::from(scene.emits(&hit)) << lane;
+                }
+            }
+            hits.emits = bits(simd, emits);
+        })
+    }
+
+    /// The active rays of packets that hit anything but their targets, as bits. `is_shadow`: these are shadow rays, which may pass other
+    /// holes.
     #[inline(always)]
     pub fn occluded<S: Simd>(
+        &self,
+        simd: S,
+        wide: &mut WideTracer,
+        packets: &[&Rays<S>],
+        active: &[mask64x8<S>],
+        is_shadow: bool,
+    ) -> u64 {
+        let (mut met, mut rest) = (0, rays_of(active));
+        if has_compress(simd) {
+            (met, rest) = wide.occluded(simd, self.scene, packets, rest, is_shadow);
+        }
+        for (packet, rays) in packets.iter().enumerate() {
+            let own = rest >> (LANES * packet) & 0xff;
+            if own != 0 {
+                met |= self.occluded_one_by_one(simd, rays, bits(simd, own), is_shadow) << (LANES * packet);
+            }
+        }
+        met
+    }
+
+    /// The active rays that hit anything but their targets, as bits, one ray after the other.
+    #[inline(never)]
+    fn occluded_one_by_one<S: Simd>(
         &self,
         simd: S,
         rays: &Rays<S>,
         active: mask64x8<S>,
         is_shadow: bool,
-    ) -> mask64x8<S> {
-        let (scene, forms) = (self.scene, TraversalRays::new(simd, rays.o, rays.d));
-        let mut met = 0;
-        for lane in set_lanes(active) {
-            let ray = self.ray(rays, lane);
-            let query = scene.query(&ray, is_shadow);
-            let is_met = scene.search::<S, true>(simd, query, (&forms, lane), &mut nothing(&ray));
-            met |= u64::from(is_met) << lane;
-        }
-        bits(simd, met)
+    ) -> u64 {
+        vectorized!(simd, {
+            let (scene, forms) = (self.scene, TraversalRays::new(simd, rays.o, rays.d));
+            let mut met = 0;
+            for lane in set_lanes(active) {
+                let ray = self.ray(rays, lane);
+                let query = scene.query(&ray, is_shadow);
+                let is_met = scene.search::<S, true>(simd, query, (&forms, lane), &mut nothing(&ray));
+                met |= u64::from(is_met) << lane;
+            }
+            met
+        })
     }
 
     /// One of the rays.
@@ -106,6 +155,25 @@ impl<'s> Tree<'s> {
         let (element, place) = self.element(hits, lane);
         let barycentric = [hits.sides[0][lane], hits.sides[1][lane]];
         Hit { t: hits.t[lane], element, barycentric, place }
+    }
+}
+
+/// The active rays of packets, as bits.
+#[inline(always)]
+fn rays_of<S: Simd>(active: &[mask64x8<S>]) -> u64 {
+    let rays = active.iter().enumerate().map(|(packet, active)| active.to_bitmask() << (LANES * packet));
+    rays.fold(0, |all, own| all | own)
+}
+
+/// True if the processor moves chosen lanes together in few instructions. Without that, rays are faster one by one.
+#[inline(always)]
+fn has_compress<S: Simd>(simd: S) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return matches!(simd.level(), fearless_simd::Level::Avx512(_) | fearless_simd::Level::Avx2(_));
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        let _ = simd;
+        false
     }
 }
 

@@ -37,26 +37,33 @@ pub(crate) enum Coherence {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PacketCount {
     packets: usize,
-    /// The number of packets whose rays were traced one by one after the last incoherent packet.
+    /// The number of packets whose rays were traced apart after the last incoherent packet.
     apart: u32,
     /// The number of these packets that are left.
     apart_left: u32,
 }
 
-/// The most packets in a row whose rays are traced one by one.
+/// The most packets in a row whose rays are traced apart.
 const LONGEST_APART: u32 = 63;
 
 impl PacketCount {
     pub const LARGEST: PacketCount = PacketCount { packets: MOST_PACKETS, apart: 0, apart_left: 0 };
 
-    /// The number of packets that go together next, out of those left. 0 if the rays of the next packet are traced one by
-    /// one.
+    /// The number of packets that go together next, out of those left. 0 if the rays of the next packet are traced
+    /// apart.
     pub fn next(&mut self, left: usize) -> usize {
         if self.apart_left > 0 {
             self.apart_left -= 1;
             return 0;
         }
         self.packets.min(left)
+    }
+
+    /// Takes the packets whose rays are traced apart next, out of those left. Returns their number.
+    pub fn apart(&mut self, left: usize) -> usize {
+        let count = left.min(self.apart_left as usize);
+        self.apart_left -= count as u32;
+        count
     }
 
     /// Records how coherent a group of `count` packets was.

@@ -5,10 +5,22 @@ use glam::DVec3;
 
 use super::{Axis, DOUBT, Extent, ShearedRay, Triangle};
 use crate::bvh::BoxRays;
-use crate::number::{LANES, Vec3x8};
+use crate::number::{LANES, Vec3x8, three};
 use crate::ray::Ray;
 
-/// A triangle, with the box that its hits lie in.
+/// A triangle for each of eight rays.
+pub(crate) trait TrianglePerRay<S: Simd> {
+    /// The corners, in a permutation of the axes.
+    fn turned(&self, simd: S, turn: &Turn<S>) -> [Vec3x8<S>; 3];
+
+    /// The corners of [`Extent`], and its size.
+    fn extent(&self, simd: S) -> ([Vec3x8<S>; 2], f64x8<S>);
+
+    /// The triangle of one ray.
+    fn of_lane(&self, lane: usize) -> [DVec3; 3];
+}
+
+/// The same triangle for all rays, with the box that its hits lie in.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BoxedTriangle<'s> {
     pub triangle: &'s Triangle,
@@ -18,6 +30,47 @@ pub(crate) struct BoxedTriangle<'s> {
 impl<'s> BoxedTriangle<'s> {
     pub fn new(triangle: &'s Triangle) -> Self {
         BoxedTriangle { triangle, extent: Extent::new(&triangle.corners) }
+    }
+}
+
+impl<S: Simd> TrianglePerRay<S> for BoxedTriangle<'_> {
+    #[inline(always)]
+    fn turned(&self, simd: S, turn: &Turn<S>) -> [Vec3x8<S>; 3] {
+        three!(at, turn.turned_point(simd, &self.triangle.corners[at]))
+    }
+
+    #[inline(always)]
+    fn extent(&self, simd: S) -> ([Vec3x8<S>; 2], f64x8<S>) {
+        let Extent { low, high, size } = self.extent;
+        ([Vec3x8::splat(simd, low), Vec3x8::splat(simd, high)], size.simd_into(simd))
+    }
+
+    fn of_lane(&self, _: usize) -> [DVec3; 3] {
+        self.triangle.corners
+    }
+}
+
+/// A different triangle for each ray.
+impl<S: Simd> TrianglePerRay<S> for [Vec3x8<S>; 3] {
+    #[inline(always)]
+    fn turned(&self, _: S, turn: &Turn<S>) -> [Vec3x8<S>; 3] {
+        three!(at, turn.turned(self[at]))
+    }
+
+    #[inline(always)]
+    fn extent(&self, _: S) -> ([Vec3x8<S>; 2], f64x8<S>) {
+        let [p, q, r] = self;
+        let low = p.min(*q).min(*r);
+        let high = p.max(*q).max(*r);
+        let sides = high - low;
+        let size = sides.x.max(sides.y).max(sides.z);
+        let rounding = size * (4.0 * f64::EPSILON);
+        let rounding = Vec3x8 { x: rounding, y: rounding, z: rounding };
+        ([low - rounding, high + rounding], size)
+    }
+
+    fn of_lane(&self, lane: usize) -> [DVec3; 3] {
+        self.map(|corner| corner.lane(lane))
     }
 }
 
@@ -34,7 +87,7 @@ pub(crate) struct ShearedRays<S: Simd> {
 
 /// The permutation of axes of each ray: see [`Axis::longest_last`].
 #[derive(Clone, Copy)]
-enum Turn<S: Simd> {
+pub(crate) enum Turn<S: Simd> {
     /// All in one way.
     Alike([Axis; 3]),
     /// The rays whose longest axis is not x, and those whose z is longer than y.
@@ -100,17 +153,17 @@ impl<S: Simd> ShearedRays<S> {
         }
     }
 
-    /// The rays that hit a triangle, the distances, and the unnormalized weights of the corners, with the bits of
+    /// The rays that hit their triangles, the distances, and the unnormalized weights of the corners, with the bits of
     /// [`ShearedRay::intersect`].
     #[inline(always)]
     pub fn intersect(
         &self,
         simd: S,
-        triangle: &BoxedTriangle,
+        triangle: &impl TrianglePerRay<S>,
         active: mask64x8<S>,
     ) -> (mask64x8<S>, f64x8<S>, [f64x8<S>; 3]) {
-        let [a, b, c] = &triangle.triangle.corners;
-        let (a, b, c) = (self.sheared(simd, a), self.sheared(simd, b), self.sheared(simd, c));
+        let [a, b, c] = triangle.turned(simd, &self.turn);
+        let (a, b, c) = (self.sheared(a), self.sheared(b), self.sheared(c));
         let u = c.x * b.y - c.y * b.x;
         let v = a.x * c.y - a.y * c.x;
         let w = b.x * a.y - b.y * a.x;
@@ -124,17 +177,17 @@ impl<S: Simd> ShearedRays<S> {
         if !met.any_true() {
             return (met, u, [u, v, w]);
         }
-        let Extent { low, high, size } = &triangle.extent;
+        let (corners, size) = triangle.extent(simd);
         let det = u + v + w;
         let volume = u * a.z + v * b.z + w * c.z;
-        let depth = a.z.abs().max(b.z.abs()).max(c.z.abs()) + *size;
-        let doubtful = met & volume.abs().simd_le(depth * depth * (DOUBT * size));
+        let depth = a.z.abs().max(b.z.abs()).max(c.z.abs()) + size;
+        let doubtful = met & volume.abs().simd_le(depth * depth * (size * DOUBT));
         if doubtful.any_true() {
             return self.one_by_one(simd, triangle, active);
         }
         let t = volume * self.shear.z / det;
         met &= det.simd_ne(0.0) & t.simd_gt(0.0);
-        let (near, far) = self.boxed.ends(simd, low, high);
+        let (near, far) = self.boxed.ends(simd, corners);
         met &= near.simd_le(far);
         let t = t.simd_lt(near).select(near, t);
         let t = t.simd_gt(far).select(far, t);
@@ -142,8 +195,8 @@ impl<S: Simd> ShearedRays<S> {
     }
 
     #[inline(always)]
-    fn sheared(&self, simd: S, p: &DVec3) -> Vec3x8<S> {
-        let p = self.turn.turned_point(simd, p) - self.turned;
+    fn sheared(&self, turned: Vec3x8<S>) -> Vec3x8<S> {
+        let p = turned - self.turned;
         Vec3x8 { x: p.x - self.shear.x * p.z, y: p.y - self.shear.y * p.z, z: p.z }
     }
 
@@ -153,7 +206,7 @@ impl<S: Simd> ShearedRays<S> {
     fn one_by_one(
         &self,
         simd: S,
-        triangle: &BoxedTriangle,
+        triangle: &impl TrianglePerRay<S>,
         active: mask64x8<S>,
     ) -> (mask64x8<S>, f64x8<S>, [f64x8<S>; 3]) {
         let zero: f64x8<S> = 0.0.simd_into(simd);
@@ -161,8 +214,7 @@ impl<S: Simd> ShearedRays<S> {
         for lane in 0..LANES {
             let ray = Ray::new(self.o.lane(lane), self.d.lane(lane));
             let is_active = active.to_bitmask() >> lane & 1 == 1;
-            if let Some(hit) =
-                ShearedRay::new(&ray).intersect(&triangle.triangle.corners).filter(|_| is_active)
+            if let Some(hit) = ShearedRay::new(&ray).intersect(&triangle.of_lane(lane)).filter(|_| is_active)
             {
                 met |= 1 << lane;
                 t[lane] = hit.0;

@@ -108,11 +108,16 @@ fn block(triangles: &[[DVec3; 3]]) -> Block {
     Block::new(&triangles, 0)
 }
 
-/// The triangles that a ray may meet, and those that it surely meets.
+/// The triangles that a ray may meet before `t_max`, and those that it surely meets.
 fn meet(level: Level, ray: &Ray, block: &Block, t_max: f64) -> (u32, u32) {
     side_by_side!(level, simd => {
         let forms = TraversalRays::new(simd, Vec3x8::splat(simd, ray.o), Vec3x8::splat(simd, ray.d));
-        forms.one(simd, 0).1.meet(simd, block, t_max, 0)
+        let (_, filter) = forms.one(simd, 0);
+        let end = (t_max * f64::from(filter.length()[0])) as f32;
+        let [early, late] = [filter.meet::<true>(simd, block, end, 0), filter.meet::<false>(simd, block, end, 0)]
+            .map(|hits| hits.map_or((0, 0), |hits| (hits.may, hits.certain_before(end))));
+        assert_eq!(early, late);
+        late
     })
 }
 

@@ -1,0 +1,142 @@
+//! The nearest hits of many rays, where triangles that `f32` is sure of are decided in `f64` at the end, eight side by side.
+
+use fearless_simd::{Simd, f64x8, prelude::*};
+
+use super::MOST_RAYS;
+use crate::number::{LANES, Vec3x8, bits, first_lanes, prefetch};
+use crate::ray::{ElementId, Hit, Ray};
+use crate::trace::nothing;
+use crate::trace::rays::{Hits, Rays};
+use crate::traceable::Traceable;
+use crate::triangle::sheared::ShearedRays;
+
+/// The nearest hits of rays, some of which are not decided yet.
+///
+/// One triangle that a ray certainly hits is deferred, with bounds of its depth. Another one replaces it if it is certainly nearer, is
+/// dropped if it is certainly farther, and else is decided at once, like all that is uncertain.
+pub(super) struct DeferredHits {
+    /// The nearest of the hits that are decided, of rays that have one.
+    decided: [Hit; MOST_RAYS],
+    /// The index of the triangle that is deferred, of rays that have one.
+    deferred: [u32; MOST_RAYS],
+    /// Its least and its greatest depth along the longest axis of the ray.
+    least: [f32; MOST_RAYS],
+    most: [f32; MOST_RAYS],
+    /// Bits of the rays that have a hit that is decided, and of those that have one that is deferred.
+    has_decided: u64,
+    has_deferred: u64,
+}
+
+impl DeferredHits {
+    pub fn new() -> Self {
+        let hit = nothing(&Ray::new(Default::default(), Default::default()));
+        DeferredHits {
+            decided: [hit; MOST_RAYS],
+            deferred: [0; MOST_RAYS],
+            least: [0.0; MOST_RAYS],
+            most: [0.0; MOST_RAYS],
+            has_decided: 0,
+            has_deferred: 0,
+        }
+    }
+
+    pub fn clear(&mut self) {
+        (self.has_decided, self.has_deferred) = (0, 0);
+    }
+
+    /// True if a triangle at depths from the first to the second is certainly nearer than the one that is deferred.
+    #[inline(always)]
+    pub fn replaces(&self, ray: usize, [_, most]: [f32; 2]) -> bool {
+        self.has_deferred >> ray & 1 == 0 || most < self.least[ray]
+    }
+
+    /// True if a triangle at such depths is certainly farther than the one that is deferred.
+    #[inline(always)]
+    pub fn is_beyond(&self, ray: usize, [least, _]: [f32; 2]) -> bool {
+        least > self.most[ray]
+    }
+
+    /// Defers a triangle that a ray certainly hits, instead of the one before.
+    #[inline(always)]
+    pub fn defer(&mut self, scene: &Traceable, ray: usize, place: u32, [least, most]: [f32; 2]) {
+        self.has_deferred |= 1 << ray;
+        (self.deferred[ray], self.least[ray], self.most[ray]) = (place, least, most);
+        prefetch(scene.world.triangle(place), 0..2);
+    }
+
+    /// The nearest of the hits of a ray that are decided.
+    #[inline(always)]
+    pub fn nearest(&self, ray: usize, own: &Ray) -> Hit {
+        if self.has_decided >> ray & 1 == 1 { self.decided[ray] } else { nothing(own) }
+    }
+
+    /// Replaces the nearest hit that is decided.
+    #[inline(always)]
+    pub fn decide(&mut self, ray: usize, hit: &Hit) {
+        self.has_decided |= 1 << ray;
+        self.decided[ray] = *hit;
+    }
+
+    /// Decides the hits that are deferred.
+    #[inline(always)]
+    pub fn finish<S: Simd>(&mut self, simd: S, scene: &Traceable, rays: &[&Rays<S>]) {
+        let mut rest = std::mem::take(&mut self.has_deferred);
+        while rest != 0 {
+            let mut own = [0; LANES];
+            let mut count = 0;
+            let mut numbers = [[[1.0_f64; LANES]; 3]; 5];
+            while rest != 0 && count < LANES {
+                let ray = rest.trailing_zeros() as usize % MOST_RAYS;
+                rest &= rest - 1;
+                let (Rays { o, d, .. }, lane) = (rays[ray / LANES], ray % LANES);
+                let [p, q, r] = &scene.world.triangle(self.deferred[ray]).corners;
+                for (numbers, v) in numbers.iter_mut().zip([&o.lane(lane), &d.lane(lane), p, q, r]) {
+                    [numbers[0][count], numbers[1][count], numbers[2][count]] = (*v).into();
+                }
+                own[count] = ray;
+                count += 1;
+            }
+            let [o, d, p, q, r] = &numbers;
+            let (o, d) = (Vec3x8::from_arrays(simd, o), Vec3x8::from_arrays(simd, d));
+            let corners = Vec3x8::three(simd, &[*p, *q, *r]);
+            let active = first_lanes(simd, count);
+            let (met, t, sides) = ShearedRays::new(o, d, active).intersect(simd, &corners, active);
+            let sum = sides[0] + sides[1] + sides[2];
+            let weights: [f64x8<S>; 3] = [sides[0] / sum, sides[1] / sum, sides[2] / sum];
+            let met = met.to_bitmask();
+            for (lane, ray) in own[..count].iter().enumerate() {
+                if met >> lane & 1 == 0 {
+                    continue;
+                }
+                let place = self.deferred[*ray];
+                let triangle = scene.world.triangle(place);
+                let (t, element) = (t[lane], triangle.element(ElementId::WORLD));
+                let barycentric = triangle.first_two(|corner| weights[corner][lane]);
+                let hit = Hit { t, element, barycentric, place };
+                let is_nearer = match self.has_decided >> ray & 1 {
+                    1 => self.decided[*ray].yields_to(t, element),
+                    _ => t <= rays[ray / LANES].t_max[ray % LANES],
+                };
+                if is_nearer {
+                    self.decide(*ray, &hit);
+                }
+            }
+        }
+    }
+
+    /// Writes the hits of packets, once all are decided.
+    #[inline(always)]
+    pub fn write<S: Simd>(&self, simd: S, scene: &Traceable, hits: &mut [Hits<S>]) {
+        for (packet, hits) in hits.iter_mut().enumerate() {
+            let (mut emits, mut rest) = (0, self.has_decided >> (LANES * packet) & 0xff);
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize % LANES;
+                rest &= rest - 1;
+                let hit = &self.decided[(LANES * packet + lane) % MOST_RAYS];
+                hits.set_lane(lane, Some(hit), scene.labels);
+                emits |= u64::from(scene.emits(hit)) << lane;
+            }
+            hits.emits = bits(simd, emits);
+        }
+    }
+}

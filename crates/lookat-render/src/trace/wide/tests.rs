@@ -1,0 +1,212 @@
+use std::array::from_fn;
+
+use fearless_simd::{Level, Simd, prelude::*};
+use glam::{DVec3, Vec3A};
+
+use super::slabs::FusedSlabs;
+use super::*;
+use crate::bvh::within_box;
+use crate::frame::Bounds;
+use crate::number::{Vec3x8, first_lanes, side_by_side};
+use crate::ray::Ray;
+use crate::testing::{levels, noise, scene};
+
+const LAMP: &str = "AttributeBegin AreaLightSource \"diffuse\" Translate 0 0 2 Shape \"trianglemesh\"
+    \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] AttributeEnd";
+
+/// A wavy field under a lamp, with shapes on it.
+fn field(shapes: &str) -> lookat_scene::Scene {
+    let heights: Vec<String> = (0..40 * 40)
+        .map(|at| [at % 40, at / 40].map(f64::from))
+        .map(|[x, y]| format!("{:.4}", 0.1 * (0.7 * x).sin() * (0.4 * y).cos()))
+        .collect();
+    scene(&format!(
+        "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin {LAMP}
+         Shape \"heightfield\" \"integer nu\" 40 \"integer nv\" 40 \"float Pz\" [{}] {shapes} WorldEnd",
+        heights.join(" ")
+    ))
+}
+
+/// Rays of all kinds: along axes and in planes, at vertices and edges, short ones, those that leave a triangle, those that go to a light
+/// or a point, and some out of the range of `f32`.
+fn ray(scene: &Traceable, i: usize) -> Ray {
+    let vector = |k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
+    let triangles = &scene.world.triangles;
+    let place = i * 7919 % triangles.len();
+    let triangle = &triangles[place];
+    let [p, q, r] = triangle.corners;
+    let target = match i % 4 {
+        0 => p,
+        1 => p + (q - p) * noise(i, 9.0).abs(),
+        _ => vector(2.0) * 0.5 + 0.5,
+    };
+    let o = vector(4.0) * DVec3::new(1.0, 1.0, 2.0);
+    let o = match i % 77 {
+        0 => o * 1e24,
+        1 => o * 1e9,
+        at if at % 11 == 0 => o.with_z(0.0),
+        _ => o,
+    };
+    let d = (target - o).normalize_or(DVec3::Z);
+    let d = match i % 13 {
+        0 => DVec3::Z * d.z.signum(),
+        1 => DVec3::new(d.x, 0.0, d.z).normalize_or(DVec3::X),
+        2 => DVec3::new(-0.0, d.y, 1e-30).normalize_or(DVec3::X),
+        _ => d,
+    };
+    let mut ray = Ray::new(o, d);
+    if i % 3 == 0 {
+        ray.t_max = (target - o).length() * [1.0, 0.999, 3.0][i % 9 / 3];
+    }
+    if i % 5 == 0 {
+        (ray.o, ray.leaving_place) = ((p + q + r) / 3.0, place as u32);
+        ray.leaving = ElementId { instance: ElementId::WORLD, ..ElementId::NONE };
+    }
+    if i % 7 == 0 {
+        ray.target = if i % 2 == 0 { ElementId::POINT_LIGHT } else { triangle.element(ElementId::WORLD) };
+    }
+    ray
+}
+
+/// Traces a case with the instructions of `simd`, and checks each ray against all elements. Returns the number of hits.
+fn check<S: Simd>(simd: S, scene: &Traceable, tracer: &mut WideTracer, case: usize) -> usize {
+    let all: Vec<Ray> = (0..MOST_RAYS).map(|k| ray(scene, case * MOST_RAYS + k)).collect();
+    let (mut packets, mut active) = (Vec::new(), 0);
+    for (packet, own) in all.chunks(LANES).enumerate() {
+        let of = |vector: fn(&Ray) -> DVec3| {
+            let vectors: [DVec3; LANES] = from_fn(|lane| vector(&own[lane]));
+            Vec3x8::from_arrays(simd, &[0, 1, 2].map(|axis| vectors.map(|vector| vector[axis])))
+        };
+        let mut rays = Rays::new(of(|ray| ray.o), of(|ray| ray.d));
+        for (lane, ray) in own.iter().enumerate() {
+            rays.t_max[lane] = ray.t_max;
+            if ray.leaving_place != Hit::NO_PLACE {
+                rays.leaving[lane] = f64::from(ray.leaving_place);
+            }
+            rays.target[lane] = scene.labels.of(ray.target);
+        }
+        packets.push(rays);
+        active |= first_lanes(simd, [LANES, 5, 0][(case + packet) % 3]).to_bitmask() << (LANES * packet);
+    }
+    let packets: Vec<&Rays<S>> = packets.iter().collect();
+    let mut hits = vec![Hits::none(simd); packets.len()];
+    let beyond = tracer.nearest(simd, scene, &packets, active, &mut hits);
+    let (occluded, also_beyond) = tracer.occluded(simd, scene, &packets, active, true);
+    assert_eq!(beyond, also_beyond);
+    let (tree, mut met) = (Tree { scene }, 0);
+    for (at, ray) in all.iter().enumerate() {
+        let (hits, lane) = (&hits[at / LANES], at % LANES);
+        assert_eq!(beyond >> at & 1 == 1, active >> at & 1 == 1 && ray.o.abs().max_element() > 1e23);
+        if (active & !beyond) >> at & 1 == 0 {
+            assert!(hits.element[lane] < 0.0 && occluded >> at & 1 == 0);
+            continue;
+        }
+        let name = |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits), hit.place);
+        let own = (hits.element[lane] >= 0.0).then(|| tree.hit(hits, lane));
+        assert_eq!(own.map(name), scene.nearest_by_all(ray).map(name), "{ray:?}");
+        assert_eq!(own.is_some_and(|hit| scene.emits(&hit)), hits.emits.to_bitmask() >> lane & 1 == 1);
+        assert_eq!(occluded >> at & 1 == 1, scene.occluded_by_all(ray), "{ray:?}");
+        met += usize::from(own.is_some());
+    }
+    met
+}
+
+/// What rays hit side by side has the same bits as what each hits among all elements, one by one. LOOKAT_CASES: the number of cases.
+#[test]
+fn rays_hit_side_by_side_what_they_hit_alone() {
+    let quadrics =
+        "AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" .2 Translate .6 .6 0
+         Shape \"sphere\" \"float radius\" .1 AttributeEnd Shape \"cylinder\" \"float radius\" .3 Translate .1 .2 .3
+         Shape \"sphere\" \"float radius\" .3 Shape \"disk\" Shape \"cone\" Shape \"sphere\" \"float radius\" .25
+         Shape \"curve\" \"point P\" [-1 0 0 -.3 .5 0 .3 -.5 0 1 0 0] \"float width\" .1";
+    let square = "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0]";
+    let twice = &format!(
+        "Translate 0 0 .05 {square} \"integer indices\" [0 1 2 0 2 3] {square} \"integer indices\" [1 2 0 2 3 0]"
+    );
+    let instances = &format!("ObjectBegin \"one\" Shape \"disk\" \"float radius\" .3 ObjectEnd
+        ObjectBegin \"two\" {square} \"integer indices\" [1 2 0 2 3 0] ObjectEnd
+        Translate .5 .5 .3 ObjectInstance \"one\" Rotate 30 1 2 3 ObjectInstance \"two\" Scale .5 .5 .5 ObjectInstance \"two\"");
+    let holes = &format!("Texture \"holes\" \"float\" \"checkerboard\" \"float tex1\" 0 \"float tex2\" 1 \"float uscale\" 7
+        \"float vscale\" 7 Translate 0 0 .1 {square} \"integer indices\" [0 1 2 0 2 3] \"float uv\" [0 0 1 0 1 1 0 1]
+        \"texture alpha\" \"holes\" Translate 0 0 .01 {square} \"integer indices\" [0 1 2 0 2 3] \"float shadowalpha\" 0");
+    let far = "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [-1e12 -1e12 -1 1e12 -1e12 -1 0 1e12 -1]";
+    let cases = std::env::var("LOOKAT_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(40);
+    for shapes in ["", quadrics, twice, instances, holes, far] {
+        let mut scene = crate::Prepared::new(&field(shapes)).traceable;
+        let (mut met, mut tracer) = (0, WideTracer::new());
+        for level in levels() {
+            scene.level = level;
+            for case in 0..cases {
+                side_by_side!(level, simd => met += check(simd, &scene, &mut tracer, case));
+            }
+        }
+        assert!(met > 10 * cases, "{met}");
+    }
+}
+
+/// The bits of the boxes of a node that a ray meets, with the instructions of a level.
+fn meet(level: Level, ray: &Ray, node: &Node, t_max: f32) -> u32 {
+    side_by_side!(level, simd => {
+        let rounded = |v: DVec3| v.as_vec3().to_array().map(|x| splat_f32(simd, x));
+        let planes = node.planes.iter().flatten().flatten().filter(|plane| plane.is_finite());
+        let reach = planes.fold(ray.o.abs().max_element() as f32, |reach, plane| reach.max(plane.abs()));
+        let mut slabs = FusedSlabs::new();
+        slabs.set(LANES, rounded(ray.o), rounded(ray.d), splat_f32(simd, 2.0 * reach));
+        slabs.meet(simd, LANES + 3, node, t_max).1
+    })
+}
+
+/// The fused test in `f32` says yes wherever the exact one in `f64` does, and seldom else: boxes of all sizes, flat ones, rays from far
+/// away and from close by, along axes, nearly along axes, in the planes of sides, and small boxes beside large ones.
+#[test]
+fn no_box_that_is_met_is_left_out() {
+    let (mut met, mut extra) = (0, 0);
+    for case in 0..60_000 {
+        let size = 10_f64.powi(case as i32 % 13 - 6);
+        let point = |k: f64| DVec3::new(noise(case, k), noise(case, k + 0.1), noise(case, k + 0.2)) * size;
+        let boxes: [Bounds; WIDTH] = from_fn(|at| {
+            let k = 1.0 + at as f64;
+            let (p, q) = (point(k), point(k + 0.5));
+            match (case % 3, at) {
+                // Ground that reaches far.
+                (_, 7) => Bounds::new(
+                    p.min(q) - 1e7 * size,
+                    p.max(q).with_z(p.z) + DVec3::new(1e7, 1e7, 0.0) * size,
+                ),
+                // Flat, or as thin as rounding.
+                (0, _) => Bounds::new(p.min(q), p.max(q).with_x(p.x.min(q.x))),
+                _ => Bounds::new(p.min(q), p.max(q)),
+            }
+        });
+        let planes = |axis: usize| [boxes.map(|own| own.min[axis]), boxes.map(|own| own.max[axis])];
+        let node = Node { planes: [planes(0), planes(1), planes(2)], children: [Child::EMPTY; WIDTH] };
+        let aim = boxes[case % 7];
+        let target =
+            Vec3A::select(Vec3A::splat(noise(case, 8.3) as f32).cmpgt(Vec3A::ZERO), aim.min, aim.max)
+                .as_dvec3();
+        let o = point(9.0) * [1.0, 1e3, 1e-3][case % 7 % 3];
+        let along = [DVec3::X, DVec3::Y, DVec3::Z][case % 3];
+        let tilt = point(6.6) / size * 10_f64.powi(-(case as i32 % 20));
+        let (o, d) = match case % 5 {
+            // Along an axis, in the planes of sides.
+            0 => (target - along * size, along),
+            // Nearly so.
+            1 => (target - (along + tilt) * size, (along + tilt).normalize()),
+            _ => (o, (target - o).normalize()),
+        };
+        let ray = Ray::new(o, d);
+        let t_max = [f32::INFINITY, size as f32][case % 2];
+        let is_met = |own: &Bounds| {
+            let (low, high) = own.corners();
+            within_box(ray.o, ray.d.recip(), low, high, 0.0).is_some_and(|near| near <= f64::from(t_max))
+        };
+        let exact: u32 = boxes.iter().zip(0..).map(|(own, lane)| u32::from(is_met(own)) << lane).sum();
+        for level in levels() {
+            let hits = meet(level, &ray, &node, t_max);
+            assert_eq!(exact & !hits, 0, "{ray:?} {t_max} {boxes:?}");
+            extra += (hits & !exact).count_ones();
+        }
+        met += exact.count_ones();
+    }
+    assert!(met > 60_000 && extra < met * levels().len() as u32 / 10, "{met} {extra}");
+}
