@@ -12,6 +12,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Curve, CurveKind};
 
+use crate::number::prefetch;
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 use crate::warp::at_angle;
@@ -81,6 +82,12 @@ impl Curves {
         }
         self.curves.push(placed);
         added
+    }
+
+    /// Asks for the memory of a piece.
+    #[inline(always)]
+    pub fn prefetch(&self, piece: u32) {
+        prefetch(&raw const self.pieces[piece as usize], 0..3);
     }
 
     /// The nearest meeting of a ray with a piece, at more than 0 and at most `t_max`. A ray that leaves the same curve, at

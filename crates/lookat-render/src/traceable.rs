@@ -15,6 +15,7 @@ use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::frame::Bounds;
+use crate::number::prefetch;
 use crate::parametric::Parametric;
 use crate::ray::{Hit, Ray};
 use crate::trace::rays::Labels;
@@ -169,6 +170,18 @@ impl Traceable {
 
     pub fn instance(&self, instance: u32) -> Option<&PlacedInstance> {
         self.instances.get(instance as usize)
+    }
+
+    /// Asks for the memory of a non-triangle.
+    #[inline(always)]
+    pub fn prefetch(&self, other: NonTriangle) {
+        match other {
+            NonTriangle::Curved { shape, .. } => prefetch(&raw const self.curved[shape as usize], 0..4),
+            NonTriangle::Curve { piece, .. } => self.curves.prefetch(piece),
+            NonTriangle::Instance { instance } => {
+                prefetch(&raw const self.instances[instance as usize], 0..4)
+            }
+        }
     }
 
     /// The elements of an instance, or of the world.

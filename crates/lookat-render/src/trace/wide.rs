@@ -6,6 +6,7 @@
 //! expensive.
 
 mod deferred;
+mod instances;
 mod slabs;
 #[cfg(test)]
 mod tests;
@@ -13,14 +14,15 @@ mod tests;
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask32x8, prelude::*, u32x8};
 
-use super::rays::{Hits, PLACES, Rays, WORLD};
-use super::{MOST_PACKETS, Query, TraversalRays, Tree};
+use super::rays::{Hits, PLACES, Rays};
+use super::{MOST_PACKETS, Query, TraversalRays, Tree, nothing};
 use crate::bvh::{Child, Leaf, Node, STACK, WIDTH, not_less, sort_descending};
 use crate::number::{LANES, prefetch, splat_f32, to_f32, vectorized};
-use crate::ray::{ElementId, Hit};
-use crate::traceable::Traceable;
+use crate::ray::{ElementId, Hit, Ray};
+use crate::traceable::{Group, NonTriangle, Traceable};
 use crate::triangle::{Axis, BlockHits, Filter, Turned, UNIT};
 use deferred::DeferredHits;
+use instances::AtInstance;
 use slabs::FusedSlabs;
 
 /// The most rays that are traced side by side.
@@ -65,6 +67,9 @@ pub(crate) struct WideTracer {
     /// The triangles of the world that rays leave, or [`Hit::NO_PLACE`].
     leaving: [u32; MOST_RAYS],
     hits: DeferredHits,
+    /// The rays that were needed one by one.
+    singles: [Ray; MOST_RAYS],
+    has_single: u64,
     /// The number of children that wait on each stack.
     waiting: [u32; MOST_RAYS],
     /// The children that wait.
@@ -77,6 +82,10 @@ pub(crate) struct WideTracer {
     leaves: [u32; QUEUE + WIDTH],
     leaf_rays: [u32; QUEUE + WIDTH],
     queued: usize,
+    /// The rays that wait at an instance, and those instances.
+    at_instances: ArrayVec<AtInstance, MOST_RAYS>,
+    /// For the elements of instances. `None` before the first one.
+    inner: Option<Box<WideTracer>>,
 }
 
 /// The rays that a [`WideTracer`] traces, in packets.
@@ -84,9 +93,22 @@ pub(crate) struct WideTracer {
 struct Traced<'t, S: Simd> {
     simd: S,
     scene: &'t Traceable,
+    /// The world or an object.
+    group: &'t Group,
+    /// The rays, in the space of the group.
     packets: &'t [&'t Rays<S>],
+    /// The instance that each ray is in, or [`ElementId::WORLD`].
+    instances: &'t [u32; MOST_RAYS],
     /// True for shadow rays, which may pass other holes.
     is_shadow: bool,
+}
+
+const IN_WORLD: [u32; MOST_RAYS] = [ElementId::WORLD; MOST_RAYS];
+
+impl<'t, S: Simd> Traced<'t, S> {
+    fn in_world(simd: S, scene: &'t Traceable, packets: &'t [&'t Rays<S>], is_shadow: bool) -> Self {
+        Traced { simd, scene, group: &scene.world, packets, instances: &IN_WORLD, is_shadow }
+    }
 }
 
 impl WideTracer {
@@ -99,6 +121,8 @@ impl WideTracer {
             limit: [0.0; MOST_RAYS],
             leaving: [0; MOST_RAYS],
             hits: DeferredHits::new(),
+            singles: [Ray::new(Default::default(), Default::default()); MOST_RAYS],
+            has_single: 0,
             waiting: [0; MOST_RAYS],
             stacks: Stacks::new(),
             entries: Stacks::new(),
@@ -106,6 +130,8 @@ impl WideTracer {
             leaves: [0; QUEUE + WIDTH],
             leaf_rays: [0; QUEUE + WIDTH],
             queued: 0,
+            at_instances: ArrayVec::new(),
+            inner: None,
         }
     }
 
@@ -121,9 +147,8 @@ impl WideTracer {
         hits: &mut [Hits<S>],
     ) -> u64 {
         vectorized!(simd, {
-            let (_, rest) =
-                self.trace::<S, false>(&Traced { simd, scene, packets, is_shadow: false }, active);
-            self.hits.finish(simd, scene, packets);
+            let traced = &Traced::in_world(simd, scene, packets, false);
+            let (_, rest) = self.trace_group::<S, false>(traced, active);
             self.hits.write(simd, scene, hits);
             rest
         })
@@ -140,44 +165,67 @@ impl WideTracer {
         active: u64,
         is_shadow: bool,
     ) -> (u64, u64) {
-        vectorized!(simd, self.trace::<S, true>(&Traced { simd, scene, packets, is_shadow }, active))
+        self.trace_group::<S, true>(&Traced::in_world(simd, scene, packets, is_shadow), active)
     }
 
-    /// Traces active rays. Returns those that hit anything, if `ANY` hit will do, and those that are not traced.
+    /// Traces active rays in a group. Returns those that hit anything, if `ANY` hit will do, and those that are not traced.
+    #[inline(never)]
+    fn trace_group<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>, active: u64) -> (u64, u64) {
+        vectorized!(traced.simd, {
+            let result = self.trace::<S, ANY>(traced, active);
+            if !ANY {
+                self.hits.finish(traced);
+            }
+            result
+        })
+    }
+
+    /// Does what [`WideTracer::trace_group`] does, but leaves hits deferred.
     #[inline(always)]
     fn trace<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>, active: u64) -> (u64, u64) {
-        let Traced { simd, scene, .. } = *traced;
-        let (nodes, mut met) = (&scene.world.bvh.nodes[..], 0);
+        let Traced { simd, group, .. } = *traced;
+        // The order of nodes matters where many leaves are expensive.
+        let sorts = 4 * group.non_triangles.len() > group.blocks.len();
         self.hits.clear();
+        self.has_single = 0;
         let started = self.start(traced, active);
-        let mut count = 0;
-        let mut rest = started;
-        while rest != 0 {
-            self.live[count % MOST_RAYS] = rest.trailing_zeros() as u8;
-            rest &= rest - 1;
-            count += 1;
-        }
-        if scene.world.bvh.root == Child::EMPTY {
-            count = 0;
-        }
-        while count > 0 {
-            let mut left = 0;
-            for at in 0..count {
-                let ray = usize::from(self.live[at % MOST_RAYS]) % MOST_RAYS;
-                let waiting = self.step::<S, ANY>(simd, nodes, ray);
-                self.live[left % MOST_RAYS] = ray as u8;
-                left += usize::from(waiting > 0);
+        let (mut met, mut ready) = (0, if group.bvh.root == Child::EMPTY { 0 } else { started });
+        while ready != 0 {
+            let mut count = 0;
+            while ready != 0 {
+                self.live[count % MOST_RAYS] = ready.trailing_zeros() as u8;
+                ready &= ready - 1;
+                count += 1;
             }
-            count = left;
-            met |= self.test_leaves::<S, ANY>(traced, met);
-            if ANY && met != 0 {
+            let mut waiting_at_instances = 0;
+            while count > 0 {
                 let mut left = 0;
                 for at in 0..count {
-                    let ray = self.live[at % MOST_RAYS];
-                    self.live[left % MOST_RAYS] = ray;
-                    left += usize::from(met >> (ray % MOST_RAYS as u8) & 1 == 0);
+                    let ray = usize::from(self.live[at % MOST_RAYS]) % MOST_RAYS;
+                    let waiting = self.step::<S, ANY>(simd, group, ray, sorts);
+                    self.live[left % MOST_RAYS] = ray as u8;
+                    left += usize::from(waiting > 0);
                 }
                 count = left;
+                let (own, at_instances) = self.test_leaves::<S, ANY>(traced, met);
+                met |= own;
+                waiting_at_instances |= at_instances;
+                let gone = met | waiting_at_instances;
+                if gone != 0 {
+                    let mut left = 0;
+                    for at in 0..count {
+                        let ray = self.live[at % MOST_RAYS];
+                        self.live[left % MOST_RAYS] = ray;
+                        left += usize::from(gone >> (ray % MOST_RAYS as u8) & 1 == 0);
+                    }
+                    count = left;
+                }
+            }
+            if waiting_at_instances != 0 {
+                met |= self.trace_in_instances::<S, ANY>(traced);
+                let has_more = |ray: usize| self.waiting[ray] > 0;
+                ready = (0..MOST_RAYS).fold(0, |ready, ray| ready | u64::from(has_more(ray)) << ray);
+                ready &= waiting_at_instances & !met;
             }
         }
         (met, active & !started)
@@ -186,8 +234,8 @@ impl WideTracer {
     /// Puts the active rays at the root. Returns those that are in the range of `f32`.
     #[inline(always)]
     fn start<S: Simd>(&mut self, traced: &Traced<S>, active: u64) -> u64 {
-        let Traced { simd, scene, packets, .. } = *traced;
-        let bounds = &scene.world.bvh.bounds;
+        let Traced { simd, group, packets, instances, .. } = *traced;
+        let bounds = &group.bvh.bounds;
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         let mut started = 0;
         for (packet, rays) in packets.iter().enumerate() {
@@ -209,16 +257,16 @@ impl WideTracer {
             // As `not_less`.
             let limit = to_f32(rays.t_max) * (1.0 + f32::EPSILON) + f32::MIN_POSITIVE;
             limit.store_slice(&mut self.limit[own.clone()]);
-            let in_world = rays.leaving_instance.simd_eq(WORLD);
-            let leaves_triangle = rays.leaving.simd_ge(0.0) & rays.leaving.simd_lt(PLACES) & in_world;
+            let leaves_triangle = rays.leaving.simd_ge(0.0) & rays.leaving.simd_lt(PLACES);
             let leaves_triangle = leaves_triangle.to_bitmask();
             for lane in 0..LANES {
                 let ray = first + lane;
                 self.order[ray] = traversal.order(lane) as u8;
-                let leaving = rays.leaving[lane] as u32;
-                self.leaving[ray] = if leaves_triangle >> lane & 1 == 1 { leaving } else { Hit::NO_PLACE };
+                let is_own = rays.leaving_instance[lane] as u32 == instances[ray];
+                let leaves_own = is_own && leaves_triangle >> lane & 1 == 1;
+                self.leaving[ray] = if leaves_own { rays.leaving[lane] as u32 } else { Hit::NO_PLACE };
                 self.waiting[ray] = 1;
-                self.stacks.of(ray)[0] = scene.world.bvh.root.0;
+                self.stacks.of(ray)[0] = group.bvh.root.0;
                 self.entries.of(ray)[0] = 0;
             }
             let in_range = traversal.magnitude.simd_lt(f32::INFINITY).to_bitmask();
@@ -228,22 +276,28 @@ impl WideTracer {
     }
 
     /// Takes the top of the stack of a ray. Of a node, the children that are hit replace it, the nearest on top, or in any order if `ANY`
-    /// hit will do; blocks are queued. Returns the number of children that wait then.
+    /// hit will do; blocks are queued. Returns the number of children that wait then. `sorts`: children are always sorted.
     #[inline(always)]
-    fn step<S: Simd, const ANY: bool>(&mut self, simd: S, nodes: &[Node], ray: usize) -> u32 {
-        let top = (self.waiting[ray] as usize).wrapping_sub(1) % ROOM;
-        let stack = self.stacks.of(ray);
+    fn step<S: Simd, const ANY: bool>(&mut self, simd: S, group: &Group, ray: usize, sorts: bool) -> u32 {
+        let mut top = (self.waiting[ray] as usize).wrapping_sub(1) % ROOM;
+        let (stack, entries, limit) = (self.stacks.of(ray), self.entries.of(ray), self.limit[ray]);
+        if sorts && !ANY {
+            while top > 0 && f32::from_bits(entries[top]) > limit {
+                top -= 1;
+            }
+        }
         let child = Child(stack[top]);
         let queued = self.queued % QUEUE;
         if child.0 >= Child::LEAF {
-            let is_near = ANY || f32::from_bits(self.entries.of(ray)[top]) <= self.limit[ray];
+            let is_near = ANY || f32::from_bits(entries[top]) <= limit;
             (self.leaves[queued], self.leaf_rays[queued]) = (child.0, ray as u32);
             self.queued += usize::from(is_near);
             self.waiting[ray] = top as u32;
+            ask(group, stack[top.wrapping_sub(1) % ROOM]);
             return top as u32;
         }
-        let node = &nodes[child.0 as usize];
-        let (near, hits) = self.slabs.meet(simd, ray, node, self.limit[ray]);
+        let node = &group.bvh.nodes[child.0 as usize];
+        let (near, hits) = self.slabs.meet(simd, ray, node, limit);
         let [a, b, c, d, e, f, g, h] = &node.children;
         let children: u32x8<S> = [a.0, b.0, c.0, d.0, e.0, f.0, g.0, h.0].simd_into(simd);
         let are_leaves = children.simd_ge(u32x8::splat(simd, Child::LEAF)).to_bitmask() as u32;
@@ -254,8 +308,8 @@ impl WideTracer {
         simd.compress_u32x8(children, of(blocks)).store_slice(&mut self.leaves[queued..queued + WIDTH]);
         u32x8::splat(simd, ray as u32).store_slice(&mut self.leaf_rays[queued..queued + WIDTH]);
         self.queued += blocks.count_ones() as usize;
-        if !ANY && hits & are_others != 0 {
-            return self.push_sorted(node, inner, near.to_array(), (ray, top));
+        if sorts || hits & are_others != 0 {
+            return self.push_sorted::<ANY>(group, node, inner, near.to_array(), (ray, top));
         }
         let waiting = top as u32 + inner.count_ones();
         if ANY || inner & inner.wrapping_sub(1) == 0 {
@@ -269,15 +323,16 @@ impl WideTracer {
             stack[top + rest.count_ones() as usize % WIDTH] = node.children[nearest].0;
         }
         self.waiting[ray] = waiting;
-        let next = Child(stack[(waiting as usize).wrapping_sub(1) % ROOM]);
-        prefetch(nodes.as_ptr().wrapping_add(next.number()), 0..4);
+        ask(group, stack[(waiting as usize).wrapping_sub(1) % ROOM]);
         waiting
     }
 
-    /// Puts children that are hit on a stack, the nearest on top. Returns the number of children that wait then.
+    /// Puts children that are hit on a stack, sorted. Returns the number of children that wait then. The nearest is on top or, if `ANY` hit
+    /// will do, the farthest: what is around the surface that a ray leaves is seldom in its way.
     #[inline(never)]
-    fn push_sorted(
+    fn push_sorted<const ANY: bool>(
         &mut self,
+        group: &Group,
         node: &Node,
         mut hits: u32,
         near: [f32; WIDTH],
@@ -290,37 +345,55 @@ impl WideTracer {
             keys.push(u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane].0));
         }
         sort_descending(&mut keys);
+        if ANY {
+            keys.reverse();
+        }
         let (stack, entries) = (self.stacks.of(ray), self.entries.of(ray));
         for (at, key) in keys.iter().enumerate() {
             (stack[top + at], entries[top + at]) = (*key as u32, (key >> 32) as u32);
         }
-        self.waiting[ray] = (top + keys.len()) as u32;
-        self.waiting[ray]
+        let waiting = top + keys.len();
+        self.waiting[ray] = waiting as u32;
+        ask(group, stack[waiting.wrapping_sub(1) % ROOM]);
+        waiting as u32
     }
 
-    /// Tests the leaves that are queued. Returns the rays that hit anything, if `ANY` hit will do; those in `met` need no test.
+    /// Tests the leaves that are queued. Returns the rays that hit anything, if `ANY` hit will do, and the rays that wait at an instance. The
+    /// rays in `met` need no test.
     #[inline(always)]
-    fn test_leaves<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>, mut met: u64) -> u64 {
-        let world = &traced.scene.world;
+    fn test_leaves<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>, mut met: u64) -> (u64, u64) {
+        let group = traced.group;
         let count = self.queued.min(QUEUE);
         self.queued = 0;
         // All at once, before the first is tested.
         for leaf in &self.leaves[..count] {
-            prefetch(world.blocks.as_ptr().wrapping_add(Child(*leaf).number()), 0..5);
+            match Child(*leaf).as_leaf() {
+                Leaf::Block(block) => prefetch(group.blocks.as_ptr().wrapping_add(block), 0..5),
+                Leaf::NonTriangle(other) => traced.scene.prefetch(group.non_triangles[other]),
+            }
         }
+        let mut at_instances = 0;
         for at in 0..count {
             let (leaf, ray) =
                 (Child(self.leaves[at % QUEUE]), self.leaf_rays[at % QUEUE] as usize % MOST_RAYS);
             if ANY && met >> ray & 1 == 1 {
                 continue;
             }
-            let is_met = match leaf.as_leaf() {
-                Leaf::Block(block) => self.test_block::<S, ANY>(traced, ray, block),
-                Leaf::NonTriangle(other) => self.test_non_triangle::<S, ANY>(traced, ray, other),
-            };
-            met |= u64::from(ANY && is_met) << ray;
+            match leaf.as_leaf() {
+                Leaf::Block(block) => {
+                    met |= u64::from(self.test_block::<S, ANY>(traced, ray, block) && ANY) << ray;
+                }
+                Leaf::NonTriangle(other) => {
+                    let other = group.non_triangles[other];
+                    if self.waits_at(traced, ray, other) {
+                        at_instances |= 1 << ray;
+                    } else {
+                        met |= u64::from(self.test_non_triangle::<S, ANY>(traced, ray, other) && ANY) << ray;
+                    }
+                }
+            }
         }
-        met
+        (met, at_instances)
     }
 
     /// Tests a ray against a block of triangles. True if it hits one, if `ANY` hit will do.
@@ -331,8 +404,8 @@ impl WideTracer {
         ray: usize,
         number: usize,
     ) -> bool {
-        let Traced { simd, scene, packets, .. } = *traced;
-        let block = &scene.world.blocks[number];
+        let Traced { simd, scene, group, packets, instances, .. } = *traced;
+        let block = &group.blocks[number];
         let own = |at: usize| splat_f32(simd, self.turned[at][ray]);
         let turned =
             Turned { shear: [own(0), own(1)], offset: [own(2), own(3)], start: own(4), along: own(5) };
@@ -349,14 +422,15 @@ impl WideTracer {
             if hits.certain_before(end) & block.solid != 0 {
                 return true;
             }
-            let target = packets[ray / LANES].target[ray % LANES];
-            let is_target = |lane: u32| {
-                let element = scene.world.triangle(block.place(lane)).element(ElementId::WORLD);
-                scene.labels.of(element) == target
-            };
-            rest = lanes_of(rest).filter(|lane| !is_target(*lane)).fold(0, |rest, lane| rest | 1 << lane);
+            // Nearly always the target is all that is left. It is in the world.
+            if instances[ray] == ElementId::WORLD {
+                let target = packets[ray / LANES].target[ray % LANES];
+                let element = |lane| group.triangle(block.place(lane)).element(ElementId::WORLD);
+                let is_other = |lane: &u32| scene.labels.of(element(*lane)) != target;
+                rest = lanes_of(rest).filter(is_other).fold(0, |rest, lane| rest | 1 << lane);
+            }
         } else if certain != 0 {
-            rest &= !certain | self.defer(scene, ray, (block.place(0), certain), &hits);
+            rest &= !certain | self.defer(group, ray, (block.place(0), certain), &hits);
         }
         rest != 0 && self.decide_triangles::<S, ANY>(traced, ray, (block.place(0), rest))
     }
@@ -366,7 +440,7 @@ impl WideTracer {
     #[inline(always)]
     fn defer<S: Simd>(
         &mut self,
-        scene: &Traceable,
+        group: &Group,
         ray: usize,
         (first, certain): (u32, u32),
         hits: &BlockHits<S>,
@@ -377,7 +451,7 @@ impl WideTracer {
             let at = lane as usize % WIDTH;
             let depths = [front[at] - hits.error, back[at] + hits.error];
             if self.hits.replaces(ray, depths) {
-                self.hits.defer(scene, ray, first + lane, depths);
+                self.hits.defer(group, ray, first + lane, depths);
                 let farthest = depths[1] * (1.0 + 12.0 * UNIT) / self.turned[5][ray].abs();
                 self.limit[ray] = self.limit[ray].min(farthest);
             } else if !self.hits.is_beyond(ray, depths) {
@@ -396,13 +470,12 @@ impl WideTracer {
         ray: usize,
         (first, may): (u32, u32),
     ) -> bool {
-        let Traced { scene, packets, is_shadow, .. } = *traced;
-        let own = Tree { scene }.ray(packets[ray / LANES], ray % LANES);
-        let query = Query::new(&scene.world, &own, ElementId::WORLD, is_shadow);
-        let mut hit = self.hits.nearest(ray, &own);
+        let own = self.single(traced, ray);
+        let query = Query::new(traced.group, &own, traced.instances[ray], traced.is_shadow);
+        let mut hit = self.nearest_of(ray, &own);
         let (mut found, mut sheared) = (false, None);
         for lane in lanes_of(may) {
-            found |= scene.meet_triangle::<ANY>(query, first + lane, &mut sheared, &mut hit);
+            found |= traced.scene.meet_triangle::<ANY>(query, first + lane, &mut sheared, &mut hit);
         }
         if found {
             self.record::<ANY>(ray, &hit);
@@ -416,18 +489,33 @@ impl WideTracer {
         &mut self,
         traced: &Traced<S>,
         ray: usize,
-        other: usize,
+        other: NonTriangle,
     ) -> bool {
-        let Traced { simd, scene, packets, is_shadow } = *traced;
-        let own = Tree { scene }.ray(packets[ray / LANES], ray % LANES);
-        let query = Query::new(&scene.world, &own, ElementId::WORLD, is_shadow);
-        let mut hit = self.hits.nearest(ray, &own);
-        let found =
-            scene.meet_non_triangle::<S, ANY>(simd, query, scene.world.non_triangles[other], &mut hit);
+        let own = self.single(traced, ray);
+        let query = Query::new(traced.group, &own, traced.instances[ray], traced.is_shadow);
+        let mut hit = self.nearest_of(ray, &own);
+        let found = traced.scene.meet_non_triangle::<S, ANY>(traced.simd, query, other, &mut hit);
         if found {
             self.record::<ANY>(ray, &hit);
         }
         found
+    }
+
+    /// One of the rays.
+    #[inline(always)]
+    fn single<S: Simd>(&mut self, traced: &Traced<S>, ray: usize) -> Ray {
+        if self.has_single >> ray & 1 == 0 {
+            self.has_single |= 1 << ray;
+            let tree = Tree { scene: traced.scene };
+            self.singles[ray] = tree.ray(traced.packets[ray / LANES], ray % LANES);
+        }
+        self.singles[ray]
+    }
+
+    /// The nearest hit of a ray that is decided, or one that any hit replaces.
+    #[inline(always)]
+    fn nearest_of(&self, ray: usize, own: &Ray) -> Hit {
+        self.hits.nearest(ray).copied().unwrap_or_else(|| nothing(own))
     }
 
     /// Records the nearest hit that is decided.
@@ -438,6 +526,15 @@ impl WideTracer {
             self.limit[ray] = self.limit[ray].min(not_less(hit.t));
         }
     }
+}
+
+/// Asks for the memory of a child that waits.
+#[inline(always)]
+fn ask(group: &Group, child: u32) {
+    let number = Child(child).number();
+    let node = group.bvh.nodes.as_ptr().wrapping_add(number).cast::<u8>();
+    let leaf = group.non_triangles.as_ptr().wrapping_add(number).cast();
+    prefetch(if child < Child::LEAF { node } else { leaf }, 0..4);
 }
 
 /// The bits that are set.

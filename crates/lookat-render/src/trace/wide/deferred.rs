@@ -1,13 +1,13 @@
 //! The nearest hits of many rays, where triangles that `f32` is sure of are decided in `f64` at the end, eight side by side.
 
-use fearless_simd::{Simd, f64x8, prelude::*};
+use fearless_simd::{Simd, f64x8};
 
-use super::MOST_RAYS;
-use crate::number::{LANES, Vec3x8, bits, first_lanes, prefetch};
-use crate::ray::{ElementId, Hit, Ray};
+use super::{MOST_RAYS, Traced};
+use crate::number::{LANES, Vec3x8, bits, first_lanes, prefetch, set_lanes};
+use crate::ray::{Hit, Ray};
 use crate::trace::nothing;
 use crate::trace::rays::{Hits, Rays};
-use crate::traceable::Traceable;
+use crate::traceable::{Group, Traceable};
 use crate::triangle::sheared::ShearedRays;
 
 /// The nearest hits of rays, some of which are not decided yet.
@@ -58,16 +58,10 @@ impl DeferredHits {
 
     /// Defers a triangle that a ray certainly hits, instead of the one before.
     #[inline(always)]
-    pub fn defer(&mut self, scene: &Traceable, ray: usize, place: u32, [least, most]: [f32; 2]) {
+    pub fn defer(&mut self, group: &Group, ray: usize, place: u32, [least, most]: [f32; 2]) {
         self.has_deferred |= 1 << ray;
         (self.deferred[ray], self.least[ray], self.most[ray]) = (place, least, most);
-        prefetch(scene.world.triangle(place), 0..2);
-    }
-
-    /// The nearest of the hits of a ray that are decided.
-    #[inline(always)]
-    pub fn nearest(&self, ray: usize, own: &Ray) -> Hit {
-        if self.has_decided >> ray & 1 == 1 { self.decided[ray] } else { nothing(own) }
+        prefetch(group.triangle(place), 0..2);
     }
 
     /// Replaces the nearest hit that is decided.
@@ -79,17 +73,17 @@ impl DeferredHits {
 
     /// Decides the hits that are deferred.
     #[inline(always)]
-    pub fn finish<S: Simd>(&mut self, simd: S, scene: &Traceable, rays: &[&Rays<S>]) {
+    pub fn finish<S: Simd>(&mut self, traced: &Traced<S>) {
+        let Traced { simd, group, packets, instances, .. } = *traced;
         let mut rest = std::mem::take(&mut self.has_deferred);
         while rest != 0 {
-            let mut own = [0; LANES];
-            let mut count = 0;
+            let (mut own, mut count) = ([0; LANES], 0);
             let mut numbers = [[[1.0_f64; LANES]; 3]; 5];
             while rest != 0 && count < LANES {
                 let ray = rest.trailing_zeros() as usize % MOST_RAYS;
                 rest &= rest - 1;
-                let (Rays { o, d, .. }, lane) = (rays[ray / LANES], ray % LANES);
-                let [p, q, r] = &scene.world.triangle(self.deferred[ray]).corners;
+                let (Rays { o, d, .. }, lane) = (packets[ray / LANES], ray % LANES);
+                let [p, q, r] = &group.triangle(self.deferred[ray]).corners;
                 for (numbers, v) in numbers.iter_mut().zip([&o.lane(lane), &d.lane(lane), p, q, r]) {
                     [numbers[0][count], numbers[1][count], numbers[2][count]] = (*v).into();
                 }
@@ -103,25 +97,35 @@ impl DeferredHits {
             let (met, t, sides) = ShearedRays::new(o, d, active).intersect(simd, &corners, active);
             let sum = sides[0] + sides[1] + sides[2];
             let weights: [f64x8<S>; 3] = [sides[0] / sum, sides[1] / sum, sides[2] / sum];
-            let met = met.to_bitmask();
-            for (lane, ray) in own[..count].iter().enumerate() {
-                if met >> lane & 1 == 0 {
-                    continue;
-                }
-                let place = self.deferred[*ray];
-                let triangle = scene.world.triangle(place);
-                let (t, element) = (t[lane], triangle.element(ElementId::WORLD));
+            for lane in set_lanes(met) {
+                let ray = own[lane] % MOST_RAYS;
+                let place = self.deferred[ray];
+                let triangle = group.triangle(place);
+                let (t, element) = (t[lane], triangle.element(instances[ray]));
                 let barycentric = triangle.first_two(|corner| weights[corner][lane]);
-                let hit = Hit { t, element, barycentric, place };
-                let is_nearer = match self.has_decided >> ray & 1 {
-                    1 => self.decided[*ray].yields_to(t, element),
-                    _ => t <= rays[ray / LANES].t_max[ray % LANES],
-                };
-                if is_nearer {
-                    self.decide(*ray, &hit);
-                }
+                let t_max = packets[ray / LANES].t_max[ray % LANES];
+                self.replace(ray, t_max, &Hit { t, element, barycentric, place });
             }
         }
+    }
+
+    /// Records a hit if it replaces the nearest one that is decided, or, if there is none, lies within `t_max`. True if it does.
+    #[inline(always)]
+    pub fn replace(&mut self, ray: usize, t_max: f64, hit: &Hit) -> bool {
+        let is_nearer = match self.has_decided >> ray & 1 {
+            1 => self.decided[ray].yields_to(hit.t, hit.element),
+            _ => hit.t <= t_max,
+        };
+        if is_nearer {
+            self.decide(ray, hit);
+        }
+        is_nearer
+    }
+
+    /// The nearest of the hits of a ray that are decided.
+    #[inline(always)]
+    pub fn nearest(&self, ray: usize) -> Option<&Hit> {
+        (self.has_decided >> ray & 1 == 1).then_some(&self.decided[ray])
     }
 
     /// Writes the hits of packets, once all are decided.

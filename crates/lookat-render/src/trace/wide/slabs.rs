@@ -28,6 +28,8 @@ pub(super) struct FusedSlabs {
 const LEAST: f32 = 1.0 / (1_u64 << 40) as f32;
 /// This moves rays by less than this share of the coordinates that they come by.
 const MOVED: f32 = 1.0 / (1_u64 << 36) as f32;
+/// More than the absolute errors of numbers that vanish in `f32`.
+const VANISHING: f32 = 1e-42;
 /// Covers the error of both ends.
 const PAD: f32 = 1.0 + 16.0 * UNIT;
 
@@ -50,7 +52,7 @@ impl FusedSlabs {
             let c = -(o[axis] * inverse);
             // The absolute error of numbers that vanish in `f32` counts, too.
             let moved = size.simd_lt(least).select(reach * MOVED + tiny, tiny);
-            let error = c.abs() * (12.0 * UNIT) + inverse.abs() * moved;
+            let error = c.abs() * (12.0 * UNIT) + inverse.abs() * moved + VANISHING;
             inverse.store_slice(&mut self.inverse[axis][own.clone()]);
             (c - error).store_slice(&mut self.near[axis][own.clone()]);
             (c + error).store_slice(&mut self.far[axis][own.clone()]);

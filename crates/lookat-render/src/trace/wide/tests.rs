@@ -14,16 +14,23 @@ use crate::testing::{levels, noise, scene};
 const LAMP: &str = "AttributeBegin AreaLightSource \"diffuse\" Translate 0 0 2 Shape \"trianglemesh\"
     \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] AttributeEnd";
 
-/// A wavy field under a lamp, with shapes on it.
-fn field(shapes: &str) -> lookat_scene::Scene {
-    let heights: Vec<String> = (0..40 * 40)
-        .map(|at| [at % 40, at / 40].map(f64::from))
+/// A wavy field of `n` x `n` vertices.
+fn field_shape(n: usize) -> String {
+    let heights: Vec<String> = (0..n * n)
+        .map(|at| [at % n, at / n].map(|x| x as f64))
         .map(|[x, y]| format!("{:.4}", 0.1 * (0.7 * x).sin() * (0.4 * y).cos()))
         .collect();
-    scene(&format!(
-        "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin {LAMP}
-         Shape \"heightfield\" \"integer nu\" 40 \"integer nv\" 40 \"float Pz\" [{}] {shapes} WorldEnd",
+    format!(
+        "Shape \"heightfield\" \"integer nu\" {n} \"integer nv\" {n} \"float Pz\" [{}]",
         heights.join(" ")
+    )
+}
+
+/// A wavy field under a lamp, with shapes on it.
+fn field(shapes: &str) -> lookat_scene::Scene {
+    scene(&format!(
+        "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin {LAMP} {} {shapes} WorldEnd",
+        field_shape(40)
     ))
 }
 
@@ -126,12 +133,18 @@ fn rays_hit_side_by_side_what_they_hit_alone() {
     let instances = &format!("ObjectBegin \"one\" Shape \"disk\" \"float radius\" .3 ObjectEnd
         ObjectBegin \"two\" {square} \"integer indices\" [1 2 0 2 3 0] ObjectEnd
         Translate .5 .5 .3 ObjectInstance \"one\" Rotate 30 1 2 3 ObjectInstance \"two\" Scale .5 .5 .5 ObjectInstance \"two\"");
+    let object = field_shape(12);
+    let objects = &format!("Texture \"holes\" \"float\" \"checkerboard\" \"float tex1\" 0 \"float tex2\" 1 \"float uscale\" 7
+        \"float vscale\" 7 ObjectBegin \"a\" {object} Shape \"sphere\" \"float radius\" .2 {square} \"integer indices\" [0 1 2 0 2 3]
+        \"float uv\" [0 0 1 0 1 1 0 1] \"texture alpha\" \"holes\" ObjectEnd ObjectBegin \"b\" {object} ObjectEnd
+        Translate .1 .1 .1 ObjectInstance \"a\" ObjectInstance \"b\" Rotate 20 1 2 3 Scale 1 .5 2 ObjectInstance \"a\" Translate .1 .2 .1
+        ObjectInstance \"a\" Translate .1 .2 .1 ObjectInstance \"b\" Scale 1e-6 1e-6 1e-6 ObjectInstance \"a\"");
     let holes = &format!("Texture \"holes\" \"float\" \"checkerboard\" \"float tex1\" 0 \"float tex2\" 1 \"float uscale\" 7
         \"float vscale\" 7 Translate 0 0 .1 {square} \"integer indices\" [0 1 2 0 2 3] \"float uv\" [0 0 1 0 1 1 0 1]
         \"texture alpha\" \"holes\" Translate 0 0 .01 {square} \"integer indices\" [0 1 2 0 2 3] \"float shadowalpha\" 0");
     let far = "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [-1e12 -1e12 -1 1e12 -1e12 -1 0 1e12 -1]";
     let cases = std::env::var("LOOKAT_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(40);
-    for shapes in ["", quadrics, twice, instances, holes, far] {
+    for shapes in ["", quadrics, twice, instances, objects, holes, far] {
         let mut scene = crate::Prepared::new(&field(shapes)).traceable;
         let (mut met, mut tracer) = (0, WideTracer::new());
         for level in levels() {
@@ -194,8 +207,10 @@ fn no_box_that_is_met_is_left_out() {
             1 => (target - (along + tilt) * size, (along + tilt).normalize()),
             _ => (o, (target - o).normalize()),
         };
-        let ray = Ray::new(o, d);
-        let t_max = [f32::INFINITY, size as f32][case % 2];
+        // In the space of an object, directions have any length.
+        let length = if case % 4 == 0 { 10_f64.powi(case as i32 % 59 - 29) } else { 1.0 };
+        let ray = Ray::new(o, d * length);
+        let t_max = [f32::INFINITY, (size / length) as f32][case % 2];
         let is_met = |own: &Bounds| {
             let (low, high) = own.corners();
             within_box(ray.o, ray.d.recip(), low, high, 0.0).is_some_and(|near| near <= f64::from(t_max))
