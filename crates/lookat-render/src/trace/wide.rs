@@ -38,17 +38,17 @@ const QUEUE: usize = MOST_RAYS * WIDTH;
 const STRIDE: usize = ROOM + WIDTH;
 
 /// A number for each place of each stack.
-struct Stacks(Box<[u32; MOST_RAYS * STRIDE]>);
+struct Stacks<T>(Box<[T; MOST_RAYS * STRIDE]>);
 
-impl Stacks {
-    fn new() -> Self {
+impl<T: Copy> Stacks<T> {
+    fn new(zero: T) -> Self {
         // Zeros that are never touched take no memory.
-        let zeros = vec![0; MOST_RAYS * STRIDE].into_boxed_slice();
+        let zeros = vec![zero; MOST_RAYS * STRIDE].into_boxed_slice();
         Stacks(zeros.try_into().unwrap_or_else(|_| unreachable!("the length is that of the array")))
     }
 
     #[inline(always)]
-    fn of(&mut self, ray: usize) -> &mut [u32; STRIDE] {
+    fn of(&mut self, ray: usize) -> &mut [T; STRIDE] {
         &mut self.0.as_chunks_mut::<STRIDE>().0[ray % MOST_RAYS]
     }
 }
@@ -73,9 +73,9 @@ pub(crate) struct WideTracer {
     /// The number of children that wait on each stack.
     waiting: [u32; MOST_RAYS],
     /// The children that wait.
-    stacks: Stacks,
-    /// The bits of the distances where rays enter the leaves that wait.
-    entries: Stacks,
+    stacks: Stacks<u32>,
+    /// The distances where rays enter the leaves that wait, and all children where these are sorted.
+    entries: Stacks<f32>,
     /// The rays that have not ended.
     live: [u8; MOST_RAYS],
     /// The leaves that are tested after this round, and their rays.
@@ -124,8 +124,8 @@ impl WideTracer {
             singles: [Ray::new(Default::default(), Default::default()); MOST_RAYS],
             has_single: 0,
             waiting: [0; MOST_RAYS],
-            stacks: Stacks::new(),
-            entries: Stacks::new(),
+            stacks: Stacks::new(0),
+            entries: Stacks::new(0.0),
             live: [0; MOST_RAYS],
             leaves: [0; QUEUE + WIDTH],
             leaf_rays: [0; QUEUE + WIDTH],
@@ -267,7 +267,7 @@ impl WideTracer {
                 self.leaving[ray] = if leaves_own { rays.leaving[lane] as u32 } else { Hit::NO_PLACE };
                 self.waiting[ray] = 1;
                 self.stacks.of(ray)[0] = group.bvh.root.0;
-                self.entries.of(ray)[0] = 0;
+                self.entries.of(ray)[0] = 0.0;
             }
             let in_range = traversal.magnitude.simd_lt(f32::INFINITY).to_bitmask();
             started |= (active >> first & in_range & 0xff) << first;
@@ -282,14 +282,14 @@ impl WideTracer {
         let mut top = (self.waiting[ray] as usize).wrapping_sub(1) % ROOM;
         let (stack, entries, limit) = (self.stacks.of(ray), self.entries.of(ray), self.limit[ray]);
         if sorts && !ANY {
-            while top > 0 && f32::from_bits(entries[top]) > limit {
+            while top > 0 && entries[top] > limit {
                 top -= 1;
             }
         }
         let child = Child(stack[top]);
         let queued = self.queued % QUEUE;
         if child.0 >= Child::LEAF {
-            let is_near = ANY || f32::from_bits(entries[top]) <= limit;
+            let is_near = ANY || entries[top] <= limit;
             (self.leaves[queued], self.leaf_rays[queued]) = (child.0, ray as u32);
             self.queued += usize::from(is_near);
             self.waiting[ray] = top as u32;
@@ -308,12 +308,17 @@ impl WideTracer {
         simd.compress_u32x8(children, of(blocks)).store_slice(&mut self.leaves[queued..queued + WIDTH]);
         u32x8::splat(simd, ray as u32).store_slice(&mut self.leaf_rays[queued..queued + WIDTH]);
         self.queued += blocks.count_ones() as usize;
-        if sorts || hits & are_others != 0 {
+        let is_sorted = sorts || hits & are_others != 0;
+        let are_many = inner & inner.wrapping_sub(1) != 0;
+        if is_sorted && are_many {
             return self.push_sorted::<ANY>(group, node, inner, near.to_array(), (ray, top));
         }
         let waiting = top as u32 + inner.count_ones();
-        if ANY || inner & inner.wrapping_sub(1) == 0 {
+        if ANY || !are_many {
             simd.compress_u32x8(children, of(inner)).store_slice(&mut stack[top..top + WIDTH]);
+            if is_sorted && !ANY {
+                simd.compress_f32x8(near, of(inner)).store_slice(&mut entries[top..top + WIDTH]);
+            }
         } else {
             let own = of(inner).select(near, splat_f32(simd, f32::INFINITY));
             let nearest = own.simd_eq(own.reduce_min()).to_bitmask() as u32 & inner;
@@ -350,7 +355,7 @@ impl WideTracer {
         }
         let (stack, entries) = (self.stacks.of(ray), self.entries.of(ray));
         for (at, key) in keys.iter().enumerate() {
-            (stack[top + at], entries[top + at]) = (*key as u32, (key >> 32) as u32);
+            (stack[top + at], entries[top + at]) = (*key as u32, f32::from_bits((key >> 32) as u32));
         }
         let waiting = top + keys.len();
         self.waiting[ray] = waiting as u32;
