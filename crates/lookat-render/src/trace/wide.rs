@@ -7,6 +7,7 @@
 
 mod deferred;
 mod instances;
+mod leaves;
 mod slabs;
 #[cfg(test)]
 mod tests;
@@ -15,12 +16,12 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask32x8, prelude::*, u32x8};
 
 use super::rays::{Hits, PLACES, Rays};
-use super::{MOST_PACKETS, Query, TraversalRays, Tree, nothing};
-use crate::bvh::{Child, Leaf, Node, STACK, WIDTH, not_less, sort_descending};
+use super::{MOST_PACKETS, TraversalRays};
+use crate::bvh::{Child, Node, STACK, WIDTH, sort_descending};
 use crate::number::{LANES, prefetch, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::traceable::{Group, NonTriangle, Traceable};
-use crate::triangle::{Axis, BlockHits, Filter, Turned, UNIT};
+use crate::traceable::{Group, Traceable};
+use crate::triangle::{Turned, UNIT};
 use deferred::DeferredHits;
 use instances::AtInstance;
 use slabs::FusedSlabs;
@@ -58,9 +59,9 @@ pub(crate) struct WideTracer {
     slabs: FusedSlabs,
     /// See [`Turned`]: the shear, the offset, the start and the direction.
     turned: [[f32; MOST_RAYS]; 6],
-    /// See [`Filter::error`].
+    /// See [`crate::triangle::Filter::error`].
     error: [f32; MOST_RAYS],
-    /// The index of each order of axes in [`Axis::ORDERS`].
+    /// The index of each order of axes in [`crate::triangle::Axis::ORDERS`].
     order: [u8; MOST_RAYS],
     /// The distance beyond which hits do not count, or a little more.
     limit: [f32; MOST_RAYS],
@@ -362,175 +363,6 @@ impl WideTracer {
         ask(group, stack[waiting.wrapping_sub(1) % ROOM]);
         waiting as u32
     }
-
-    /// Tests the leaves that are queued. Returns the rays that hit anything, if `ANY` hit will do, and the rays that wait at an instance. The
-    /// rays in `met` need no test.
-    #[inline(always)]
-    fn test_leaves<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>, mut met: u64) -> (u64, u64) {
-        let group = traced.group;
-        let count = self.queued.min(QUEUE);
-        self.queued = 0;
-        // All at once, before the first is tested.
-        for leaf in &self.leaves[..count] {
-            match Child(*leaf).as_leaf() {
-                Leaf::Block(block) => prefetch(group.blocks.as_ptr().wrapping_add(block), 0..5),
-                Leaf::NonTriangle(other) => traced.scene.prefetch(group.non_triangles[other]),
-            }
-        }
-        let mut at_instances = 0;
-        for at in 0..count {
-            let (leaf, ray) =
-                (Child(self.leaves[at % QUEUE]), self.leaf_rays[at % QUEUE] as usize % MOST_RAYS);
-            if ANY && met >> ray & 1 == 1 {
-                continue;
-            }
-            match leaf.as_leaf() {
-                Leaf::Block(block) => {
-                    met |= u64::from(self.test_block::<S, ANY>(traced, ray, block) && ANY) << ray;
-                }
-                Leaf::NonTriangle(other) => {
-                    let other = group.non_triangles[other];
-                    if self.waits_at(traced, ray, other) {
-                        at_instances |= 1 << ray;
-                    } else {
-                        met |= u64::from(self.test_non_triangle::<S, ANY>(traced, ray, other) && ANY) << ray;
-                    }
-                }
-            }
-        }
-        (met, at_instances)
-    }
-
-    /// Tests a ray against a block of triangles. True if it hits one, if `ANY` hit will do.
-    #[inline(always)]
-    fn test_block<S: Simd, const ANY: bool>(
-        &mut self,
-        traced: &Traced<S>,
-        ray: usize,
-        number: usize,
-    ) -> bool {
-        let Traced { simd, scene, group, packets, instances, .. } = *traced;
-        let block = &group.blocks[number];
-        let own = |at: usize| splat_f32(simd, self.turned[at][ray]);
-        let turned =
-            Turned { shear: [own(0), own(1)], offset: [own(2), own(3)], start: own(4), along: own(5) };
-        let axes = Axis::ORDERS[usize::from(self.order[ray]) % 3];
-        let filter = Filter { axes, rays: turned, error: self.error[ray] };
-        let length = self.turned[5][ray].abs();
-        let end = self.limit[ray] * length;
-        let left_out = block.bit_of(self.leaving[ray]);
-        let Some(hits) = filter.meet::<false>(simd, block, end, left_out) else { return false };
-        let certain = hits.certain & block.solid;
-        let mut rest = hits.may;
-        if ANY {
-            // The target of a shadow ray never is wholly before its end.
-            if hits.certain_before(end) & block.solid != 0 {
-                return true;
-            }
-            // Nearly always the target is all that is left. It is in the world.
-            if instances[ray] == ElementId::WORLD {
-                let target = packets[ray / LANES].target[ray % LANES];
-                let element = |lane| group.triangle(block.place(lane)).element(ElementId::WORLD);
-                let is_other = |lane: &u32| scene.labels.of(element(*lane)) != target;
-                rest = lanes_of(rest).filter(is_other).fold(0, |rest, lane| rest | 1 << lane);
-            }
-        } else if certain != 0 {
-            rest &= !certain | self.defer(group, ray, (block.place(0), certain), &hits);
-        }
-        rest != 0 && self.decide_triangles::<S, ANY>(traced, ray, (block.place(0), rest))
-    }
-
-    /// Defers triangles of a block that a ray certainly hits. `certain`: the place of the first triangle of the block, and the bits of these
-    /// triangles. Returns the bits of those that must be decided now.
-    #[inline(always)]
-    fn defer<S: Simd>(
-        &mut self,
-        group: &Group,
-        ray: usize,
-        (first, certain): (u32, u32),
-        hits: &BlockHits<S>,
-    ) -> u32 {
-        let [front, back] = hits.depths;
-        let mut rest = 0;
-        for lane in lanes_of(certain) {
-            let at = lane as usize % WIDTH;
-            let depths = [front[at] - hits.error, back[at] + hits.error];
-            if self.hits.replaces(ray, depths) {
-                self.hits.defer(group, ray, first + lane, depths);
-                let farthest = depths[1] * (1.0 + 12.0 * UNIT) / self.turned[5][ray].abs();
-                self.limit[ray] = self.limit[ray].min(farthest);
-            } else if !self.hits.is_beyond(ray, depths) {
-                rest |= 1 << lane;
-            }
-        }
-        rest
-    }
-
-    /// Decides about triangles of a block in `f64`. `may`: the place of the first triangle of the block, and the bits of these triangles.
-    /// True if the ray hits one.
-    #[inline(never)]
-    fn decide_triangles<S: Simd, const ANY: bool>(
-        &mut self,
-        traced: &Traced<S>,
-        ray: usize,
-        (first, may): (u32, u32),
-    ) -> bool {
-        let own = self.single(traced, ray);
-        let query = Query::new(traced.group, &own, traced.instances[ray], traced.is_shadow);
-        let mut hit = self.nearest_of(ray, &own);
-        let (mut found, mut sheared) = (false, None);
-        for lane in lanes_of(may) {
-            found |= traced.scene.meet_triangle::<ANY>(query, first + lane, &mut sheared, &mut hit);
-        }
-        if found {
-            self.record::<ANY>(ray, &hit);
-        }
-        found
-    }
-
-    /// Tests a ray against a non-triangle. True if it hits it, nearer than anything else that is decided.
-    #[inline(never)]
-    fn test_non_triangle<S: Simd, const ANY: bool>(
-        &mut self,
-        traced: &Traced<S>,
-        ray: usize,
-        other: NonTriangle,
-    ) -> bool {
-        let own = self.single(traced, ray);
-        let query = Query::new(traced.group, &own, traced.instances[ray], traced.is_shadow);
-        let mut hit = self.nearest_of(ray, &own);
-        let found = traced.scene.meet_non_triangle::<S, ANY>(traced.simd, query, other, &mut hit);
-        if found {
-            self.record::<ANY>(ray, &hit);
-        }
-        found
-    }
-
-    /// One of the rays.
-    #[inline(always)]
-    fn single<S: Simd>(&mut self, traced: &Traced<S>, ray: usize) -> Ray {
-        if self.has_single >> ray & 1 == 0 {
-            self.has_single |= 1 << ray;
-            let tree = Tree { scene: traced.scene };
-            self.singles[ray] = tree.ray(traced.packets[ray / LANES], ray % LANES);
-        }
-        self.singles[ray]
-    }
-
-    /// The nearest hit of a ray that is decided, or one that any hit replaces.
-    #[inline(always)]
-    fn nearest_of(&self, ray: usize, own: &Ray) -> Hit {
-        self.hits.nearest(ray).copied().unwrap_or_else(|| nothing(own))
-    }
-
-    /// Records the nearest hit that is decided.
-    #[inline(always)]
-    fn record<const ANY: bool>(&mut self, ray: usize, hit: &Hit) {
-        if !ANY {
-            self.hits.decide(ray, hit);
-            self.limit[ray] = self.limit[ray].min(not_less(hit.t));
-        }
-    }
 }
 
 /// Asks for the memory of a child that waits.
@@ -540,17 +372,4 @@ fn ask(group: &Group, child: u32) {
     let node = group.bvh.nodes.as_ptr().wrapping_add(number).cast::<u8>();
     let leaf = group.non_triangles.as_ptr().wrapping_add(number).cast();
     prefetch(if child < Child::LEAF { node } else { leaf }, 0..4);
-}
-
-/// The bits that are set.
-#[inline(always)]
-fn lanes_of(mut bits: u32) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(
-        #[inline(always)]
-        move || {
-            let lane = (bits != 0).then(|| bits.trailing_zeros())?;
-            bits &= bits - 1;
-            Some(lane)
-        },
-    )
 }

@@ -10,6 +10,7 @@ use crate::frame::Bounds;
 use crate::number::{Vec3x8, first_lanes, side_by_side};
 use crate::ray::Ray;
 use crate::testing::{levels, noise, scene};
+use crate::trace::Tree;
 
 const LAMP: &str = "AttributeBegin AreaLightSource \"diffuse\" Translate 0 0 2 Shape \"trianglemesh\"
     \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] AttributeEnd";
@@ -62,15 +63,16 @@ fn ray(scene: &Traceable, i: usize) -> Ray {
         _ => d,
     };
     let mut ray = Ray::new(o, d);
-    if i % 3 == 0 {
+    if i.is_multiple_of(3) {
         ray.t_max = (target - o).length() * [1.0, 0.999, 3.0][i % 9 / 3];
     }
-    if i % 5 == 0 {
+    if i.is_multiple_of(5) {
         (ray.o, ray.leaving_place) = ((p + q + r) / 3.0, place as u32);
         ray.leaving = ElementId { instance: ElementId::WORLD, ..ElementId::NONE };
     }
-    if i % 7 == 0 {
-        ray.target = if i % 2 == 0 { ElementId::POINT_LIGHT } else { triangle.element(ElementId::WORLD) };
+    if i.is_multiple_of(7) {
+        ray.target =
+            if i.is_multiple_of(2) { ElementId::POINT_LIGHT } else { triangle.element(ElementId::WORLD) };
     }
     ray
 }
