@@ -1,6 +1,6 @@
 //! The command line.
 
-mod chart;
+mod charting;
 mod options;
 mod rendering;
 
@@ -14,7 +14,7 @@ use clap::{Args, Parser, Subcommand};
 use lookat_render::Layers;
 use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
-pub use crate::args::chart::{Chart, Other};
+pub use crate::args::charting::{Chart, Other};
 pub use crate::args::options::{Memory, Tone, ViewOverride, raise_limit, way_out};
 use crate::args::rendering::focus_place;
 pub use crate::args::rendering::{Animation, FocusPlace, Frames, LiveView, Parameter, Protocol};
@@ -331,14 +331,14 @@ fn limit(text: &str) -> Result<Limit, Failure> {
     let (name, value) = text.split_once('=').ok_or("expected METRIC=VALUE, as in rmse=0.01")?;
     let value: f64 = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
     if value.is_nan() {
-        return Err("the limit must be a number".into());
+        bail!("the limit must be a number");
     }
     let metric = metric(name)?;
     if metric == Metric::NoiseP && !(value > 0.0 && value < 1.0) {
-        return Err("noise-p is a probability: use a limit above 0 and below 1".into());
+        bail!("noise-p is a probability: use a limit above 0 and below 1");
     }
     if value < 0.0 && !metric.is_likeness() {
-        return Err(format!("the limit of {name} must be at least 0").into());
+        bail!("the limit of {name} must be at least 0");
     }
     Ok(Limit { metric, value })
 }

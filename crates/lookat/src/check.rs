@@ -25,7 +25,7 @@ pub fn check(arguments: &Check) -> ExitCode {
         let mut loaded = load_scene(path, &options, arguments.report);
         let looked = if arguments.view { look(&mut loaded, arguments) } else { Ok(()) };
         if let Err(failure) = &looked {
-            crate::say(&format!("error: {failure}"));
+            say!("error: {failure}");
             status = status.max(failure.status());
         }
         if report::has_errors(&loaded) {
@@ -39,7 +39,7 @@ pub fn check(arguments: &Check) -> ExitCode {
             report::print(&loaded, arguments.quiet);
             let remarks = if arguments.quiet { Vec::new() } else { remarks(&loaded, looked.is_ok()) };
             if !remarks.is_empty() {
-                crate::say(&format!("{}: {}", loaded.sources.files[0].path.display(), remarks.join("; ")));
+                say!("{}: {}", loaded.sources.files[0].path.display(), remarks.join("; "));
             }
         }
     }

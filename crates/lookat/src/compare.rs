@@ -136,7 +136,7 @@ fn run(arguments: &Compare) -> Result<u8, Failure> {
         check_inputs(file, [&arguments.actual, &arguments.expected])?;
         if Format::from_path(file) != Some(Format::Png) {
             let file = file.display();
-            return Err(format!("cannot write {file}: the name of this picture must end in .png").into());
+            bail!("cannot write {file}: the name of this picture must end in .png");
         }
     }
     let pair = &load(arguments)?;
@@ -161,7 +161,7 @@ fn run(arguments: &Compare) -> Result<u8, Failure> {
 fn load(arguments: &Compare) -> Result<Aligned, Failure> {
     let is_exr = |path: &Path| Format::from_path(path) == Some(Format::Exr);
     if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
-        return Err("--layer chooses a part of an EXR file, but neither picture is an EXR file".into());
+        bail!("--layer chooses a part of an EXR file, but neither picture is an EXR file");
     }
     let memory = &arguments.memory.budget();
     let files = [open(&arguments.actual, arguments, memory)?, open(&arguments.expected, arguments, memory)?];
@@ -206,7 +206,7 @@ pub fn pixel_bytes(pair: &Aligned) -> u64 {
 /// Opens the chosen layer. A file without layers counts as this layer.
 fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<PictureFile<'a>, Failure> {
     if path == Path::new("-") {
-        return Err("compare does not read standard input: give the name of a file".into());
+        bail!("compare does not read standard input: give the name of a file");
     }
     let file = match &arguments.layer {
         Some(layer) if Format::from_path(path) == Some(Format::Exr) => open_layer(path, layer, memory),
@@ -247,7 +247,7 @@ impl<'a> Comparison<'a> {
         // The error layers belong to the colors.
         let blind = |metric: Metric| metric == Metric::NoiseP && rules.is_layer;
         if rules.is_layer && limited(Metric::NoiseP) {
-            return Err("noise-p does not work with --layer: the error layers belong to the colors".into());
+            bail!("noise-p does not work with --layer: the error layers belong to the colors");
         }
         // With a non-finite pixel, no metric has a meaning.
         let measurement =

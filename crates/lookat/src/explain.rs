@@ -27,7 +27,7 @@ pub fn explain(arguments: &Explain) -> ExitCode {
         Ok(Answer { json, .. }) if arguments.json => crate::print_json(&json).map(|()| 0),
         Ok(Answer { text, .. }) => crate::print(&text).map(|()| 0),
         Err(message) => {
-            crate::say(&format!("error: {message}"));
+            say!("error: {message}");
             let printed = if arguments.json {
                 crate::print_json(&json!({"error": message.to_string()}))
             } else {
@@ -130,14 +130,14 @@ fn find_parameter(kind: &Kind, name: &str, mut remark: String) -> Result<Answer,
     let is_known = |synonym: &Synonym| synonym.name.is_empty() || named(synonym.name).is_some();
     let synonym = parameter_synonyms(kind.directive, kind.name, name).find(is_known);
     if let Some(Synonym { name: "", advice, .. }) = synonym {
-        return Err(format!("{lacks} \"{name}\": {advice}").into());
+        bail!("{lacks} \"{name}\": {advice}");
     }
     if let Some((synonym, parameter)) = synonym.and_then(|synonym| Some((synonym, named(synonym.name)?))) {
         remark += &rename(name, synonym);
         return Ok(show_parameter(parameter, remark));
     }
     if parameters.is_empty() {
-        return Err(format!("{lacks} \"{name}\": it takes no parameters").into());
+        bail!("{lacks} \"{name}\": it takes no parameters");
     }
     let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
     Err(unknown(&lacks, name, nearest(name, names.iter().copied()), &names))

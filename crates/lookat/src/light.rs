@@ -37,9 +37,7 @@ fn is_eight_bit(file: &Path) -> bool {
 pub fn note_linear(file: &Path, tone: Tone) {
     if tone.is_given() && !is_eight_bit(file) {
         let file = file.display();
-        crate::say(&format!(
-            "{file}: --exposure and --tone change only .png and .tga files; this file stays linear"
-        ));
+        say!("{file}: --exposure and --tone change only .png and .tga files; this file stays linear");
     }
 }
 
@@ -99,9 +97,9 @@ impl JsonLight {
             0.0 => String::new(),
             stops => format!(" with exposure {stops}"),
         };
-        crate::say(&format!(
+        say!(
             "light: median {median}, largest {largest}; {black} of pixels black, {clipped} clip in an 8-bit file{exposed}{not_finite}"
-        ));
+        );
         let Some(stops) = self.advised_exposure.filter(|_| advise) else { return };
         let state = if stops > self.exposure { "nearly black" } else { "overexposed" };
         crate::say(&if is_eight_bit(file) {

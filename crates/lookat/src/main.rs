@@ -1,12 +1,14 @@
 //! The program `lookat`. See its `--help`, and README.md.
 
+#[macro_use]
+mod failure;
+
 mod args;
 mod chart;
 mod check;
 mod compare;
 mod convert;
 mod explain;
-mod failure;
 mod inspect;
 mod interrupt;
 mod light;

@@ -114,7 +114,7 @@ fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
         (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone().into(), &mut result),
         (None, _) => {
             if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {
-                crate::say("not rendered; to skip directives with errors, use --keep-going");
+                say!("not rendered; to skip directives with errors, use --keep-going");
             }
             report::failure(&loaded)
         }
@@ -166,7 +166,7 @@ fn finish(arguments: &Render, result: &SceneResult, status: u8) -> u8 {
 
 /// Reports an error outside the scene.
 fn fail(failure: Failure, result: &mut SceneResult) -> u8 {
-    crate::say(&format!("error: {failure}"));
+    say!("error: {failure}");
     result.error = Some(failure.to_string());
     failure.status()
 }
@@ -180,12 +180,10 @@ fn check_arguments(arguments: &Render) -> Result<(), Failure> {
         return Err(message.into());
     }
     if arguments.target_error.is_some() && arguments.spp.is_some_and(|most| most < 64) {
-        return Err(
-            "--target-error needs at least 64 samples per pixel to estimate the error; increase --spp".into(),
-        );
+        bail!("--target-error needs at least 64 samples per pixel to estimate the error; increase --spp");
     }
     if arguments.error_layers && arguments.time.is_some() && arguments.target_error.is_none() {
-        return Err("--error-layers with --time also needs --target-error".into());
+        bail!("--error-layers with --time also needs --target-error");
     }
     Ok(())
 }
@@ -349,10 +347,10 @@ fn picture(
         target: target_error(&settings).zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
     if let Some(why) = kept.filter(|_| !arguments.report.json) {
-        crate::say(&format!("{why}; the new picture is in {}", picture.file));
+        say!("{why}; the new picture is in {}", picture.file);
     }
     if arguments.quiet && !picture.complete {
-        crate::say(&format!("interrupted; the partial picture is in {}", picture.file));
+        say!("interrupted; the partial picture is in {}", picture.file);
     }
     if is_told {
         summarize(&picture, &rendered);
@@ -401,9 +399,7 @@ fn check_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), Fa
     let is_asked = arguments.error_layers || !arguments.layers.is_empty();
     if is_asked && Format::from_path(file) != Some(Format::Exr) {
         let layers = if arguments.error_layers { "error layers" } else { "layers" };
-        return Err(
-            format!("{}: only an .exr file can store {layers}; choose one with -o", file.display()).into()
-        );
+        bail!("{}: only an .exr file can store {layers}; choose one with -o", file.display());
     }
     let has_scene_samples = arguments.error_layers && arguments.target_error.is_none();
     let checked =
@@ -421,9 +417,7 @@ pub fn check_error_layers(samples_per_pixel: u32) -> Result<(), Failure> {
 pub fn note_jitter(scene: &Scene, loaded: &Loaded) {
     if scene.view.sampler.jittered() != scene.view.sampler {
         let file = loaded.sources.files[0].path.display();
-        crate::say(&format!(
-            "{file}: error layers need jittered samples, so \"bool jitter\" \"false\" is ignored"
-        ));
+        say!("{file}: error layers need jittered samples, so \"bool jitter\" \"false\" is ignored");
     }
 }
 
@@ -443,6 +437,6 @@ fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
     };
     if !is_kept {
         let file = loaded.sources.files[0].path.display();
-        crate::say(&format!("{file}: {option} uses Sampler \"sobol\""));
+        say!("{file}: {option} uses Sampler \"sobol\"");
     }
 }

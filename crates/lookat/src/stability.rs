@@ -61,11 +61,11 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, Failure> {
     };
     if let Some(unknown) = names.iter().find(|name| !all.iter().any(|case| is(case, name))) {
         if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
-            return Err(format!("unknown case `{unknown}`; did you mean `{near}`?").into());
+            bail!("unknown case `{unknown}`; did you mean `{near}`?");
         }
-        crate::say("the cases are");
-        all.iter().for_each(|case| crate::say(&format!("    {:4} {}", case.id, case.name)));
-        return Err(format!("unknown case `{unknown}`").into());
+        say!("the cases are");
+        all.iter().for_each(|case| say!("    {:4} {}", case.id, case.name));
+        bail!("unknown case `{unknown}`");
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())

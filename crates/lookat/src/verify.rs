@@ -117,9 +117,7 @@ fn run(arguments: &Verify) -> Result<u8, Failure> {
         && scenes.iter().all(|scene| why_unreadable(scene).is_none() && beside(scene).next().is_none())
     {
         let folder = arguments.folder.display();
-        return Err(
-            format!("no scene in {folder} has a reference picture; --update writes references").into()
-        );
+        bail!("no scene in {folder} has a reference picture; --update writes references");
     }
     let inputs = inputs(arguments, &scenes);
     if let Some(file) = &arguments.report {
@@ -167,9 +165,7 @@ fn inputs(arguments: &Verify, scenes: &[PathBuf]) -> BTreeSet<PathBuf> {
 fn check_report(file: &Path) -> Result<(), Failure> {
     let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !["html", "htm"].contains(&ending) || file.is_dir() {
-        return Err(
-            format!("{}: --report writes a web page; its name must end in .html", file.display()).into()
-        );
+        bail!("{}: --report writes a web page; its name must end in .html", file.display());
     }
     check_folder(file)
 }

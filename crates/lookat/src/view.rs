@@ -33,10 +33,10 @@ pub fn view(arguments: &View) -> ExitCode {
 
 fn serve(arguments: &View) -> Result<u8, Failure> {
     if arguments.scene == Path::new("-") {
-        return Err("standard input can be read only once: name a file".into());
+        bail!("standard input can be read only once: name a file");
     }
     if let Err(error) = open_file(&arguments.scene) {
-        return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)).into());
+        bail!("cannot read {}: {}", arguments.scene.display(), io_reason(&error));
     }
     let editor = Editor::new(arguments)?;
     let memory = arguments.memory.budget();
@@ -58,12 +58,12 @@ fn serve(arguments: &View) -> Result<u8, Failure> {
     server.start(listener)?;
     crate::print(&format!("{address}\n"))?;
     standard_error::detach();
-    crate::say("open this address in a browser; end with Ctrl-C");
+    say!("open this address in a browser; end with Ctrl-C");
     if arguments.open {
         // The browser may run until the user closes it.
         std::thread::spawn(move || {
             if let Err(reason) = editor::open_in_browser(&address) {
-                crate::say(&format!("warning: cannot open a browser: {reason}"));
+                say!("warning: cannot open a browser: {reason}");
             }
         });
     }

@@ -54,7 +54,7 @@ fn size(text: &str) -> Result<u64, Failure> {
     };
     let bytes = number.parse().map_or(f64::NAN, |number: f64| number * factor);
     if !(1e6..=1e18).contains(&bytes) {
-        return Err("expected a size of at least 1M, as in 500M or 2G".into());
+        bail!("expected a size of at least 1M, as in 500M or 2G");
     }
     Ok(bytes as u64)
 }

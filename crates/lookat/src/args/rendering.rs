@@ -78,7 +78,7 @@ impl FromStr for Animation {
         let (from, to) = number(from).zip(number(to)).ok_or(EXPECTED)?;
         let found = PARAMETERS.into_iter().find(|(known, _)| *known == name);
         let Some((_, parameter)) = found else {
-            return Err(format!("the parameters are {}", PARAMETERS.map(|(name, _)| name).join(", ")).into());
+            bail!("the parameters are {}", PARAMETERS.map(|(name, _)| name).join(", "));
         };
         for value in [from, to] {
             let view = parameter.set(value);

@@ -190,14 +190,12 @@ pub fn focus(prepared: &Prepared, view: &mut View, place: FocusPlace) -> Result<
         FocusPlace::Fractions(at) => at * size,
     };
     if film.x > size.x || film.y > size.y {
-        return Err(format!("--focus: the picture has only {width} x {height} pixels").into());
+        bail!("--focus: the picture has only {width} x {height} pixels");
     }
     let at = format!("{}, {}", film.x.floor(), film.y.floor());
     let Some(depth) = prepared.pick(view, film).map(|picked| picked.depth).filter(|depth| *depth > 0.0)
     else {
-        return Err(
-            format!("--focus: there is nothing to focus on at pixel {at}; choose another place").into()
-        );
+        bail!("--focus: there is nothing to focus on at pixel {at}; choose another place");
     };
     // Six digits, so that the line is short and gives the same picture.
     let depth = format!("{depth:.5e}").parse().unwrap_or(depth);

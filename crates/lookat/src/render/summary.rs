@@ -157,9 +157,7 @@ pub fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     let rate = *rays as f64 / seconds / 1e6;
     let samples = samples(picture);
     let part = if rendered.complete { "" } else { "; interrupted, partial picture" };
-    crate::say(&format!(
-        "{file}: {width} x {height} pixels, {samples}, {seconds:.2} s, {rate:.2} million rays/s{part}"
-    ));
+    say!("{file}: {width} x {height} pixels, {samples}, {seconds:.2} s, {rate:.2} million rays/s{part}");
     if let Some(target) = &picture.target {
         target.summarize(picture);
     }
@@ -244,14 +242,14 @@ pub fn explain_black(
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
-        crate::say(&format!("{count} samples were infinite or NaN and count as black"));
+        say!("{count} samples were infinite or NaN and count as black");
     }
     if rendered.statistics.clamped > 0 {
         let count = rendered.statistics.clamped;
-        crate::say(&format!(
+        say!(
             "{count} samples were too bright for the film, about 2^31 times as bright as the picture, and are used as that bright; \
             set \"float maxsampleluminance\" of the Film"
-        ));
+        );
     }
 }
 
@@ -299,27 +297,27 @@ impl JsonTarget {
             format!("{count} {} ({share})", if count == 1 { "pixel" } else { "pixels" })
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
-        crate::say(&format!(
+        say!(
             "{} within {error} % of the true brightness, per pixel at {confidence} % confidence, except light no sample hit",
             pixels(self.within)
-        ));
+        );
         if self.at_cap > 0 {
             let most = picture.most_samples;
-            crate::say(&format!("{} above the target error after {most} samples", pixels(self.at_cap)));
+            say!("{} above the target error after {most} samples", pixels(self.at_cap));
             if self.at_cap as f64 > 0.1 * all {
-                crate::say(
-                    "with so many pixels above the target error, others may be below it by chance: increase --spp or --target-error",
+                say!(
+                    "with so many pixels above the target error, others may be below it by chance: increase --spp or --target-error"
                 );
             }
         }
         if self.out_of_time > 0 {
-            crate::say(&format!("{} above the target error at the end", pixels(self.out_of_time)));
+            say!("{} above the target error at the end", pixels(self.out_of_time));
         }
         if self.outliers > 0 {
-            crate::say(&format!(
+            say!(
                 "{} with a firefly, a sample over 20 times as bright as the pixels around it: neighboring pixels may miss this light; to limit fireflies, set maxsampleluminance of Film",
                 pixels(self.outliers)
-            ));
+            );
         }
     }
 }

@@ -132,9 +132,7 @@ fn check_reference(arguments: &Verify, reference: &Path) -> Result<(), Failure> 
         return Err(fault.into());
     }
     if arguments.update && Format::from_path(reference).is_none() {
-        return Err(
-            format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES).into()
-        );
+        bail!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES);
     }
     Ok(())
 }

@@ -69,7 +69,7 @@ impl Editor {
     /// Opens a place, and does not wait for the editor to end.
     pub fn open(&self, path: &Path, line: usize, column: usize) -> Result<(), Failure> {
         if self.is_in_terminal() && self.is_open.load(Ordering::Relaxed) {
-            return Err("the editor is open in the terminal already".into());
+            bail!("the editor is open in the terminal already");
         }
         let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
         let mut words = self.words(&path.display().to_string(), line, column).into_iter();
@@ -113,8 +113,8 @@ pub fn open_in_browser(address: &str) -> Result<(), Failure> {
     match Command::new(OPENER).arg(file.path()).stdin(quiet()).stdout(quiet()).stderr(quiet()).status() {
         // The explorer of Windows always fails.
         Ok(status) if status.success() || cfg!(windows) => {}
-        Ok(status) => return Err(format!("{OPENER}: {status}").into()),
-        Err(error) => return Err(format!("{OPENER}: {}", io_reason(&error)).into()),
+        Ok(status) => bail!("{OPENER}: {status}"),
+        Err(error) => bail!("{OPENER}: {}", io_reason(&error)),
     }
     // The browser may read it after its program has ended. The end of this function removes it, and so does the end of the program.
     std::thread::sleep(UNTIL_READ);

@@ -35,7 +35,7 @@ fn change(sources: &Sources, fixes: &[&Fix]) -> Result<FileChange, Failure> {
     let source = sources.file(fixes[0].span.file);
     let path = source.path.clone();
     if sources.files.iter().filter(|other| is_among(&other.path, [&path])).count() > 1 {
-        return Err(format!("{} is included twice: change it by hand", path.display()).into());
+        bail!("{} is included twice: change it by hand", path.display());
     }
     let before = source.text.clone();
     let mut after = Vec::with_capacity(before.len());
@@ -146,11 +146,11 @@ fn put(changes: &[FileChange], change_file: ChangeFile) -> Result<(), Failure> {
         match has_text(path, before) {
             Ok(true) => {}
             Ok(false) => return Err((changed_meanwhile(path) + NOTHING_WRITTEN).into()),
-            Err(error) => return Err(format!("{}: {}", path.display(), io_reason(&error)).into()),
+            Err(error) => bail!("{}: {}", path.display(), io_reason(&error)),
         }
         // Replacing a file needs no permission to write it.
         if std::fs::metadata(path).is_ok_and(|found| found.permissions().readonly()) {
-            return Err(format!("{} is write-protected", path.display()).into());
+            bail!("{} is write-protected", path.display());
         }
     }
     for (number, FileChange { path, before, after }) in changes.iter().enumerate() {

@@ -101,7 +101,7 @@ impl Engine {
     fn shown_changes(&self, by: u32) -> Result<Vec<FileChange>, Failure> {
         let mut shown = lock(&self.shown);
         if shown.changes.is_empty() || !shown.pages.contains(&by) {
-            return Err("there is nothing to write".into());
+            bail!("there is nothing to write");
         }
         let Shown { changes, .. } = std::mem::take(&mut *shown);
         if self.unwritten()? == changes {
@@ -190,7 +190,7 @@ fn fixes(
     // The text of a page may not make the program open files.
     let is_closed = matches!(ty, ParamType::Bool | ParamType::Texture) || !parameter.range.is_empty();
     if matches!(values, Values::Words(_)) && !is_closed {
-        return Err(format!("change \"{name}\" in the file: the page cannot name files").into());
+        bail!("change \"{name}\" in the file: the page cannot name files");
     }
     let words: Vec<String> = match values {
         Values::Numbers(numbers) if numbers.iter().all(|number| number.is_finite()) => {
@@ -199,7 +199,7 @@ fn fixes(
         Values::Words(words) if words.iter().all(|word| !word.contains(['"', '\\', '\n', '\r'])) => {
             words.iter().map(|word| format!("\"{word}\"")).collect()
         }
-        _ => return Err("this value cannot be written".into()),
+        _ => bail!("this value cannot be written"),
     };
     Ok(found.set(ty, name, &words))
 }

@@ -122,9 +122,10 @@ impl Opened {
     /// Sets the camera. Fails with the reason, and changes nothing.
     pub fn set(&mut self, set: &ViewOverride) -> Result<(), Failure> {
         if set.look_at.is_some() && self.loaded.world_follows_camera {
-            return Err("CoordSysTransform \"camera\" places a part of this world relative to the camera: \
+            bail!(
+                "CoordSysTransform \"camera\" places a part of this world relative to the camera: \
                         move the camera in the file"
-                .into());
+            );
         }
         self.view.camera = changed(self.own_camera(), &self.file_camera, set)?;
         self.points = set.look_at.unwrap_or(self.own_points());

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use lookat_lab::chart::FEWEST_SEEDS;
 
-use super::{Memory, resolution, seed, whole};
+use crate::args::{Memory, number_in, resolution, seed, whole};
+use crate::failure::Failure;
 
 #[derive(Debug, Args)]
 #[command(
@@ -73,29 +74,29 @@ fn after_help() -> String {
     )
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|seconds: &f64| (1e-9..=1e7).contains(seconds));
-    seconds.ok_or_else(|| "expected a number of seconds, from 1e-9 to 1e7".into())
+fn seconds(text: &str) -> Result<f64, Failure> {
+    number_in(1e-9..=1e7, "a number of seconds, from 1e-9 to 1e7")(text)
 }
 
-fn power_of_two(text: &str) -> Result<u32, String> {
-    let count =
-        text.parse().ok().filter(|count: &u32| count.is_power_of_two() && (4..=1 << 16).contains(count));
-    count.ok_or_else(|| "expected a power of two from 4 to 65536".into())
+fn power_of_two(text: &str) -> Result<u32, Failure> {
+    let count = text.parse().ok().filter(|count: &u32| count.is_power_of_two());
+    count
+        .filter(|count| (4..=1 << 16).contains(count))
+        .ok_or("expected a power of two from 4 to 65536".into())
 }
 
 /// The longest name that fits beside the chart.
 const LONGEST_NAME: usize = 40;
 
-fn other(text: &str) -> Result<Other, String> {
-    let expected = "expected NAME=SECONDS,IMAGE, as in pbrt=3.8,pbrt.exr";
-    let (name, rest) = text.split_once('=').ok_or(expected)?;
-    let (time, image) = rest.split_once(',').ok_or(expected)?;
+fn other(text: &str) -> Result<Other, Failure> {
+    const EXPECTED: &str = "expected NAME=SECONDS,IMAGE, as in pbrt=3.8,pbrt.exr";
+    let (name, rest) = text.split_once('=').ok_or(EXPECTED)?;
+    let (time, image) = rest.split_once(',').ok_or(EXPECTED)?;
     if name.is_empty() || image.is_empty() || name.chars().any(char::is_control) {
-        return Err(expected.into());
+        bail!("{EXPECTED}");
     }
     if name.chars().count() > LONGEST_NAME {
-        return Err(format!("the name of a point must have at most {LONGEST_NAME} letters"));
+        bail!("the name of a point must have at most {LONGEST_NAME} letters");
     }
     let seconds =
         seconds(time).map_err(|error| format!("`{time}`, between the first = and a comma: {error}"))?;
