@@ -105,7 +105,7 @@ const SOURCES: [&str; 10] = [
     "lookat/src/render/fireflies.rs",
     "lookat/src/render/summary.rs",
     "lookat/src/report.rs",
-    "lookat/src/verify/table.rs",
+    "lookat/src/verify.rs",
     "lookat-render/src/inspect.rs",
 ];
 

@@ -4,24 +4,27 @@ mod page;
 mod scene;
 mod table;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use lookat_image::{Aligned, Image, io_reason, open_file};
+use lookat_image::{io_reason, open_file};
 use lookat_scene::LoadOptions;
+use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 use crate::args::{Report, Verify};
 use crate::failure::Failure;
-use crate::metric::Measurement;
+use crate::metric::Measured;
 use crate::output::{check_folder, check_inputs};
 use crate::readable::repeated_command;
 use crate::source::load_scene;
+use crate::verify::page::Picture;
 
 /// The result for one scene, from the best to the worst.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// Agrees with its reference.
     Agrees,
@@ -30,7 +33,7 @@ pub enum Verdict {
     /// The differences may be light that samples rarely hit.
     Undecided,
     /// Could not be compared.
-    Trouble,
+    Failed,
     /// Differs from its reference.
     Differs,
 }
@@ -38,7 +41,7 @@ pub enum Verdict {
 impl Verdict {
     /// In the order of the summary line.
     pub const ALL: [Verdict; 5] =
-        [Verdict::Agrees, Verdict::Differs, Verdict::Undecided, Verdict::New, Verdict::Trouble];
+        [Verdict::Agrees, Verdict::Differs, Verdict::Undecided, Verdict::New, Verdict::Failed];
 
     /// The word for one scene.
     pub fn word(self) -> &'static str {
@@ -46,7 +49,7 @@ impl Verdict {
             Verdict::Agrees => "agrees",
             Verdict::New => "new",
             Verdict::Undecided => "undecided",
-            Verdict::Trouble => "failed",
+            Verdict::Failed => "failed",
             Verdict::Differs => "differs",
         }
     }
@@ -57,52 +60,48 @@ impl Verdict {
             Verdict::Agrees if count > 1 => "agree",
             Verdict::Differs if count > 1 => "differ",
             Verdict::New => "without a reference",
-            Verdict::Trouble => "failed",
             _ => self.word(),
         }
     }
 }
 
-/// One scene with its verdict, and everything the report shows of it.
+/// One scene with its verdict: what `--json` prints, and what the table and the report show.
+#[derive(Debug, Clone, Serialize)]
 pub struct Outcome {
-    /// The name of the scene file, without its ending.
-    pub name: String,
+    /// The file name without `.pbrt`.
+    pub scene: String,
+    /// The word in the table.
     pub verdict: Verdict,
-    /// The reason for the verdict, in a few words.
+    /// Why, in words.
     pub reason: String,
-    /// Whether `--update` wrote the reference.
+    /// True if the reference was written.
     pub updated: bool,
-    pub diagnostics: Diagnostics,
-    /// `None` if the scene was not rendered.
-    pub render: Option<Rendered>,
-    /// `None` if there is no reference, or it cannot be read.
-    pub reference: Option<Image>,
-    /// `None` if there are not two pictures of one size.
-    pub comparison: Option<SceneComparison>,
+    /// The metrics by name.
+    #[serde(serialize_with = "by_name")]
+    pub metrics: Vec<Measured>,
+    /// The smallest bias of the mean that the noise tests would find, in the picture's unit; null without these tests.
+    pub visible_in_mean: Option<f64>,
+    /// Samples per pixel of the render, or null.
+    pub samples_per_pixel: Option<u32>,
+    /// The time to render, or null.
+    pub seconds: Option<f64>,
+    /// The messages of the scene file, as in `check`.
+    pub diagnostics: Value,
+    /// The same as text. Empty without messages.
+    #[serde(skip)]
+    pub messages: String,
+    /// The mean value of the reference. `None` if there are not two pictures of one size.
+    #[serde(skip)]
+    pub mean: Option<f64>,
+    /// With `--report`: the two pictures over each other, or each one alone if they cannot be compared.
+    #[serde(skip)]
+    pub pictures: Vec<Picture>,
 }
 
-/// The messages of a scene file.
-pub struct Diagnostics {
-    /// As people read them. Empty without messages.
-    pub text: String,
-    /// As `lookat check --json` prints them.
-    pub json: Value,
-}
-
-/// A picture, and how it was made.
-pub struct Rendered {
-    pub image: Image,
-    pub samples_per_pixel: u32,
-    pub seconds: f64,
-}
-
-/// A render and its reference, over the pixels of both.
-pub struct SceneComparison {
-    pub pair: Aligned,
-    pub measurement: Measurement,
-    /// The smallest bias of the mean that the test for noise finds in 95 of 100 renders, in the unit of the picture. `None`
-    /// without that test.
-    pub detectable: Option<f64>,
+/// Metrics with their values, in the order of their names.
+fn by_name<S: Serializer>(metrics: &[Measured], serializer: S) -> Result<S::Ok, S::Error> {
+    let values: BTreeMap<_, _> = metrics.iter().map(|line| (line.metric.name(), line.value)).collect();
+    values.serialize(serializer)
 }
 
 /// Runs the command.
@@ -134,7 +133,7 @@ fn run(arguments: &Verify) -> Result<u8, Failure> {
         verdicts.push(outcome.verdict);
         updated |= outcome.updated;
         if let Some(page) = &mut page {
-            page.add(page::scene(&outcome))?;
+            page.add(outcome)?;
         }
     }
     table.footer(&verdicts)?;
@@ -142,12 +141,9 @@ fn run(arguments: &Verify) -> Result<u8, Failure> {
         let title = format!("lookat verify {}", arguments.folder.display());
         page.write(file, &title, &repeated_command())?;
     }
-    Ok(match () {
-        () if verdicts.contains(&Verdict::Trouble) || verdicts.contains(&Verdict::Undecided) => {
-            crate::TROUBLE
-        }
-        () => u8::from(updated || verdicts.contains(&Verdict::Differs)),
-    })
+    let has = |verdict| verdicts.contains(&verdict);
+    let is_trouble = has(Verdict::Failed) || has(Verdict::Undecided);
+    Ok(if is_trouble { crate::TROUBLE } else { u8::from(updated || has(Verdict::Differs)) })
 }
 
 /// The files that the scenes read, as far as a result could replace them. Reads the texts of the scenes, no meshes and no pictures.

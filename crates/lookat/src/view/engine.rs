@@ -23,10 +23,9 @@ use crate::view::editor::Editor;
 use crate::view::engine::edits::Shown;
 use crate::view::engine::opened::Opened;
 use crate::view::engine::pictures::Pace;
-use crate::view::messages::{self, News, Request, SetFilm, SetView};
+use crate::view::messages::{News, Request, SetView};
 use crate::view::outbox::{Hub, Requests, Topic};
-use crate::view::reference::Gallery;
-use crate::view::reference::{Comparer, References};
+use crate::view::reference::{Comparer, Gallery, References};
 use crate::view::write::{History, Unsaved};
 
 /// The time between two looks at the files while there is nothing to do.
@@ -120,7 +119,7 @@ impl Engine {
             has_errors: false,
             errors_refused: None,
             references: Mutex::new(references),
-            comparer: Comparer::default(),
+            comparer: Comparer::new(),
         }
     }
 
@@ -141,9 +140,7 @@ impl Engine {
                 self.read();
             }
             // A picture comes before its layers.
-            let needs_film =
-                |request: &Request| matches!(request, Request::Query(query) if query.needs_film());
-            let (layers, requests): (Vec<_>, Vec<_>) = requests.into_iter().partition(needs_film);
+            let (layers, requests): (Vec<_>, Vec<_>) = requests.into_iter().partition(Request::needs_film);
             for request in requests {
                 self.answer(request);
             }
@@ -173,16 +170,23 @@ impl Engine {
 
     fn answer(&mut self, request: Request) {
         match request {
-            Request::Film(film) => self.set_film(film),
+            Request::Film { resolution, crop, samples_per_pixel } => {
+                self.set_film(resolution, crop, samples_per_pixel);
+            }
             Request::View(view) => self.set_view(view),
             Request::Change(change) => self.change(change),
-            Request::Edit(edit) => self.edit(edit),
-            Request::Errors(errors) => self.set_errors(errors),
-            Request::Query(query) => self.answer_query(query),
+            Request::Edit { by, action } => self.edit(by, action),
+            Request::Errors { is_on } => self.set_errors(is_on),
+            query => self.answer_query(query),
         }
     }
 
-    fn set_film(&mut self, SetFilm { resolution, crop, samples_per_pixel }: SetFilm) {
+    fn set_film(
+        &mut self,
+        resolution: Option<[f64; 2]>,
+        crop: Option<[f64; 4]>,
+        samples_per_pixel: Option<f64>,
+    ) {
         let before = (self.options.film, self.samples_per_pixel);
         let is_count =
             |value: f64, most: u32| value.fract() == 0.0 && (1.0..=f64::from(most)).contains(&value);
@@ -235,7 +239,7 @@ impl Engine {
     fn tell_scene(&self, film_refused: Option<&str>) {
         let opened = self.opened.as_ref();
         let messages = self.error.clone().or(opened.map(Opened::messages)).unwrap_or_default();
-        let scene = messages::Scene {
+        let scene = News::Scene {
             name: &self.path.display().to_string(),
             messages: &messages,
             has_errors: self.error.is_some(),
@@ -249,7 +253,7 @@ impl Engine {
             lights: opened.map_or(Vec::new(), |opened| opened.lights(self.reading)),
             has_editor: self.editor.is_some(),
         };
-        self.hub.tell(Topic::Scene, News::Scene(scene).message());
+        self.hub.tell(Topic::Scene, scene);
         self.tell_view(None);
     }
 
@@ -257,7 +261,7 @@ impl Engine {
         let Some(opened) = &self.opened else { return };
         let SetView { by, number, camera: set } = self.set;
         let camera = opened.values();
-        self.hub.tell(Topic::View, News::View(messages::View { by, number, set, camera, refused }).message());
+        self.hub.tell(Topic::View, News::View { by, number, set, camera, refused });
     }
 }
 

@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::source::DirectiveText;
 use crate::view::engine::Engine;
 use crate::view::engine::opened::{describe, kind_of};
-use crate::view::messages::{Action, At, Change, Changed, Edit, Edited, News, Open, Values};
+use crate::view::messages::{Action, At, Change, ChangedLines, News, Values};
 use crate::view::outbox::Topic;
 use crate::view::write::{FileChange, Unsaved, changes};
 use crate::writer::lock;
@@ -24,7 +24,7 @@ pub struct Shown {
 
 impl Engine {
     /// Opens a place in the editor.
-    pub fn open_editor(&self, Open { by, at }: Open) {
+    pub fn open_editor(&self, by: u32, at: At) {
         let opened = self
             .opened
             .as_ref()
@@ -37,12 +37,7 @@ impl Engine {
             _ => Err("the file has changed: point at the shape again".into()),
         };
         if let Err(reason) = done {
-            self.tell_edited(Edited {
-                by,
-                lines: Vec::new(),
-                is_written: false,
-                refused: Some(reason.into()),
-            });
+            self.tell_edited(by, Vec::new(), false, Some(reason.into()));
         }
     }
 
@@ -59,11 +54,11 @@ impl Engine {
         }
         shown.pages.insert(by);
         drop(shown);
-        self.tell_edited(Edited { by, lines, is_written: false, refused });
+        self.tell_edited(by, lines, false, refused);
     }
 
     /// Changes the files, or takes changes back.
-    pub fn edit(&mut self, Edit { by, action }: Edit) {
+    pub fn edit(&mut self, by: u32, action: Action) {
         // Whether files have been written.
         let done = match action {
             Action::Write => {
@@ -89,12 +84,7 @@ impl Engine {
         if done.is_ok() {
             self.read();
         }
-        self.tell_edited(Edited {
-            by,
-            lines: Vec::new(),
-            is_written: done == Ok(true),
-            refused: done.err().map(String::from),
-        });
+        self.tell_edited(by, Vec::new(), done == Ok(true), done.err().map(String::from));
     }
 
     /// The changes that a page was shown, if nothing has been changed since.
@@ -122,8 +112,8 @@ impl Engine {
         }
     }
 
-    fn tell_edited(&self, edited: Edited) {
-        self.hub.tell(Topic::Edited(edited.by), News::Edited(edited).message());
+    fn tell_edited(&self, by: u32, lines: Vec<ChangedLines>, is_written: bool, refused: Option<String>) {
+        self.hub.tell(Topic::Edited(by), News::Edited { by, lines, is_written, refused });
     }
 }
 
@@ -145,8 +135,8 @@ impl Engine {
         let sources = self.opened.as_ref().map(|opened| opened.sources());
         let current = places.iter().filter(|at| at.reading == self.reading);
         let directives = current.filter_map(|at| describe(sources?, at.span(), self.reading)).collect();
-        let changed = Changed { by: change.by, number: change.number, directives, refused };
-        self.hub.tell(Topic::Changed(change.by), News::Changed(changed).message());
+        let Change { by, number, .. } = change;
+        self.hub.tell(Topic::Changed(by), News::Changed { by, number, directives, refused });
     }
 
     /// Reads the scene with other values. Fails with the reason, and changes nothing.

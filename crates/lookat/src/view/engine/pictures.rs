@@ -12,10 +12,9 @@ use lookat_scene::{Film, PixelBounds, View};
 
 use crate::render::Metadata;
 use crate::view::engine::{Engine, Stage};
-use crate::view::messages::{About, Content, Looking, News, ReferenceFrom, SetErrors, SetReference, pixels};
+use crate::view::messages::{About, Content, News, ReferenceFrom, pixels};
 use crate::view::outbox::{Hub, Requests, Topic};
-use crate::view::reference::Gallery;
-use crate::view::reference::{References, over};
+use crate::view::reference::{Gallery, References, over};
 use crate::writer::lock;
 
 /// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
@@ -133,7 +132,7 @@ impl Engine {
     }
 
     /// Renders the picture again, with or without error layers.
-    pub fn set_errors(&mut self, SetErrors { is_on }: SetErrors) {
+    pub fn set_errors(&mut self, is_on: bool) {
         let samples = self.opened.as_ref().map_or(u32::MAX, |opened| opened.view.sampler.samples_per_pixel);
         let checked = if is_on { crate::render::check_error_layers(samples) } else { Ok(()) };
         let is_on = is_on && checked.is_ok();
@@ -150,7 +149,7 @@ impl Engine {
         lock(&self.references)
     }
 
-    pub fn set_reference(&self, SetReference { from }: SetReference) {
+    pub fn set_reference(&self, from: ReferenceFrom) {
         let mut references = self.references();
         match (from, self.gallery.newest()) {
             (ReferenceFrom::Nothing, _) => references.clear(),
@@ -202,7 +201,7 @@ impl Engine {
 
     pub fn tell_looking(&self) {
         let references = self.references();
-        let looking = Looking {
+        let looking = News::Looking {
             has_errors: self.has_errors,
             errors_refused: self.errors_refused.as_deref(),
             reference: references.current.as_ref().map(|reference| &*reference.name),
@@ -210,7 +209,7 @@ impl Engine {
             reference_refused: references.mismatch.as_deref().or(references.refused.as_deref()),
             file: references.file().map(|file| file.display().to_string()),
         };
-        self.hub.tell(Topic::Looking, News::Looking(looking).message());
+        self.hub.tell(Topic::Looking, looking);
     }
 
     /// Compares the finished picture with the reference.
@@ -220,7 +219,7 @@ impl Engine {
         let (Some(reference), Some(picture)) = (&references.current, self.gallery.finished()) else { return };
         let pictures = [("picture".into(), picture), (reference.name.clone(), reference.image.clone())];
         let hub = self.hub.clone();
-        let tell = move |compared| hub.tell(Topic::Compared, News::Compared(compared).message());
+        let tell = move |compared: News| hub.tell(Topic::Compared, compared);
         self.comparer.compare(self.generation, pictures, references.memory.clone(), tell);
     }
 }
