@@ -7,7 +7,8 @@ use lookat_scene::{LoadOptions, Loaded};
 
 use crate::Failure;
 use crate::args::Check;
-use crate::report::{self, SceneResult};
+use crate::report;
+use crate::scene_result::SceneResult;
 use crate::sight;
 use crate::source::load_scene;
 

@@ -18,6 +18,7 @@ mod output;
 mod readable;
 mod render;
 mod report;
+mod scene_result;
 mod sight;
 mod source;
 mod stability;

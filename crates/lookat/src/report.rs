@@ -10,9 +10,7 @@ use lookat_scene::syntax::{Diagnostic, Fix, Label, Severity, Span};
 use lookat_scene::{Loaded, Location, Sources};
 use serde::Serialize;
 
-use crate::inspect::Needs;
 use crate::readable::{is_active, stand_in, visible, visible_lines};
-use crate::render::JsonPicture;
 use crate::standard_error;
 
 /// The most diagnostics of a scene that are printed as text.
@@ -280,46 +278,6 @@ fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
     }
     places.push(text.len());
     (text, places)
-}
-
-/// The JSON of a scene, by `render`, `check` and `inspect`.
-#[derive(Default, Serialize)]
-pub struct SceneResult<'a> {
-    /// The scene file, as you named it.
-    pub scene: String,
-    /// Errors, warnings and notes in reading order, one for each problem.
-    pub diagnostics: Vec<JsonDiagnostic<'a>>,
-    /// `check --fast`: the number of references to mesh and picture files that were not read.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub unread: Option<usize>,
-    /// `inspect`, unless the scene has errors: what the scene needs and, in `view`, what the picture shows.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub needs: Option<Needs>,
-    /// `render`: the picture.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub picture: Option<JsonPicture>,
-    /// `render --turntable` and `--animate`: the finished pictures, in order, instead of `picture`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub frames: Vec<JsonPicture>,
-    /// `render`: why there is no picture, if the scene is not the reason; beside `picture`, why the picture is not in the place that you
-    /// named (status 2). A missing scene file (status 2) is in `diagnostics`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
-}
-
-impl<'a> SceneResult<'a> {
-    /// The diagnostics of a scene file alone.
-    pub fn new(scene: &Path, loaded: &'a Loaded) -> Self {
-        SceneResult {
-            diagnostics: json(&loaded.diagnostics, &loaded.sources),
-            ..SceneResult::without_scene(scene)
-        }
-    }
-
-    /// Nothing is known of the scene yet.
-    pub fn without_scene(scene: &Path) -> Self {
-        SceneResult { scene: scene.display().to_string(), ..SceneResult::default() }
-    }
 }
 
 /// A diagnostic as JSON.

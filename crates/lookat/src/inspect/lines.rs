@@ -3,7 +3,7 @@
 use lookat_image::byte_words;
 use lookat_render::{Elements, Surfaces};
 
-use crate::inspect::{AtSurface, Needs};
+use crate::inspect::needs::{AtSurface, Needs};
 use crate::readable::{count, grouped, plural};
 
 impl Needs {

@@ -12,17 +12,9 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::live::{Live, Watch};
 use crate::output::{Identity, check_inputs, marked};
-use crate::render::{load_options, render_scene};
+use crate::render::job::{Job, load_options, render_scene};
 use crate::source::{is_read_once, load_scene};
 use crate::usage::tip_for_render;
-
-/// One scene of the command.
-pub struct Job {
-    /// The arguments for this scene alone.
-    pub arguments: Render,
-    /// The files that the scenes of the command read, if there are several. No picture replaces them.
-    pub inputs: Rc<BTreeSet<PathBuf>>,
-}
 
 /// The scenes, each with its arguments. Fails if they do not fit together.
 pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {

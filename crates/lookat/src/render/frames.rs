@@ -1,75 +1,14 @@
 //! Cameras of the command line: `--turntable`, `--animate` and `--focus`.
 
-use std::path::PathBuf;
-
 use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtError, Projection, Scene, Transform, View};
 
 use crate::args::{Animation, FocusPlace, Parameter, Render};
-use crate::live::Live;
-use crate::output::{check_inputs, check_output, marked};
-use crate::render::{JsonPicture, charge_memory, picture, picture_file, settings};
-use crate::{Failure, interrupt, report, sight};
-
-/// Renders all pictures, and prepares the world once. Gives the pictures so far, and whether they are all there.
-pub fn render_frames(
-    arguments: &Render,
-    scene: &Scene,
-    loaded: &Loaded,
-    live: &Live,
-) -> (Vec<JsonPicture>, Result<bool, Failure>) {
-    let mut done = Vec::new();
-    let result = render_into(&mut done, arguments, scene, loaded, live);
-    (done, result)
-}
-
-fn render_into(
-    done: &mut Vec<JsonPicture>,
-    arguments: &Render,
-    scene: &Scene,
-    loaded: &Loaded,
-    live: &Live,
-) -> Result<bool, Failure> {
-    let cameras = cameras(arguments, scene, loaded)?;
-    let file = picture_file(arguments, loaded);
-    let digits = cameras.len().to_string().len().max(4);
-    let files: Vec<PathBuf> =
-        (1..=cameras.len()).map(|number| marked(&file, &format!("{number:0digits$}"))).collect();
-    let crop = scene.view.film.crop;
-    for file in &files {
-        check_output(file, [crop.width(), crop.height()])?;
-        check_inputs(file, &loaded.inputs)?;
-    }
-    drop(charge_memory(scene, &settings(arguments, &file), &loaded.memory)?);
-    let mut scene = scene.clone();
-    scene.view.camera = cameras[0];
-    let mut prepared = Prepared::new(&scene);
-    if !arguments.quiet && !arguments.report.json {
-        report::print_each(&sight::advise(loaded, &scene, &mut prepared), &loaded.sources);
-    }
-    for (camera, file) in cameras.into_iter().zip(files) {
-        if interrupt::flow().is_break() {
-            return Ok(false);
-        }
-        scene.view.camera = camera;
-        let arguments = Render { output: Some(file), ..arguments.clone() };
-        if let Some((picture, written)) =
-            picture(&arguments, &scene, loaded, Some(&mut prepared), live, &mut Vec::new())?
-        {
-            let is_complete = picture.complete;
-            done.push(picture);
-            written?;
-            if !is_complete {
-                return Ok(false);
-            }
-        }
-    }
-    Ok(true)
-}
+use crate::failure::Failure;
 
 /// The camera of each picture.
-fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, Failure> {
+pub fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, Failure> {
     let camera = scene.view.camera;
     match (arguments.frames.turntable, arguments.frames.animate) {
         (Some(count), _) => {

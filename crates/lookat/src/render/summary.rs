@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::light::JsonLight;
 use crate::readable::percent;
 use crate::render::fireflies::Fireflies;
+use crate::render::settings::target_error;
 use crate::report::{self, Place};
 
 #[derive(Serialize)]
@@ -134,7 +135,7 @@ impl Metadata {
 
     /// Adds the settings that determine the samples of each pixel.
     pub fn with_settings(self, settings: &Settings, complete: bool) -> Metadata {
-        let target = super::target_error(settings);
+        let target = target_error(settings);
         let adaptive = matches!(settings.stop, Stop::Adaptive | Stop::Time { adaptive: true, .. });
         let (relative, confidence) =
             (target.map(|target| target.relative), target.map(|target| target.confidence));

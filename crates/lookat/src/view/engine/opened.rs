@@ -10,7 +10,7 @@ use lookat_scene::{Camera, Loaded, Scene, Sources, View, kinds};
 use crate::args::{ViewOverride, way_out};
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
-use crate::render::charge_memory;
+use crate::render::settings::charge_memory;
 use crate::source::DirectiveText;
 use crate::view::camera::{FileCamera, camera_fixes, changed, placement, rounded, values};
 use crate::view::messages::{self, Described, Hit, Parameter, Place, TextValues, Values};

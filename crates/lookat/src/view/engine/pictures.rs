@@ -10,7 +10,8 @@ use lookat_image::{Image, Window, luminance};
 use lookat_render::{DARK, Progress, Settings, Stop};
 use lookat_scene::{Film, PixelBounds, View};
 
-use crate::render::Metadata;
+use crate::render::settings::check_error_layers;
+use crate::render::summary::Metadata;
 use crate::view::engine::{Engine, Stage};
 use crate::view::messages::{About, Content, News, ReferenceFrom, pixels};
 use crate::view::outbox::{Hub, Requests, Topic};
@@ -134,7 +135,7 @@ impl Engine {
     /// Renders the picture again, with or without error layers.
     pub fn set_errors(&mut self, is_on: bool) {
         let samples = self.opened.as_ref().map_or(u32::MAX, |opened| opened.view.sampler.samples_per_pixel);
-        let checked = if is_on { crate::render::check_error_layers(samples) } else { Ok(()) };
+        let checked = if is_on { check_error_layers(samples) } else { Ok(()) };
         let is_on = is_on && checked.is_ok();
         if is_on != self.has_errors && self.opened.is_some() {
             self.restart();
