@@ -96,7 +96,7 @@ fn all_members_are_explained() {
 }
 
 /// The sources in which the page's structs are: of the program and, for what `inspect` takes from it, of the renderer.
-const SOURCES: [&str; 11] = [
+const SOURCES: [&str; 12] = [
     "lookat/src/compare.rs",
     "lookat/src/explain.rs",
     "lookat/src/inspect/needs.rs",
@@ -108,6 +108,7 @@ const SOURCES: [&str; 11] = [
     "lookat/src/scene_result.rs",
     "lookat/src/verify.rs",
     "lookat-render/src/inspect.rs",
+    "lookat-render/src/render.rs",
 ];
 
 #[test]

@@ -344,7 +344,7 @@ fn limit(text: &str) -> Result<Limit, Failure> {
 }
 
 /// The reporting options for problems in scene files.
-#[derive(Debug, Clone, Copy, Args)]
+#[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Report {
     /// Treat warnings as errors
     #[arg(long)]

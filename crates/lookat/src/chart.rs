@@ -50,8 +50,7 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
         max_memory: arguments.memory.limit(),
         ..LoadOptions::default()
     };
-    let how = Report { strict: false, json: false };
-    let loaded = load_scene(&arguments.scene, &options, how);
+    let loaded = load_scene(&arguments.scene, &options, Report::default());
     let parse = started.elapsed().as_secs_f64();
     report::print(&loaded, false);
     let Some(scene) = loaded.scene else { return Ok(report::failure(&loaded)) };

@@ -6,11 +6,11 @@ use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use anstream::adapter::strip_str;
-use lookat_scene::syntax::{Diagnostic, Fix, Label, Severity, Span};
+use lookat_scene::syntax::{Diagnostic, Fix, Severity, Span};
 use lookat_scene::{Loaded, Location, Sources};
 use serde::Serialize;
 
-use crate::readable::{is_active, stand_in, visible, visible_lines};
+use crate::readable::{count, is_active, plural, stand_in, visible, visible_lines};
 use crate::standard_error;
 
 /// The most diagnostics of a scene that are printed as text.
@@ -71,8 +71,8 @@ fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer)
         let _ = writeln!(out, "{}\n", render(diagnostic, &loaded.sources, renderer));
     }
     if hidden > 0 {
-        let noun = if hidden == 1 { "message" } else { "messages" };
-        let _ = writeln!(out, "... and {hidden} more {noun}; lookat check --json prints all\n");
+        let more = plural(hidden, "more message", "more messages");
+        let _ = writeln!(out, "... and {more}; lookat check --json prints all\n");
     }
     let summary = summary(&loaded.diagnostics, quiet);
     if !summary.is_empty() {
@@ -83,12 +83,8 @@ fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer)
 /// The number of diagnostics, such as "2 errors, 1 warning, 3 notes".
 fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
     let count = |severity, noun: &str| {
-        let alike = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity);
-        match alike.count() {
-            0 => None,
-            1 => Some(format!("1 {noun}")),
-            number => Some(format!("{number} {noun}s")),
-        }
+        let alike = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity).count();
+        (alike > 0).then(|| count(alike as u64, noun))
     };
     let errors = count(Severity::Error, "error");
     let others = [(Severity::Warning, "warning"), (Severity::Note, "note")];
@@ -124,8 +120,8 @@ fn other_places(places: &[Span], sources: &Sources) -> Option<String> {
         0 => String::new(),
         left => format!(", and {left} more"),
     };
-    let noun = if places.len() == 1 { "place" } else { "places" };
-    (!places.is_empty()).then(|| format!("also at {} other {noun}: {listed}{left}", places.len()))
+    let others = count(places.len() as u64, "other place");
+    (!places.is_empty()).then(|| format!("also at {others}: {listed}{left}"))
 }
 
 /// One diagnostic with its source lines, in the styles of the renderer. Control characters in foreign text become
@@ -344,7 +340,6 @@ impl Place {
 /// The diagnostics of a scene as JSON.
 pub fn json<'a>(diagnostics: &'a [Diagnostic], sources: &Sources) -> Vec<JsonDiagnostic<'a>> {
     let place = |span: Span| JsonPlace { at: Place::new(span, sources), start: span.start, end: span.end };
-    let label = |label: &'_ Label| -> JsonPlace { place(label.span) };
     diagnostics
         .iter()
         .map(|diagnostic| JsonDiagnostic {
@@ -354,7 +349,11 @@ pub fn json<'a>(diagnostics: &'a [Diagnostic], sources: &Sources) -> Vec<JsonDia
                 Severity::Note => "note",
             },
             message: &diagnostic.message,
-            labels: diagnostic.labels.iter().map(|l| JsonLabel { place: label(l), text: &l.text }).collect(),
+            labels: diagnostic
+                .labels
+                .iter()
+                .map(|it| JsonLabel { place: place(it.span), text: &it.text })
+                .collect(),
             places: diagnostic.places.iter().map(|span| place(*span)).collect(),
             help: diagnostic.help.as_deref(),
             fix: diagnostic

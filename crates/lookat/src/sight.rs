@@ -4,6 +4,8 @@ mod lights;
 mod placement;
 mod window;
 
+use std::array::from_fn;
+
 use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
 use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, FileId, ParamType, Span, statement_at};
@@ -136,10 +138,6 @@ impl Sight<'_> {
         self.look_at.map(|(span, _)| span).or(*camera).or(*world_begin).unwrap_or(self.start)
     }
 
-    fn lens_place(&self) -> Span {
-        self.places.focal_distance.or(self.places.lens_radius).unwrap_or_else(|| self.camera_place())
-    }
-
     /// The extent of the shorter side of the picture at a depth. `None` if the picture shows all directions.
     fn extent_at(&self, depth: f64) -> Option<f64> {
         let camera = &self.scene.view.camera;
@@ -163,8 +161,7 @@ impl Sight<'_> {
 
     /// The box around all shapes that are no lights.
     fn bounds(&self) -> Option<[DVec3; 2]> {
-        let dark = self.facts.shapes.iter().filter(|shape| !shape.is_emitter).map(|shape| shape.bounds);
-        dark.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+        union(self.facts.shapes.iter().filter(|shape| !shape.is_emitter).map(|shape| shape.bounds))
     }
 
     /// Its largest side.
@@ -188,8 +185,9 @@ impl Sight<'_> {
         name: &str,
         words: &[String],
     ) -> Diagnostic {
-        let edits = DirectiveText::at(self.sources, place).map(|text| text.set(ty, name, words));
-        match edits.and_then(|edits| edits.into_iter().next()) {
+        let edits =
+            DirectiveText::at(self.sources, place).map_or(Vec::new(), |text| text.set(ty, name, words));
+        match edits.into_iter().next() {
             Some(edit) => warning.fix(edit.span, edit.replacement),
             None => warning,
         }
@@ -220,16 +218,22 @@ impl Sight<'_> {
         film.crop.area() == u64::from(film.resolution[0]) * u64::from(film.resolution[1])
     }
 
-    /// The distance of a light from the middle of all shapes that are no lights. `None` of lights that are everywhere.
-    fn light_distance(&self, light: &LightFacts) -> Option<f64> {
-        let [low, high] = self.bounds()?;
-        Some(light.position?.distance((low + high) * 0.5))
-    }
-
     /// A point in camera space.
     fn in_camera(&self, p: DVec3) -> DVec3 {
         self.scene.view.camera.world_from_camera.inverse().point(p)
     }
+}
+
+/// The box around boxes. `None` around nothing.
+fn union(boxes: impl Iterator<Item = [DVec3; 2]>) -> Option<[DVec3; 2]> {
+    boxes.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+}
+
+/// The corners of a box.
+fn corners([low, high]: [DVec3; 2]) -> [DVec3; 8] {
+    from_fn(|corner| {
+        DVec3::from(from_fn(|axis| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] }))
+    })
 }
 
 /// A number with four digits.

@@ -153,7 +153,7 @@ fn inputs(arguments: &Verify, scenes: &[PathBuf]) -> BTreeSet<PathBuf> {
     }
     let options = LoadOptions { fast: true, max_memory: arguments.memory.limit(), ..LoadOptions::default() };
     let readable = scenes.iter().filter(|scene| why_unreadable(scene).is_none());
-    let loaded = readable.map(|scene| load_scene(scene, &options, Report { strict: false, json: false }));
+    let loaded = readable.map(|scene| load_scene(scene, &options, Report::default()));
     loaded.flat_map(|loaded| loaded.inputs).collect()
 }
 

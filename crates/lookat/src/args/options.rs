@@ -138,32 +138,28 @@ impl ViewOverride {
     /// Fails if the loaded camera cannot use one of the options.
     pub fn check_use(&self, scene: &Scene) -> Result<(), Failure> {
         let camera = &scene.view.camera;
-        let kind = match camera.projection {
-            Projection::Perspective { .. } => "a perspective",
-            Projection::Orthographic { .. } => "an orthographic",
-            Projection::Environment => "an environment",
-        };
+        let is_environment = camera.projection == Projection::Environment;
         let given = [
             ("--lens-radius", self.lens_radius.is_some()),
             ("--focal-distance", self.focal_distance.is_some()),
             ("--screen-window", self.screen_window.is_some()),
         ];
-        let idle =
-            given.iter().find(|(_, is_given)| *is_given && camera.projection == Projection::Environment);
-        let refused = match (self.fov, camera.projection, idle) {
-            (Some(_), Projection::Orthographic { .. }, _) => {
-                format!("--fov has no effect on {kind} camera; to see more or less, use --screen-window")
-            }
-            (Some(_), Projection::Environment, _) => {
-                format!("--fov has no effect on {kind} camera, which sees all directions; remove it")
-            }
-            (_, _, Some((option, _))) => format!("{option} has no effect on {kind} camera; remove it"),
-            _ if self.focal_distance.is_some() && camera.lens.is_none() => {
-                "--focal-distance has no effect on a pinhole, which is sharp at all distances; add --lens-radius".into()
-            }
-            _ => return Ok(()),
-        };
-        Err(refused.into())
+        let idle = given.iter().find(|(_, is_given)| *is_given && is_environment);
+        if self.fov.is_some() && matches!(camera.projection, Projection::Orthographic { .. }) {
+            bail!("--fov has no effect on an orthographic camera; to see more or less, use --screen-window");
+        }
+        if self.fov.is_some() && is_environment {
+            bail!("--fov has no effect on an environment camera, which sees all directions; remove it");
+        }
+        if let Some((option, _)) = idle {
+            bail!("{option} has no effect on an environment camera; remove it");
+        }
+        if self.focal_distance.is_some() && camera.lens.is_none() {
+            bail!(
+                "--focal-distance has no effect on a pinhole, which is sharp at all distances; add --lens-radius"
+            );
+        }
+        Ok(())
     }
 }
 

@@ -67,7 +67,7 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
 /// The picture file of a scene among several. Adds what the scene reads. Reads the text of the scene, no meshes and no pictures.
 fn picture_of(arguments: &Render, scene: &Path, inputs: &mut BTreeSet<PathBuf>) -> PathBuf {
     let options = LoadOptions { fast: true, ..load_options(arguments) };
-    let loaded = load_scene(scene, &options, Report { strict: false, json: false });
+    let loaded = load_scene(scene, &options, Report::default());
     inputs.extend(loaded.inputs);
     let output = loaded.output;
     let output = if arguments.quick { marked(&output, "quick") } else { output };

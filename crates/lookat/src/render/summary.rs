@@ -62,14 +62,8 @@ pub struct JsonTarget {
     error: f64,
     /// The requested confidence.
     confidence: f64,
-    /// Pixels within the error.
-    within: u64,
-    /// Pixels with the most samples.
-    at_cap: u64,
-    /// Pixels without enough time.
-    out_of_time: u64,
-    /// Pixels with fireflies.
-    outliers: u64,
+    #[serde(flatten)]
+    reached: Reached,
 }
 
 /// The metadata of a picture. It must be the same for each run.
@@ -285,14 +279,13 @@ fn samples(picture: &JsonPicture) -> String {
 
 impl JsonTarget {
     pub fn new(target: TargetError, reached: Reached) -> JsonTarget {
-        let Reached { within, at_cap, out_of_time, outliers } = reached;
-        let TargetError { relative: error, confidence } = target;
-        JsonTarget { error, confidence, within, at_cap, out_of_time, outliers }
+        JsonTarget { error: target.relative, confidence: target.confidence, reached }
     }
 
     /// Prints the number of pixels that reached the target, and the limits of this claim.
     fn summarize(&self, picture: &JsonPicture) {
-        let all = (self.within + self.at_cap + self.out_of_time) as f64;
+        let Reached { within, at_cap, out_of_time, outliers } = self.reached;
+        let all = (within + at_cap + out_of_time) as f64;
         let pixels = |count: u64| {
             let share = percent(count as f64 / all, 2);
             format!("{count} {} ({share})", if count == 1 { "pixel" } else { "pixels" })
@@ -300,24 +293,24 @@ impl JsonTarget {
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         say!(
             "{} within {error} % of the true brightness, per pixel at {confidence} % confidence, except light no sample hit",
-            pixels(self.within)
+            pixels(within)
         );
-        if self.at_cap > 0 {
+        if at_cap > 0 {
             let most = picture.most_samples;
-            say!("{} above the target error after {most} samples", pixels(self.at_cap));
-            if self.at_cap as f64 > 0.1 * all {
+            say!("{} above the target error after {most} samples", pixels(at_cap));
+            if at_cap as f64 > 0.1 * all {
                 say!(
                     "with so many pixels above the target error, others may be below it by chance: increase --spp or --target-error"
                 );
             }
         }
-        if self.out_of_time > 0 {
-            say!("{} above the target error at the end", pixels(self.out_of_time));
+        if out_of_time > 0 {
+            say!("{} above the target error at the end", pixels(out_of_time));
         }
-        if self.outliers > 0 {
+        if outliers > 0 {
             say!(
                 "{} with a firefly, a sample over 20 times as bright as the pixels around it: neighboring pixels may miss this light; to limit fireflies, set maxsampleluminance of Film",
-                pixels(self.outliers)
+                pixels(outliers)
             );
         }
     }

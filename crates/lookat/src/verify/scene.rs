@@ -81,7 +81,7 @@ fn fill(
     images: &mut Images,
 ) -> Result<(), Failure> {
     let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
-    let mut loaded = load_scene(file, &options, Report { strict: false, json: false });
+    let mut loaded = load_scene(file, &options, Report::default());
     replace_samples(&mut loaded, arguments.spp);
     report::print(&loaded, false);
     outcome.messages = report::text(&loaded);

@@ -162,7 +162,9 @@ impl Engine {
         let rest = match self.stage {
             Stage::New => return Duration::ZERO,
             Stage::Finished => return IDLE,
-            Stage::Small if self.opened.as_ref().is_some_and(Opened::is_near) => REST,
+            Stage::Small if self.opened.as_ref().is_some_and(|it| it.prepared.is_near(&it.view.camera)) => {
+                REST
+            }
             Stage::Small => LONG_REST,
         };
         rest.saturating_sub(self.small_at.elapsed())
@@ -238,17 +240,17 @@ impl Engine {
     /// Tells what the file has, and why the film is not the one that was asked for.
     fn tell_scene(&self, film_refused: Option<&str>) {
         let opened = self.opened.as_ref();
-        let messages = self.error.clone().or(opened.map(Opened::messages)).unwrap_or_default();
+        let messages = self.error.as_ref().or(opened.map(|opened| &opened.messages));
         let scene = News::Scene {
             name: &self.path.display().to_string(),
-            messages: &messages,
+            messages: messages.map_or("", String::as_str),
             has_errors: self.error.is_some(),
             film: opened.map(Opened::film),
             film_refused,
             camera: opened.map(Opened::own),
-            can_undo: self.unsaved.can_undo() || self.history.can_undo(),
-            can_redo: self.unsaved.can_redo() || self.history.can_redo(),
-            has_unsaved: !self.unsaved.is_empty(),
+            can_undo: !self.unsaved.done.is_empty() || !self.history.done.is_empty(),
+            can_redo: !self.unsaved.undone.is_empty() || !self.history.undone.is_empty(),
+            has_unsaved: !self.unsaved.files.is_empty(),
             has_lost: self.has_lost,
             lights: opened.map_or(Vec::new(), |opened| opened.lights(self.reading)),
             has_editor: self.editor.is_some(),
@@ -301,7 +303,6 @@ impl Engine {
 
     pub fn load_once(&mut self) -> Loaded {
         self.watch.restart();
-        let plain = Report { strict: false, json: false };
         let Engine { path, options, watch, unsaved, cache, .. } = self;
         let instead = |file: &Path| {
             watch.note(file);
@@ -309,7 +310,7 @@ impl Engine {
         };
         // The stamp of a file says nothing about a text that is not written.
         let stamp = |file: &Path| unsaved.text(file).is_none().then(|| watch.stamp(file)).flatten();
-        let mut loaded = load_watched(path, options, plain, &instead, Some((cache, &stamp)));
+        let mut loaded = load_watched(path, options, Report::default(), &instead, Some((cache, &stamp)));
         replace_samples(&mut loaded, self.samples_per_pixel);
         loaded
     }
@@ -317,7 +318,7 @@ impl Engine {
     /// Takes a file without errors over. Fails if there is not enough memory.
     pub fn open(&mut self, loaded: Loaded) -> Result<(), Failure> {
         let beside = beside(&self.path).find(|picture| !is_among(picture, &loaded.inputs));
-        self.references().offer(beside);
+        self.references().beside = beside;
         let film = self.film_windows();
         let opened = Opened::new(loaded, &mut self.opened);
         let mut opened = opened.map_err(|reason| format!("error: {reason}\n"))?;

@@ -72,14 +72,14 @@ pub struct References {
     /// The one that the command names.
     named: Option<PathBuf>,
     /// The one beside the scene, which can be read and is not read for it.
-    beside: Option<PathBuf>,
+    pub beside: Option<PathBuf>,
     pub current: Option<Reference>,
     /// Why there is none, or why it is not the newest one.
     pub refused: Option<String>,
     /// Whether the pages have its pixels, and why they do not fit.
     pub is_shown: bool,
     pub mismatch: Option<String>,
-    watch: Watch,
+    pub watch: Watch,
     pub memory: MemoryBudget,
 }
 
@@ -88,11 +88,6 @@ impl References {
         let watch = Watch::default();
         let (is_shown, mismatch) = (false, None);
         References { named, beside: None, current: None, refused: None, is_shown, mismatch, watch, memory }
-    }
-
-    /// Takes the file beside the scene.
-    pub fn offer(&mut self, beside: Option<PathBuf>) {
-        self.beside = beside;
     }
 
     /// The file that can be the reference.
@@ -126,11 +121,6 @@ impl References {
     pub fn clear(&mut self) {
         self.watch.restart();
         (self.current, self.refused) = (None, None);
-    }
-
-    /// Whether the file of the reference has changed since it was read.
-    pub fn has_changed(&self) -> bool {
-        self.watch.has_changed()
     }
 }
 

@@ -9,8 +9,8 @@ use std::thread::Builder;
 use std::time::Duration;
 
 use lookat_image::io_reason;
-use tungstenite::handshake::server::create_response;
-use tungstenite::http::{Method, Request, StatusCode};
+use tungstenite::handshake::server::{Request, create_response};
+use tungstenite::http::StatusCode;
 
 use crate::failure::Failure;
 use crate::view::http::{Timed, answer, header, read_head, refuse, talk, upgrade};
@@ -158,7 +158,7 @@ impl Server {
     }
 
     /// The name that a request asks for, after the token. Fails with the status of the answer.
-    fn name<'r>(&self, request: &'r Request<()>) -> Result<&'r str, StatusCode> {
+    fn name<'r>(&self, request: &'r Request) -> Result<&'r str, StatusCode> {
         let host = header(request, "host").filter(|host| *host == self.host || *host == self.local);
         let host = host.ok_or(StatusCode::FORBIDDEN)?;
         let path = request.uri().path_and_query().map_or("", |path| path.as_str());
@@ -170,9 +170,6 @@ impl Server {
         }
         if !is_same(token, &self.token) {
             return Err(StatusCode::NOT_FOUND);
-        }
-        if request.method() != Method::GET {
-            return Err(StatusCode::METHOD_NOT_ALLOWED);
         }
         Ok(name)
     }

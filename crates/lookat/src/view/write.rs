@@ -91,8 +91,8 @@ impl FileChange {
 /// Changes of the files so far.
 #[derive(Default)]
 pub struct History {
-    done: Vec<Vec<FileChange>>,
-    undone: Vec<Vec<FileChange>>,
+    pub done: Vec<Vec<FileChange>>,
+    pub undone: Vec<Vec<FileChange>>,
 }
 
 impl History {
@@ -116,14 +116,6 @@ impl History {
         put(self.undone.last().ok_or("there is nothing to redo")?, &change_file)?;
         self.done.extend(self.undone.pop());
         Ok(())
-    }
-
-    pub fn can_undo(&self) -> bool {
-        !self.done.is_empty()
-    }
-
-    pub fn can_redo(&self) -> bool {
-        !self.undone.is_empty()
     }
 }
 
@@ -187,13 +179,24 @@ fn changed_meanwhile(path: &Path) -> String {
     format!("{} has changed meanwhile", path.display())
 }
 
+/// Exchanges the texts for the last ones of a list, and keeps them in another list. False if there are none.
+fn step(
+    files: &mut Vec<FileChange>,
+    from: &mut Vec<(String, Vec<FileChange>)>,
+    to: &mut Vec<(String, Vec<FileChange>)>,
+) -> bool {
+    let Some((what, others)) = from.pop() else { return false };
+    to.push((what, std::mem::replace(files, others)));
+    true
+}
+
 /// The files on disk and their texts for the scene, with the states before and after.
 #[derive(Default, Clone)]
 pub struct Unsaved {
-    files: Vec<FileChange>,
+    pub files: Vec<FileChange>,
     /// The earlier states, and what was changed then.
-    done: Vec<(String, Vec<FileChange>)>,
-    undone: Vec<(String, Vec<FileChange>)>,
+    pub done: Vec<(String, Vec<FileChange>)>,
+    pub undone: Vec<(String, Vec<FileChange>)>,
 }
 
 impl Unsaved {
@@ -227,27 +230,11 @@ impl Unsaved {
 
     /// Returns to the state before the last change. False if there is none.
     pub fn undo(&mut self) -> bool {
-        let Some((what, before)) = self.done.pop() else { return false };
-        self.undone.push((what, std::mem::replace(&mut self.files, before)));
-        true
+        step(&mut self.files, &mut self.done, &mut self.undone)
     }
 
     pub fn redo(&mut self) -> bool {
-        let Some((what, after)) = self.undone.pop() else { return false };
-        self.done.push((what, std::mem::replace(&mut self.files, after)));
-        true
-    }
-
-    pub fn can_undo(&self) -> bool {
-        !self.done.is_empty()
-    }
-
-    pub fn can_redo(&self) -> bool {
-        !self.undone.is_empty()
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.files.is_empty()
+        step(&mut self.files, &mut self.undone, &mut self.done)
     }
 
     /// Forgets the changes of files that are no longer as they were, and the way to them. True if there were some that have not
@@ -305,7 +292,7 @@ mod tests {
         history.undo().unwrap();
         history.undo().unwrap();
         assert_eq!(texts(), ["1", "2"]);
-        assert!(!history.can_undo() && history.can_redo());
+        assert!(history.done.is_empty() && !history.undone.is_empty());
         history.redo().unwrap();
         assert_eq!(texts(), ["3", "4"]);
         // Another program changes one of the files.
@@ -317,7 +304,7 @@ mod tests {
         assert!(history.undo().is_err());
         // A new change forgets the ones that were undone.
         history.write(vec![change(&a, "3", "6")]).unwrap();
-        assert!(!history.can_redo());
+        assert!(history.undone.is_empty());
     }
 
     /// Another program saves the second file, and then maybe the first one, while both are written.

@@ -25,13 +25,12 @@ pub struct Shown {
 impl Engine {
     /// Opens a place in the editor.
     pub fn open_editor(&self, by: u32, at: At) {
-        let opened = self
-            .opened
-            .as_ref()
-            .filter(|opened| at.reading == self.reading && (at.file as usize) < opened.sources().files.len());
+        let opened = self.opened.as_ref().filter(|opened| {
+            at.reading == self.reading && (at.file as usize) < opened.loaded.sources.files.len()
+        });
         let done = match (&self.editor, opened) {
             (Some(editor), Some(opened)) => {
-                let Location { path, line, column } = opened.sources().location(at.span());
+                let Location { path, line, column } = opened.loaded.sources.location(at.span());
                 editor.open(path, line, column)
             }
             _ => Err("the file has changed: point at the shape again".into()),
@@ -132,7 +131,7 @@ impl Engine {
             Ok(fixes) => places = places.into_iter().map(|at| moved(at, &fixes, self.reading)).collect(),
             Err(reason) => refused = Some(reason.into()),
         }
-        let sources = self.opened.as_ref().map(|opened| opened.sources());
+        let sources = self.opened.as_ref().map(|opened| &opened.loaded.sources);
         let current = places.iter().filter(|at| at.reading == self.reading);
         let directives = current.filter_map(|at| describe(sources?, at.span(), self.reading)).collect();
         let Change { by, number, .. } = change;
@@ -142,7 +141,7 @@ impl Engine {
     /// Reads the scene with other values. Fails with the reason, and changes nothing.
     fn try_change(&mut self, change: &Change) -> Result<Vec<Fix>, Failure> {
         let opened = self.opened.as_ref().filter(|_| change.at.reading == self.reading);
-        let sources = opened.ok_or("the file has changed: point at the shape again")?.sources();
+        let sources = &opened.ok_or("the file has changed: point at the shape again")?.loaded.sources;
         let fixes = fixes(sources, change)?;
         let before = self.unsaved.clone();
         self.unsaved.add(

@@ -166,7 +166,7 @@ impl Engine {
 
     /// Reads the file of the reference again, if it has changed.
     pub fn follow_reference(&self) {
-        if self.references().has_changed() {
+        if self.references().watch.has_changed() {
             self.references().read();
             self.show_reference();
         }
