@@ -192,9 +192,9 @@ pub fn check_memory(window: Window, bytes: u64, memory: &MemoryBudget) -> Result
 
 /// Measured bytes for each compared pixel: both pictures, and the working copies of FLIP and SSIM.
 const PIXEL_BYTES: u64 = 80;
-/// The same for the tests of [`agreement`](lookat_image::agreement), which need error layers.
+/// Measured bytes for each compared pixel, for the tests of [`agreement`](lookat_image::agreement), which need error layers.
 const AGREEMENT_BYTES: u64 = 160;
-/// The same for a figure with both pictures and their difference.
+/// Measured bytes for each compared pixel, for a figure with both pictures and their difference.
 const DRAWING_BYTES: u64 = 40;
 
 /// The bytes for each pixel of a pair, without a drawing.

@@ -50,7 +50,7 @@ impl Failure {
         Failure::File { doing: "write", path: path.into(), reason: reason.into() }
     }
 
-    /// The same, as the system tells it.
+    /// A file or folder on which the system refuses an operation, such as "write".
     pub fn io(doing: &'static str, path: &Path, error: &io::Error) -> Failure {
         Failure::File { doing, path: path.into(), reason: io_reason(error) }
     }

@@ -69,7 +69,7 @@ pub fn advise(loaded: &Loaded, scene: &Scene, prepared: &mut Prepared) -> Vec<Di
     })
 }
 
-/// The same from facts about views.
+/// Warnings, from a function that finds the facts about a view.
 pub fn advise_by(
     loaded: &Loaded,
     scene: &Scene,
@@ -164,7 +164,7 @@ impl Sight<'_> {
         union(self.facts.shapes.iter().filter(|shape| !shape.is_emitter).map(|shape| shape.bounds))
     }
 
-    /// Its largest side.
+    /// The largest side of the box around all shapes that are no lights.
     fn world_size(&self) -> f64 {
         self.bounds().map_or(0.0, |[low, high]| (high - low).max_element())
     }

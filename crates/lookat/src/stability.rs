@@ -11,6 +11,7 @@ use lookat_scene::syntax::nearest;
 use crate::args::Stability;
 use crate::failure::Failure;
 use crate::output::{Destination, check_folder, make_folder};
+use crate::readable::digits;
 
 /// Runs the command.
 pub fn stability(arguments: &Stability) -> ExitCode {
@@ -119,14 +120,7 @@ fn as_text(found: &Found) -> String {
     text + "\n"
 }
 
-/// A number with two or three digits.
+/// A number with three digits.
 fn short(x: f64) -> String {
-    match x {
-        0.0 => "0".into(),
-        0.01..1000.0 | -1000.0..-0.01 => {
-            let text = format!("{x:.3}");
-            text.trim_end_matches('0').trim_end_matches('.').into()
-        }
-        _ => format!("{x:.1e}"),
-    }
+    digits(x, 3)
 }

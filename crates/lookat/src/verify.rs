@@ -87,7 +87,7 @@ pub struct Outcome {
     pub seconds: Option<f64>,
     /// The messages of the scene file, as in `check`.
     pub diagnostics: Value,
-    /// The same as text. Empty without messages.
+    /// The messages of the scene file as text. Empty without messages.
     #[serde(skip)]
     pub messages: String,
     /// The mean value of the reference. `None` if there are not two pictures of one size.

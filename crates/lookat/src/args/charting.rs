@@ -53,11 +53,11 @@ pub struct Chart {
 /// The result of another renderer, from `--point`.
 #[derive(Debug, Clone)]
 pub struct Other {
-    /// Its name.
+    /// The name of the renderer.
     pub name: String,
     /// The wall time in seconds.
     pub seconds: f64,
-    /// Its picture.
+    /// The file of its picture.
     pub image: PathBuf,
 }
 

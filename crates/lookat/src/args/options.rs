@@ -3,7 +3,6 @@
 use clap::Args;
 use lookat_image::{Image, MemoryBudget, OutOfMemory, ToneCurve, ToneMapping};
 use lookat_scene::{Projection, Scene};
-use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
 
@@ -107,9 +106,8 @@ fn curve(text: &str) -> Result<ToneCurve, Failure> {
     super::named(found, "tone curves", ToneCurve::ALL.map(|(name, _)| name))
 }
 
-/// What to use instead of the camera of the scene: options, and what a page sets.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Args, Serialize, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
+/// The options that replace the camera of the scene.
+#[derive(Debug, Clone, Copy, Default, Args)]
 pub struct ViewOverride {
     /// Eye, target and up vector, instead of the camera transformation
     #[arg(long = "lookat", value_name = "EX EY EZ LX LY LZ UX UY UZ", allow_hyphen_values = true, value_parser = checked(|text| numbers(text, "0 1 -5  0 1 0  0 1 0"), |view, points| view.look_at = Some(points)))]
@@ -129,7 +127,7 @@ pub struct ViewOverride {
 }
 
 impl ViewOverride {
-    /// The same for loading a scene.
+    /// These options, as the loading of a scene takes them.
     pub fn options(&self) -> lookat_scene::ViewOverride {
         let ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window } = *self;
         lookat_scene::ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window }

@@ -6,7 +6,7 @@ use lookat_render::{
     Choice, Elements, Inspection, SampleDimensions, Settings, Surfaces, film_bytes, preparation_bytes,
 };
 use lookat_scene::syntax::number_bytes;
-use lookat_scene::{FilterKind, Integrator, LightChoice, Loaded, Projection, Scene};
+use lookat_scene::{FilterKind, Integrator, Lens, LightChoice, Loaded, Scene};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -49,8 +49,6 @@ pub struct Needs {
     /// Unused features, in words.
     #[serde(rename = "not_paid_for")]
     pub unused: Vec<&'static str>,
-    #[serde(skip)]
-    pub choice_in_words: &'static str,
 }
 
 #[derive(Serialize)]
@@ -77,12 +75,6 @@ pub struct Camera {
     pub has_lens: bool,
     /// The `radius` and `focal_distance` of the lens, or null.
     pub lens: Option<Lens>,
-}
-
-#[derive(Serialize)]
-pub struct Lens {
-    pub radius: f64,
-    pub focal_distance: f64,
 }
 
 #[derive(Serialize)]
@@ -156,7 +148,6 @@ impl Needs {
             from: surfaces.start,
             to: surfaces.end,
         };
-        let [light_choice, choice_in_words] = light_choice(it.choice);
         Ok(Needs {
             film: Film {
                 resolution: film.resolution,
@@ -166,13 +157,7 @@ impl Needs {
                 filter: filter_name(scene),
                 shares_samples: it.shares_samples,
             },
-            camera: Camera {
-                projection: projection_name(scene),
-                has_lens: it.has_lens,
-                lens: camera
-                    .lens
-                    .map(|lens| Lens { radius: lens.radius, focal_distance: lens.focal_distance }),
-            },
+            camera: Camera { projection: camera.projection.name(), has_lens: it.has_lens, lens: camera.lens },
             integrator: Named { name: integrator_name(scene), depth: it.depth },
             numbers: Numbers {
                 film: 2,
@@ -198,8 +183,7 @@ impl Needs {
             surfaces: it.surfaces,
             lights: it.lights,
             constant_skies: it.constant_skies,
-            light_choice,
-            choice_in_words,
+            light_choice: light_choice(it.choice),
             view,
             simd: lookat_render::simd(),
             unused,
@@ -251,15 +235,6 @@ fn filter_name(scene: &Scene) -> &'static str {
     }
 }
 
-/// The type of the camera in a scene file.
-pub fn projection_name(scene: &Scene) -> &'static str {
-    match scene.view.camera.projection {
-        Projection::Perspective { .. } => "perspective",
-        Projection::Orthographic { .. } => "orthographic",
-        Projection::Environment => "environment",
-    }
-}
-
 fn integrator_name(scene: &Scene) -> &'static str {
     match scene.view.integrator {
         Integrator::DirectLighting { .. } => "directlighting",
@@ -268,18 +243,14 @@ fn integrator_name(scene: &Scene) -> &'static str {
     }
 }
 
-/// How lights are chosen: a name, and words that end a list of lights.
-fn light_choice(choice: Choice) -> [&'static str; 2] {
+/// The name of how lights are chosen.
+fn light_choice(choice: Choice) -> &'static str {
     match choice {
-        Choice::Unused => ["unused", ""],
-        Choice::Nothing => ["none", ""],
-        Choice::All => ["all", "; all are sampled at each surface"],
-        Choice::One(LightChoice::Uniform) => {
-            ["uniform", "; one is chosen at each surface, with equal probabilities"]
-        }
-        Choice::One(LightChoice::Power) => ["power", "; one is chosen at each surface, by power"],
-        Choice::One(LightChoice::Spatial) => {
-            ["spatial", "; one is chosen at each surface, by the light it sends there"]
-        }
+        Choice::Unused => "unused",
+        Choice::Nothing => "none",
+        Choice::All => "all",
+        Choice::One(LightChoice::Uniform) => "uniform",
+        Choice::One(LightChoice::Power) => "power",
+        Choice::One(LightChoice::Spatial) => "spatial",
     }
 }

@@ -113,7 +113,7 @@ impl JsonCamera {
 }
 
 impl Metadata {
-    /// Of a complete picture.
+    /// The metadata of a complete picture.
     pub fn new(scene: &Path, camera: &Camera, seed: u64, samples_per_pixel: f64) -> Metadata {
         Metadata {
             program: "lookat",

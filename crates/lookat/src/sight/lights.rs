@@ -73,7 +73,7 @@ struct LookAt {
     end: u32,
 }
 
-/// Those of each file, once they have been asked for.
+/// The `LookAt`s of the world of each file, once they have been asked for.
 type LookAts = HashMap<FileId, Vec<LookAt>>;
 
 /// The only `LookAt` that moves what a directive makes.

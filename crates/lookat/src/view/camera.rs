@@ -4,10 +4,9 @@ use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::syntax::{Fix, ParamType, Span, value_span};
 use lookat_scene::{
-    Camera, CameraPlacement, Lens, Loaded, Projection, Scene, ScreenWindow, Sources, Transform,
+    Camera, CameraPlacement, Lens, Loaded, Projection, Scene, ScreenWindow, Sources, Transform, ViewOverride,
 };
 
-use crate::args::ViewOverride;
 use crate::failure::Failure;
 use crate::source::DirectiveText;
 use crate::view::messages;
@@ -42,7 +41,7 @@ pub struct FileCamera {
 
 /// The camera of the file with what the page sets. Fails with the reason.
 pub fn changed(own: Camera, file: &FileCamera, set: &ViewOverride) -> Result<Camera, Failure> {
-    set.options().check()?;
+    set.check()?;
     let mut camera = own;
     if let Some(points) = set.look_at {
         let placement = file.placement.ok_or("the camera of the file has no direction")?;
@@ -65,7 +64,7 @@ pub fn changed(own: Camera, file: &FileCamera, set: &ViewOverride) -> Result<Cam
     Ok(camera)
 }
 
-/// The same with numbers that are short enough to write into a file. Points have a millionth of the distance of eye and
+/// The camera of a page, with numbers that are short enough to write into a file. Points have a millionth of the distance of eye and
 /// target; numbers of the file keep their digits.
 pub fn rounded(mut set: ViewOverride, own: [f64; 9]) -> ViewOverride {
     let digits = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
@@ -103,13 +102,8 @@ fn near(value: f64, size: f64) -> f64 {
 pub fn values(camera: &Camera, file: &FileCamera, points: [f64; 9]) -> messages::Camera {
     let before = file.placement.map_or(Transform::IDENTITY, |placement| placement.before);
     let signs = before.vector(DVec3::ONE);
-    let kind = match camera.projection {
-        Projection::Perspective { .. } => "perspective",
-        Projection::Orthographic { .. } => "orthographic",
-        Projection::Environment => "environment",
-    };
     messages::Camera {
-        kind,
+        kind: camera.projection.name(),
         look_at: points,
         has_look_at: file.placement.is_some_and(|placement| placement.span.is_some()),
         mirrored: [signs.x < 0.0, signs.y < 0.0],

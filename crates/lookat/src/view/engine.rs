@@ -9,9 +9,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
+use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE, ViewOverride};
 
-use crate::args::ViewOverride;
 use crate::args::{self, Report};
 use crate::failure::Failure;
 use crate::live::Watch;
@@ -32,7 +31,7 @@ use crate::view::write::{History, Unsaved};
 const IDLE: Duration = Duration::from_millis(50);
 /// The camera rests if it has not moved for so long.
 const REST: Duration = Duration::from_millis(60);
-/// The same where the world has to be prepared again, which nothing can interrupt.
+/// The camera rests if it has not moved for so long, where the world has to be prepared again: nothing can interrupt that.
 const LONG_REST: Duration = Duration::from_millis(500);
 
 /// How far the picture of a view is.

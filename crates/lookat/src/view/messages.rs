@@ -4,12 +4,11 @@ use std::mem::discriminant;
 use std::path::Path;
 
 use lookat_render::Layer;
-use lookat_scene::Sources;
 use lookat_scene::syntax::{FileId, Span};
+use lookat_scene::{Sources, ViewOverride};
 use serde::{Deserialize, Serialize};
 use tungstenite::Message;
 
-use crate::args::ViewOverride;
 use crate::explain::ParameterFacts;
 use crate::report;
 

@@ -32,7 +32,7 @@ const PICTURES: [(&str, &str); 2] = [("picture.exr", "image/x-exr"), ("picture.p
 pub struct Server {
     /// The name and port that the browser must ask for. Another name is a page elsewhere that had its name point here.
     host: String,
-    /// The same with the name `localhost`.
+    /// The host and port with the name `localhost`.
     local: String,
     /// The first part of all paths. Only who has seen the address knows it.
     token: String,
@@ -47,9 +47,9 @@ pub struct Server {
 struct Connections {
     /// The number of the next one.
     next: u64,
-    /// Those that have not shown the token, by their numbers: the first is the oldest.
+    /// The connections that have not shown the token, by their numbers: the first is the oldest.
     strangers: BTreeMap<u64, TcpStream>,
-    /// Those that have.
+    /// The connections that have shown the token.
     known: BTreeSet<u64>,
 }
 

@@ -3,9 +3,8 @@
 use std::collections::BTreeSet;
 
 use lookat_scene::syntax::{EntityKind, Fix, ParamType};
-use lookat_scene::{Location, Sources};
+use lookat_scene::{Location, Sources, ViewOverride};
 
-use crate::args::ViewOverride;
 use crate::failure::Failure;
 use crate::source::DirectiveText;
 use crate::view::engine::Engine;
@@ -105,7 +104,7 @@ impl Engine {
         let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
         let changes = self.unsaved.with(opened.changes(&self.set.camera)?);
         if changes.is_empty() {
-            Err("the file has this camera and these parameters already; the film is never written".into())
+            Err("the file already has this camera and these parameters; settings of the film are never written".into())
         } else {
             Ok(changes)
         }
@@ -170,7 +169,7 @@ fn fixes(
     Change { at, name, value_type, values, .. }: &Change,
 ) -> Result<Vec<Fix>, Failure> {
     let found = DirectiveText::at(sources, at.span()).filter(|found| CHANGEABLE.contains(&found.kind));
-    let found = found.ok_or("there is no material and no light")?;
+    let found = found.ok_or("there is no material or light at this place")?;
     let ty =
         ParamType::from_spelling(value_type).ok_or_else(|| format!("there is no type \"{value_type}\""))?;
     let mut known = kind_of(&found).into_iter().flat_map(|kind| kind.parameters());

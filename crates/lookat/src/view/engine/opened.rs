@@ -5,9 +5,9 @@ use lookat_render::{Prepared, Settings, film_bytes};
 use lookat_scene::glam::DVec2;
 use lookat_scene::schema::{Count, Effect, Kind};
 use lookat_scene::syntax::{self, EntityKind, Param, Span};
-use lookat_scene::{Camera, Loaded, Scene, Sources, View, kinds};
+use lookat_scene::{Camera, Loaded, Scene, Sources, View, ViewOverride, kinds};
 
-use crate::args::{ViewOverride, way_out};
+use crate::args::way_out;
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
 use crate::render::settings::charge_memory;
