@@ -99,13 +99,13 @@ pub struct Render {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// The part to render, in fractions from 0 to 1, instead of the cropwindow of Film
-    #[arg(long, visible_alias = "cropwindow", num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
+    #[arg(long, visible_alias = "cropwindow", num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = number_in(0.0..=1.0, "a number from 0 to 1"))]
     pub crop: Option<Vec<f64>>,
     /// Number of threads [default: one per processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
     /// Seed of the random numbers: the same seed gives the same picture
-    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
     /// Render a draft: a quarter of the width and height unless --resolution is given, one sample per pixel unless --spp is given. Without -o, the name
     /// of the picture gets .quick before its extension, so that the draft does not replace a finished picture
@@ -261,7 +261,7 @@ pub struct Convert {
     #[command(flatten)]
     pub tone: Tone,
     /// The part to write, in fractions of the full picture from 0 to 1
-    #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
+    #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = number_in(0.0..=1.0, "a number from 0 to 1"))]
     pub crop: Option<Vec<f64>>,
     /// Convert this layer, part or channel of an EXR file, by its name there or in render --layers
     #[arg(long, value_name = "NAME")]
@@ -294,7 +294,7 @@ pub struct Verify {
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
     /// Seed of the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
     /// Also write an .html file with results and pictures
     #[arg(long, value_name = "FILE")]
@@ -380,10 +380,6 @@ fn whole<T: Number + Display>(least: T, most: T) -> impl Fn(&str) -> Result<T, F
     number_in(least..=most, &format!("a whole number from {least} to {most}"))
 }
 
-fn seed(text: &str) -> Result<u64, Failure> {
-    whole(0, u64::MAX)(text)
-}
-
 fn seconds(text: &str) -> Result<Duration, Failure> {
     number_in(0.001..=1e8, "seconds, from 0.001 to 1e8")(text).map(Duration::from_secs_f64)
 }
@@ -396,10 +392,6 @@ fn rays(text: &str) -> Result<u64, Failure> {
 
 fn stops(text: &str) -> Result<f64, Failure> {
     number_in(-100.0..=100.0, "a number from -100 to 100")(text)
-}
-
-fn share(text: &str) -> Result<f64, Failure> {
-    number_in(0.0..=1.0, "a number from 0 to 1")(text)
 }
 
 /// The edges of `--crop`: left, right, top and bottom.

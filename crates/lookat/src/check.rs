@@ -7,6 +7,7 @@ use lookat_scene::{LoadOptions, Loaded};
 
 use crate::Failure;
 use crate::args::Check;
+use crate::readable::plural;
 use crate::report;
 use crate::scene_result::SceneResult;
 use crate::sight;
@@ -65,10 +66,7 @@ fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), Failure> {
 /// What to say about a scene after its diagnostics.
 fn remarks(loaded: &Loaded, is_fine: bool) -> Vec<String> {
     let fine = (is_fine && loaded.diagnostics.is_empty()).then(|| "fine".to_owned());
-    let skipped = match loaded.unread {
-        0 => None,
-        1 => Some("--fast skipped the contents of 1 mesh or picture".to_owned()),
-        count => Some(format!("--fast skipped the contents of {count} meshes or pictures")),
-    };
+    let unread = plural(loaded.unread as u64, "mesh or picture", "meshes or pictures");
+    let skipped = (loaded.unread > 0).then(|| format!("--fast skipped the contents of {unread}"));
     fine.into_iter().chain(skipped).collect()
 }

@@ -15,7 +15,7 @@ use crate::args::{Compare, way_out};
 use crate::failure::Failure;
 use crate::metric::{COLORS, Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::output::{check_folder, check_inputs, write_result};
-use crate::readable::visible;
+use crate::readable::{plural, visible};
 use crate::source::open_layer;
 
 /// Runs the command.
@@ -233,10 +233,6 @@ fn clipped(pair: &Aligned) -> [usize; 2] {
     })
 }
 
-fn pixels_are(count: usize) -> String {
-    if count == 1 { "1 pixel is".into() } else { format!("{count} pixels are") }
-}
-
 impl<'a> Comparison<'a> {
     /// Measures. Fails if a limit cannot be measured.
     pub fn new(names: [&'a str; 2], pair: &'a Aligned, rules: Rules<'a>) -> Result<Comparison<'a>, Failure> {
@@ -297,12 +293,12 @@ impl<'a> Comparison<'a> {
             let _ = writeln!(text, "{count} pixels are in only one of the pictures and are ignored");
         }
         for (name, NotFinite { pixels, x, y }) in &self.not_finite {
-            let (path, pixels) = (visible(name), pixels_are(*pixels));
+            let (path, pixels) = (visible(name), plural(*pixels as u64, "pixel is", "pixels are"));
             let _ = writeln!(text, "{path}: {pixels} infinite or not a number; first at x {x}, y {y}");
         }
         for (i, count) in clipped(self.pair).into_iter().enumerate().filter(|(_, count)| *count > 0) {
             let path = visible(self.names[i]);
-            let pixels = pixels_are(count);
+            let pixels = plural(count as u64, "pixel is", "pixels are");
             let _ = writeln!(
                 text,
                 "{path}: {pixels} clipped at 1, where the other picture is brighter; compare .exr files instead"

@@ -239,15 +239,11 @@ fn of_parameter(kind: &Kind, name: &'static str, meaning: &'static str, advice: 
     Use { directive: kind.directive, kind: Some(kind.name), parameter: Some(name), meaning, advice }
 }
 
-fn advice(kind: &Kind, advice: &'static str) -> Use {
-    Use { meaning: "", ..of_kind(kind, advice) }
-}
-
 /// A type that a word of other programs means.
 fn kind_synonym(word: &str, kind: &Kind) -> Option<Use> {
     let synonym = type_synonym(kind.directive, word)?;
     match synonym.name {
-        "" => Some(advice(kind, synonym.advice)),
+        "" => Some(Use { meaning: "", ..of_kind(kind, synonym.advice) }),
         name => (name == kind.name).then(|| of_kind(kind, synonym.advice)),
     }
 }
@@ -256,7 +252,7 @@ fn kind_synonym(word: &str, kind: &Kind) -> Option<Use> {
 fn parameter_synonym(word: &str, kind: &Kind) -> Option<Use> {
     parameter_synonyms(kind.directive, kind.name, word).find_map(|Synonym { name, advice: words, .. }| {
         if name.is_empty() {
-            return Some(advice(kind, words));
+            return Some(Use { meaning: "", ..of_kind(kind, words) });
         }
         let parameter = kind.parameters().find(|parameter| parameter.name == name)?;
         Some(of_parameter(kind, name, parameter.meaning, words))
@@ -294,7 +290,7 @@ fn show_directives(forms: &[DirectiveForm], kinds: &[&Kind]) -> Answer {
     let is_plain = |form: &&DirectiveForm| kinds.iter().all(|kind| kind.directive != form.keyword);
     let plain: Vec<&DirectiveForm> = forms.iter().filter(is_plain).collect();
     if let ([], [only]) = (&plain[..], kinds) {
-        return Answer { json: json!([TypeFacts::new(only)]), ..show_kind(only, String::new()) };
+        return show_kind(only, String::new());
     }
     let forms = plain.iter().map(|form| (written(form), form.meaning.to_owned()));
     let lines: Vec<(String, String)> =

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::Tone;
-use crate::readable::{digits, percent, quoted};
+use crate::readable::{digits, percent, plural, quoted};
 
 /// The light of a picture and its tone mapping, as JSON.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -90,8 +90,7 @@ impl JsonLight {
         let [black, clipped] = [self.black, self.clipped].map(|share| percent(share, 1));
         let not_finite = match self.not_finite_pixels {
             0 => String::new(),
-            1 => "; 1 pixel is not finite".into(),
-            count => format!("; {count} pixels are not finite"),
+            count => format!("; {} not finite", plural(count, "pixel is", "pixels are")),
         };
         let exposed = match self.exposure {
             0.0 => String::new(),

@@ -18,7 +18,7 @@ use crate::args::{Report, Verify};
 use crate::failure::Failure;
 use crate::metric::Measured;
 use crate::output::{check_folder, check_inputs};
-use crate::readable::repeated_command;
+use crate::readable::{count, repeated_command};
 use crate::source::load_scene;
 use crate::verify::page::Picture;
 
@@ -144,6 +144,16 @@ fn run(arguments: &Verify) -> Result<u8, Failure> {
     let has = |verdict| verdicts.contains(&verdict);
     let is_trouble = has(Verdict::Failed) || has(Verdict::Undecided);
     Ok(if is_trouble { crate::TROUBLE } else { u8::from(updated || has(Verdict::Differs)) })
+}
+
+/// "20 scenes: 18 agree, 1 differs, 1 failed". `mark` takes the words of each verdict.
+fn summary(verdicts: &[Verdict], mark: impl Fn(Verdict, String) -> String) -> String {
+    let words = |verdict: Verdict| {
+        let count = verdicts.iter().filter(|other| **other == verdict).count();
+        (count > 0).then(|| mark(verdict, format!("{count} {}", verdict.word_for(count))))
+    };
+    let words: Vec<String> = Verdict::ALL.into_iter().filter_map(words).collect();
+    format!("{}: {}", count(verdicts.len() as u64, "scene"), words.join(", "))
 }
 
 /// The files that the scenes read, as far as a result could replace them. Reads the texts of the scenes, no meshes and no pictures.

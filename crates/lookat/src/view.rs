@@ -22,8 +22,7 @@ use crate::failure::Failure;
 use crate::standard_error;
 use crate::view::editor::Editor;
 use crate::view::engine::Engine;
-use crate::view::outbox::{Hub, Requests};
-use crate::view::reference::{Gallery, References};
+use crate::view::reference::{References, Shared};
 use crate::view::server::Server;
 
 /// Runs the command until a signal.
@@ -50,10 +49,9 @@ fn serve(arguments: &View) -> Result<u8, Failure> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(|error| {
         format!("cannot listen at 127.0.0.1:{}: {}; choose another --port", arguments.port, io_reason(&error))
     })?;
-    let (requests, hub, gallery) =
-        (Arc::new(Requests::default()), Arc::new(Hub::default()), Arc::new(Gallery::default()));
-    let server = Server::new(&listener, requests.clone(), hub.clone(), gallery.clone())?;
-    let engine = Engine::new(arguments, editor, requests, hub, gallery, references);
+    let shared = Arc::new(Shared::default());
+    let server = Server::new(&listener, shared.clone())?;
+    let engine = Engine::new(arguments, editor, shared, references);
     let address = server.address();
     server.start(listener)?;
     crate::print(&format!("{address}\n"))?;

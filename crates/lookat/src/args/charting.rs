@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use lookat_lab::chart::FEWEST_SEEDS;
 
-use crate::args::{Memory, number_in, resolution, seed, whole};
+use crate::args::{Memory, number_in, resolution, whole};
 use crate::failure::Failure;
 
 #[derive(Debug, Args)]
@@ -38,7 +38,7 @@ pub struct Chart {
     #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = whole(FEWEST_SEEDS, 1000))]
     pub seeds: u32,
     /// Seed of the first picture; the other pictures use the following seeds
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
     /// Number of threads [default: one per processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
@@ -79,10 +79,8 @@ fn seconds(text: &str) -> Result<f64, Failure> {
 }
 
 fn power_of_two(text: &str) -> Result<u32, Failure> {
-    let count = text.parse().ok().filter(|count: &u32| count.is_power_of_two());
-    count
-        .filter(|count| (4..=1 << 16).contains(count))
-        .ok_or("expected a power of two from 4 to 65536".into())
+    let is_allowed = |count: &u32| count.is_power_of_two() && (4..=1 << 16).contains(count);
+    text.parse().ok().filter(is_allowed).ok_or("expected a power of two from 4 to 65536".into())
 }
 
 /// The longest name that fits beside the chart.

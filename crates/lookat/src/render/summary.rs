@@ -127,18 +127,13 @@ impl Metadata {
         }
     }
 
-    /// Adds the settings that determine the samples of each pixel.
-    pub fn with_settings(self, settings: &Settings, complete: bool) -> Metadata {
+    /// Adds the settings that determine the samples of each pixel, and what the numbers of the layers stand for.
+    pub fn with_settings(self, settings: &Settings, complete: bool, numbered: Numbered) -> Metadata {
         let target = target_error(settings);
         let adaptive = matches!(settings.stop, Stop::Adaptive | Stop::Time { adaptive: true, .. });
-        let (relative, confidence) =
+        let (target_error, confidence) =
             (target.map(|target| target.relative), target.map(|target| target.confidence));
-        Metadata { complete, adaptive, target_error: relative, confidence, ..self }
-    }
-
-    /// Adds what the numbers of the layers stand for.
-    pub fn with_numbers(self, numbered: Numbered) -> Metadata {
-        Metadata { numbered, ..self }
+        Metadata { complete, adaptive, target_error, confidence, numbered, ..self }
     }
 
     pub fn as_json(&self) -> Option<String> {

@@ -44,7 +44,7 @@ impl Output<'_> {
             rendered.statistics.samples_in_picture as f64 / (new.size[0] as f64 * new.size[1] as f64);
         let scene_file = &loaded.sources.files[0].path;
         let metadata = Metadata::new(scene_file, camera, arguments.seed, samples_per_pixel);
-        let metadata = metadata.with_settings(settings, rendered.complete).with_numbers(numbered);
+        let metadata = metadata.with_settings(settings, rendered.complete, numbered);
         rendered.image.metadata = metadata.as_json();
         let light = map_tones(&mut rendered.image, &self.file, arguments.tone);
         let is_partial = !rendered.complete;

@@ -15,7 +15,7 @@ use crate::metric::{Measured, Metric};
 use crate::output::write_result;
 use crate::readable::{digits, visible_lines};
 pub use crate::verify::page::picture::{PACKING_BYTES, Picture};
-use crate::verify::{Outcome, Verdict};
+use crate::verify::{Outcome, Verdict, summary};
 
 /// A number in the report.
 #[derive(Debug, Clone)]
@@ -105,8 +105,14 @@ fn page(title: &str, command: &str, scenes: &[Outcome]) -> [String; 2] {
         "command" => escape(command),
         "style" => STYLE.into(),
         "script" => script(),
-        "counts" => counts(&scenes),
-        "headings" => columns.iter().map(|name| heading(name)).collect(),
+        "counts" => {
+            let verdicts: Vec<Verdict> = scenes.iter().map(|row| row.scene.verdict).collect();
+            summary(&verdicts, |verdict, words| format!("<span class=\"{}\">{words}</span>", verdict.word()))
+        }
+        "headings" => {
+            let heading = |name: &&str| format!("<th scope=\"col\"><button>{}</button></th>", escape(name));
+            columns.iter().map(heading).collect()
+        }
         "rows" => numbered().map(|(number, row)| table_row(number, row, &columns)).collect(),
         "scenes" => numbered().map(|(number, row)| article(number, row)).collect(),
         "version" => env!("CARGO_PKG_VERSION").into(),
@@ -167,20 +173,6 @@ fn short(value: f64) -> String {
     digits(value, 4).replace('-', "\u{2212}").replace("NaN", "\u{2013}").replace("inf", "\u{221e}")
 }
 
-/// "20 scenes: 18 agree, 1 differs, 1 failed".
-fn counts(scenes: &[Row]) -> String {
-    let count = |verdict| scenes.iter().filter(|row| row.scene.verdict == verdict).count();
-    let one = |verdict: Verdict| match count(verdict) {
-        0 => None,
-        count => {
-            Some(format!("<span class=\"{}\">{count} {}</span>", verdict.word(), verdict.word_for(count)))
-        }
-    };
-    let counts: Vec<String> = Verdict::ALL.into_iter().filter_map(one).collect();
-    let scenes = scenes.len();
-    format!("{scenes} scene{}: {}", if scenes == 1 { "" } else { "s" }, counts.join(", "))
-}
-
 /// The names of all columns, in the order of the scenes.
 fn column_names<'a>(scenes: &'a [Row]) -> Vec<&'a str> {
     let mut names = Vec::new();
@@ -190,10 +182,6 @@ fn column_names<'a>(scenes: &'a [Row]) -> Vec<&'a str> {
         }
     }
     names
-}
-
-fn heading(name: &str) -> String {
-    format!("<th scope=\"col\"><button>{}</button></th>", escape(name))
 }
 
 fn badge(verdict: Verdict) -> String {

@@ -15,6 +15,7 @@ use crate::args::{Report, Verify};
 use crate::failure::Failure;
 use crate::metric::{Limit, Measurement, Metric, THRESHOLD, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
+use crate::readable::plural;
 use crate::render::settings::{charge_memory, note_jitter};
 use crate::render::summary::Metadata;
 use crate::source::{load_scene, read_image, replace_samples};
@@ -208,9 +209,8 @@ fn judge(
     measurement: &Measurement,
 ) -> Result<(Verdict, String), Failure> {
     if let Some((which, count)) = broken(pair) {
-        let pixels = if count == 1 { "1 pixel".into() } else { format!("{count} pixels") };
-        let are = if count == 1 { "is" } else { "are" };
-        return Ok((Verdict::Differs, format!("{pixels} of the {which} {are} not finite")));
+        let (one, many) = (format!("pixel of the {which} is"), format!("pixels of the {which} are"));
+        return Ok((Verdict::Differs, format!("{} not finite", plural(count as u64, &one, &many))));
     }
     if pair.left_out > 0 {
         let reason = format!("only one of the pictures has {} of the pixels", pair.left_out);

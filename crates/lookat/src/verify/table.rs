@@ -7,7 +7,7 @@ use unicode_width::UnicodeWidthStr;
 use crate::failure::Failure;
 use crate::metric::{Metric, number, value_of};
 use crate::readable::visible;
-use crate::verify::{Outcome, Verdict, scene_name};
+use crate::verify::{Outcome, Verdict, scene_name, summary};
 
 /// Prints rows to standard output, as text or JSON.
 pub struct Table {
@@ -48,13 +48,7 @@ impl Table {
     }
 
     pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), Failure> {
-        let count = |verdict: &Verdict| match verdicts.iter().filter(|other| *other == verdict).count() {
-            0 => None,
-            count => Some(format!("{count} {}", verdict.word_for(count))),
-        };
-        let counts: Vec<String> = Verdict::ALL.iter().filter_map(count).collect();
-        let scenes = if verdicts.len() == 1 { "scene" } else { "scenes" };
-        let line = format!("{} {scenes}: {}", verdicts.len(), counts.join(", "));
+        let line = summary(verdicts, |_, words| words);
         if self.json { Ok(()) } else { print(&line) }
     }
 }

@@ -43,7 +43,9 @@ impl Editor {
                 .ok_or_else(|| format!("--editor {words:?} names no program").into());
         }
         let named = ["VISUAL", "EDITOR"].into_iter().filter_map(|name| std::env::var(name).ok());
-        Ok(named.filter_map(|words| Editor::parse(&words)).find(|editor| !editor.lacks_terminal()))
+        Ok(named
+            .filter_map(|words| Editor::parse(&words))
+            .find(|editor| !editor.is_in_terminal() || std::io::stdin().is_terminal()))
     }
 
     fn parse(words: &str) -> Option<Editor> {
@@ -60,10 +62,6 @@ impl Editor {
     fn is_in_terminal(&self) -> bool {
         let program = Path::new(&self.words[0]).file_stem().and_then(|stem| stem.to_str());
         program.is_some_and(|program| IN_TERMINAL.contains(&program))
-    }
-
-    fn lacks_terminal(&self) -> bool {
-        self.is_in_terminal() && !std::io::stdin().is_terminal()
     }
 
     /// Opens a place, and does not wait for the editor to end.

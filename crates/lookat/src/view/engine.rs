@@ -23,8 +23,8 @@ use crate::view::engine::edits::Shown;
 use crate::view::engine::opened::Opened;
 use crate::view::engine::pictures::Pace;
 use crate::view::messages::{News, Request, SetView};
-use crate::view::outbox::{Hub, Requests, Topic};
-use crate::view::reference::{Comparer, Gallery, References};
+use crate::view::outbox::Topic;
+use crate::view::reference::{Comparer, References, Shared};
 use crate::view::write::{History, Unsaved};
 
 /// The time between two looks at the files while there is nothing to do.
@@ -46,8 +46,7 @@ enum Stage {
 
 /// Renders the newest view.
 pub struct Engine {
-    requests: Arc<Requests>,
-    hub: Arc<Hub>,
+    shared: Arc<Shared>,
     editor: Option<Editor>,
     path: PathBuf,
     options: LoadOptions,
@@ -74,7 +73,6 @@ pub struct Engine {
     small_at: Instant,
     /// Counts the views.
     generation: u32,
-    gallery: Arc<Gallery>,
     /// Whether pictures have error layers, and why not.
     has_errors: bool,
     errors_refused: Option<String>,
@@ -86,21 +84,18 @@ impl Engine {
     pub fn new(
         arguments: &args::View,
         editor: Option<Editor>,
-        requests: Arc<Requests>,
-        hub: Arc<Hub>,
-        gallery: Arc<Gallery>,
+        shared: Arc<Shared>,
         references: References,
     ) -> Engine {
         let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
-        let woken = requests.clone();
+        let woken = shared.clone();
         Engine {
-            requests,
-            hub,
+            shared,
             editor,
             path: arguments.scene.clone(),
             options,
             samples_per_pixel: None,
-            watch: Watch::new(move || woken.wake()),
+            watch: Watch::new(move || woken.requests.wake()),
             cache: LoadCache::default(),
             opened: None,
             error: None,
@@ -114,7 +109,6 @@ impl Engine {
             stage: Stage::Finished,
             small_at: Instant::now(),
             generation: 0,
-            gallery,
             has_errors: false,
             errors_refused: None,
             references: Mutex::new(references),
@@ -130,7 +124,7 @@ impl Engine {
             crate::say(line);
         }
         loop {
-            let requests = self.requests.take(self.free_time());
+            let requests = self.shared.requests.take(self.free_time());
             // First, because a request may read the scene.
             let has_changed =
                 if requests.is_empty() { self.watch.has_changed() } else { self.watch.has_changed_by_now() };
@@ -225,7 +219,7 @@ impl Engine {
     fn restart(&mut self) {
         self.stage = Stage::New;
         self.generation = self.generation.wrapping_add(1);
-        self.gallery.clear();
+        self.shared.gallery.clear();
         self.comparer.cancel();
     }
 
@@ -254,7 +248,7 @@ impl Engine {
             lights: opened.map_or(Vec::new(), |opened| opened.lights(self.reading)),
             has_editor: self.editor.is_some(),
         };
-        self.hub.tell(Topic::Scene, scene);
+        self.shared.hub.tell(Topic::Scene, scene);
         self.tell_view(None);
     }
 
@@ -262,7 +256,7 @@ impl Engine {
         let Some(opened) = &self.opened else { return };
         let SetView { by, number, camera: set } = self.set;
         let camera = opened.values();
-        self.hub.tell(Topic::View, News::View { by, number, set, camera, refused });
+        self.shared.hub.tell(Topic::View, News::View { by, number, set, camera, refused });
     }
 }
 

@@ -13,7 +13,8 @@ use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
 
 use crate::view::messages;
-use crate::view::outbox::{Hub, Outbox, Requests};
+use crate::view::outbox::{Outbox, Requests};
+use crate::view::reference::Shared;
 
 /// The most bytes of the head of a request.
 const LONGEST_HEAD: usize = 8 << 10;
@@ -117,7 +118,7 @@ impl Write for Incoming {
 }
 
 /// Serves a page until it leaves, sends nonsense or takes no more messages.
-pub fn talk(client: Timed, requests: &Requests, hub: &Hub) {
+pub fn talk(client: Timed, Shared { requests, hub, .. }: &Shared) {
     let Ok(incoming) = client.stream.try_clone() else { return };
     let _ = incoming.set_read_timeout(None);
     let outbox = hub.join();

@@ -12,7 +12,16 @@ use crate::failure::Failure;
 use crate::live::Watch;
 use crate::metric::THRESHOLD;
 use crate::view::messages::News;
+use crate::view::outbox::{Hub, Requests};
 use crate::writer::{Writer, lock};
+
+/// What the engine and the server share.
+#[derive(Default)]
+pub struct Shared {
+    pub requests: Requests,
+    pub hub: Hub,
+    pub gallery: Gallery,
+}
 
 /// The pictures of the view.
 #[derive(Default)]

@@ -14,8 +14,7 @@ use tungstenite::http::StatusCode;
 
 use crate::failure::Failure;
 use crate::view::http::{Timed, answer, header, read_head, refuse, talk, upgrade};
-use crate::view::outbox::{Hub, Requests};
-use crate::view::reference::Gallery;
+use crate::view::reference::Shared;
 use crate::writer::lock;
 
 /// The most connections at a time.
@@ -36,9 +35,7 @@ pub struct Server {
     local: String,
     /// The first part of all paths. Only who has seen the address knows it.
     token: String,
-    requests: Arc<Requests>,
-    hub: Arc<Hub>,
-    gallery: Arc<Gallery>,
+    shared: Arc<Shared>,
     connections: Mutex<Connections>,
 }
 
@@ -54,12 +51,7 @@ struct Connections {
 }
 
 impl Server {
-    pub fn new(
-        listener: &TcpListener,
-        requests: Arc<Requests>,
-        hub: Arc<Hub>,
-        gallery: Arc<Gallery>,
-    ) -> Result<Server, Failure> {
+    pub fn new(listener: &TcpListener, shared: Arc<Shared>) -> Result<Server, Failure> {
         let place = listener.local_addr().map_err(|error| io_reason(&error))?;
         let mut token = [0; 16];
         getrandom::fill(&mut token).map_err(|error| format!("the system gives no random bytes: {error}"))?;
@@ -67,7 +59,7 @@ impl Server {
         // Browsers leave the usual port out.
         let host = if place.port() == 80 { place.ip().to_string() } else { place.to_string() };
         let local = host.replace(&place.ip().to_string(), "localhost");
-        Ok(Server { host, local, token, requests, hub, gallery, connections: Mutex::default() })
+        Ok(Server { host, local, token, shared, connections: Mutex::default() })
     }
 
     /// The address of the page.
@@ -127,7 +119,7 @@ impl Server {
                 Err(_) => refuse(&mut client, StatusCode::BAD_REQUEST),
                 Ok(response) => {
                     if upgrade(&mut client, &response).is_ok() {
-                        talk(client, &self.requests, &self.hub);
+                        talk(client, &self.shared);
                     }
                 }
             },
@@ -154,7 +146,7 @@ impl Server {
             return Some((kind, text.as_bytes().into()));
         }
         let (name, kind) = PICTURES.iter().find(|(picture, _)| *picture == name)?;
-        Some((kind, self.gallery.file(name)?.into()))
+        Some((kind, self.shared.gallery.file(name)?.into()))
     }
 
     /// The name that a request asks for, after the token. Fails with the status of the answer.

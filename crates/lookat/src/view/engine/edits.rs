@@ -111,7 +111,7 @@ impl Engine {
     }
 
     fn tell_edited(&self, by: u32, lines: Vec<ChangedLines>, is_written: bool, refused: Option<String>) {
-        self.hub.tell(Topic::Edited(by), News::Edited { by, lines, is_written, refused });
+        self.shared.hub.tell(Topic::Edited(by), News::Edited { by, lines, is_written, refused });
     }
 }
 
@@ -134,7 +134,7 @@ impl Engine {
         let current = places.iter().filter(|at| at.reading == self.reading);
         let directives = current.filter_map(|at| describe(sources?, at.span(), self.reading)).collect();
         let Change { by, number, .. } = change;
-        self.hub.tell(Topic::Changed(by), News::Changed { by, number, directives, refused });
+        self.shared.hub.tell(Topic::Changed(by), News::Changed { by, number, directives, refused });
     }
 
     /// Reads the scene with other values. Fails with the reason, and changes nothing.

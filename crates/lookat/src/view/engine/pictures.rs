@@ -15,7 +15,7 @@ use crate::render::summary::Metadata;
 use crate::view::engine::{Engine, Stage};
 use crate::view::messages::{About, Content, News, ReferenceFrom, pixels};
 use crate::view::outbox::{Hub, Requests, Topic};
-use crate::view::reference::{Gallery, References, over};
+use crate::view::reference::{Gallery, References, Shared, over};
 use crate::writer::lock;
 
 /// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
@@ -35,7 +35,7 @@ impl Engine {
         self.pace.learn(started.elapsed());
         let total = rendered.statistics.samples;
         let seconds = started.elapsed().as_secs_f64();
-        show(&self.hub, &rendered.image, About { done: total, total, seconds, ..self.about() });
+        show(&self.shared.hub, &rendered.image, About { done: total, total, seconds, ..self.about() });
         (self.stage, self.small_at) = (Stage::Small, Instant::now());
     }
 
@@ -51,7 +51,8 @@ impl Engine {
         };
         opened.prepared.look(&opened.view.camera);
         let engine = &*self;
-        let Engine { opened: Some(opened), requests, watch, hub, gallery, .. } = engine else { return };
+        let Engine { opened: Some(opened), watch, shared, .. } = engine else { return };
+        let Shared { requests, hub, gallery } = &**shared;
         let area = opened.view.film.crop.area();
         let next = Mutex::new(started + STEP);
         let progress = |progress: Progress| {
@@ -141,7 +142,7 @@ impl Engine {
             self.restart();
         }
         self.has_errors = is_on;
-        self.hub.take_back(Topic::Errors);
+        self.shared.hub.take_back(Topic::Errors);
         self.errors_refused = checked.err().map(String::from);
         self.tell_looking();
     }
@@ -152,7 +153,7 @@ impl Engine {
 
     pub fn set_reference(&self, from: ReferenceFrom) {
         let mut references = self.references();
-        match (from, self.gallery.newest()) {
+        match (from, self.shared.gallery.newest()) {
             (ReferenceFrom::Nothing, _) => references.clear(),
             (ReferenceFrom::File, _) => references.read(),
             (ReferenceFrom::Picture, Some(picture)) => references.keep(picture),
@@ -182,14 +183,14 @@ impl Engine {
         let film = self.film_windows();
         self.comparer.cancel();
         let mut references = self.references();
-        self.hub.take_back(Topic::Reference);
-        self.hub.take_back(Topic::Compared);
+        self.shared.hub.take_back(Topic::Reference);
+        self.shared.hub.take_back(Topic::Compared);
         (references.is_shown, references.mismatch) = (false, None);
         if let (Some(reference), Some([data, display])) = (&references.current, film) {
             match over(&reference.image, data, display) {
                 Ok(values) => {
                     let about = About { content: Content::Reference, ..self.about() };
-                    self.hub.tell(Topic::Reference, pixels(data.size(), &values, about));
+                    self.shared.hub.tell(Topic::Reference, pixels(data.size(), &values, about));
                     references.is_shown = true;
                 }
                 Err(reason) => references.mismatch = Some(reason.into()),
@@ -210,17 +211,19 @@ impl Engine {
             reference_refused: references.mismatch.as_deref().or(references.refused.as_deref()),
             file: references.file().map(|file| file.display().to_string()),
         };
-        self.hub.tell(Topic::Looking, looking);
+        self.shared.hub.tell(Topic::Looking, looking);
     }
 
     /// Compares the finished picture with the reference.
     pub fn compare(&self) {
         self.comparer.cancel();
         let references = self.references();
-        let (Some(reference), Some(picture)) = (&references.current, self.gallery.finished()) else { return };
+        let (Some(reference), Some(picture)) = (&references.current, self.shared.gallery.finished()) else {
+            return;
+        };
         let pictures = [("picture".into(), picture), (reference.name.clone(), reference.image.clone())];
-        let hub = self.hub.clone();
-        let tell = move |compared: News| hub.tell(Topic::Compared, compared);
+        let shared = self.shared.clone();
+        let tell = move |compared: News| shared.hub.tell(Topic::Compared, compared);
         self.comparer.compare(self.generation, pictures, references.memory.clone(), tell);
     }
 }

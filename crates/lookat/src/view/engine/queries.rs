@@ -21,9 +21,9 @@ impl Engine {
             .as_ref()
             .map(|opened| if is_full { opened.view.clone() } else { self.pace.view(&opened.view) });
         // A small layer is there soon.
-        let is_over = || is_full && (self.requests.has_any() || self.watch.has_changed());
+        let is_over = || is_full && (self.shared.requests.has_any() || self.watch.has_changed());
         if !self.is_answered(&query, view.as_ref(), 0, &is_over) {
-            self.requests.put_back(vec![query]);
+            self.shared.requests.put_back(vec![query]);
         }
     }
 
@@ -33,12 +33,12 @@ impl Engine {
         // Without memory for another film, the others wait until the picture ends.
         let charge = opened.charge_film(&Settings::default());
         let accepts = |query: &Request| charge.is_ok() || !query.needs_film();
-        while let Some(queries) = self.requests.take_queries(IDLE, accepts, is_over) {
+        while let Some(queries) = self.shared.requests.take_queries(IDLE, accepts, is_over) {
             self.follow_reference();
             let ends = || is_over.load(Ordering::Relaxed);
             let (view, threads) = (Some(&opened.view), threads());
             let left = queries.into_iter().filter(|query| !self.is_answered(query, view, threads, &ends));
-            self.requests.put_back(left.collect());
+            self.shared.requests.put_back(left.collect());
         }
     }
 
@@ -50,7 +50,7 @@ impl Engine {
         threads: usize,
         is_over: &(dyn Fn() -> bool + Sync),
     ) -> bool {
-        let hub = &self.hub;
+        let hub = &self.shared.hub;
         match (query, self.opened.as_ref().zip(view)) {
             (&Request::Show { by }, _) => self.show_changes(by),
             (&Request::Open { by, at }, _) => self.open_editor(by, at),
