@@ -12,9 +12,9 @@ use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::Vec3;
 use smallvec::SmallVec;
 
-pub(crate) use crate::bsdf::lobe::DeltaSample;
 use crate::frame::Frames;
 use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
+pub(crate) use lobe::BsdfSample;
 use lobe::{Kind, Lobe, Lobes, PointLobe};
 pub(crate) use material::most_lobes;
 
@@ -63,22 +63,6 @@ pub(crate) struct Bsdf<'s, S: Simd> {
     /// `wo` in the shading frames.
     local_o: V3<f32x8<S>>,
     slots: &'s [Slot<S>],
-}
-
-/// Sampled directions of incident light.
-pub(crate) struct BsdfSample<S: Simd> {
-    /// The lanes with a valid sample.
-    pub is_valid: mask64x8<S>,
-    pub wi: Vec3x8<S>,
-    /// The densities of `wi` by solid angle, more than 0. For delta samples: the probabilities of their directions.
-    pub pdf: f64x8<S>,
-    /// The factor for radiance from `wi`: the BSDF times the cosine over the density.
-    pub weight: Colors<S>,
-    /// The lanes with delta samples.
-    pub is_delta: mask64x8<S>,
-    /// The factor by which refraction scales radiance: the ratio of the squared indices of refraction. 1 for reflection.
-    /// Leaving the medium undoes it.
-    pub radiance_scale: f32x8<S>,
 }
 
 /// The largest number below 1.
@@ -179,16 +163,16 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             let square = [to_f32(choice.rest).min(BELOW_ONE), to_f32(v).min(BELOW_ONE)];
             let none = mask32x8::splat(simd, false);
             let (mut local, mut radiance_scale, mut is_smooth) = (self.local_o, one, none);
-            let mut single: Option<(mask64x8<S>, DeltaSample<S>)> = None;
+            let mut delta: Option<(mask64x8<S>, BsdfSample<S>)> = None;
             for (number, slot) in self.slots.iter().enumerate() {
                 let own = choice.slot.simd_eq(number as f32);
                 if !own.any_true() {
                     continue;
                 }
                 if slot.lobe.kind.is_delta() {
-                    let sample = slot.lobe.single(self.ns, self.wo, choice.rest);
+                    let sample = slot.lobe.delta_sample(self.ns, self.wo, choice.rest);
                     let own = widen(own);
-                    single = Some(match single {
+                    delta = Some(match delta {
                         Some((others, all)) => (own | others, sample.keep_where(own, all)),
                         None => (own, sample),
                     });
@@ -202,43 +186,47 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             }
             let mut sample = self.non_delta(local, is_smooth, filter);
             sample.radiance_scale = radiance_scale;
-            if let Some((own, single)) = single {
-                sample.set_delta(own, single, choice.probability);
+            if let Some((own, mut delta)) = delta {
+                let pdf = to_f32(delta.pdf) * choice.probability;
+                delta.is_valid &= delta.weight.is_light() & widen(pdf.simd_gt(0.0));
+                delta.weight = delta.weight / pdf;
+                delta.pdf = to_f64(pdf);
+                sample = delta.keep_where(own, sample);
             }
             sample.is_valid &= widen(self.local_o.z.simd_ne(0.0));
             sample
         })
     }
 
-    /// All delta samples that [`Bsdf::sample`] chooses from at each point, in the order of the lobes, with the probability
-    /// of each choice.
+    /// All delta samples that [`Bsdf::sample`] chooses from at each point, in the order of the lobes. Their weights are not
+    /// divided by the probabilities.
     #[inline(never)]
-    pub fn delta_samples(&self) -> SmallVec<[DeltaSample<S>; 2]> {
+    pub fn delta_samples(&self) -> SmallVec<[BsdfSample<S>; 2]> {
         let simd = self.local_o.z.token();
         vectorized!(simd, {
             let all = probability(simd, self.slots, LobeFilter::Delta);
             let is_seen = widen(self.local_o.z.simd_ne(0.0));
-            let mut delta_samples: SmallVec<[DeltaSample<S>; 2]> = SmallVec::new();
+            let mut samples: SmallVec<[BsdfSample<S>; 2]> = SmallVec::new();
             for slot in self.slots.iter().filter(|slot| slot.lobe.kind.is_delta()) {
                 let mut own = widen(slot.mask) & is_seen;
                 // Glass reflects for small numbers, and refracts for large ones.
                 for u in [0.0, 1.0 - f64::EPSILON] {
-                    let mut single = slot.lobe.single(self.ns, self.wo, u.simd_into(simd));
-                    let rest = own & widen(single.probability.simd_lt(1.0));
-                    single.probability *= slot.probability / all;
-                    single.is_valid &= own & single.factor.is_light();
-                    for place in &mut delta_samples {
-                        let free = single.is_valid & !place.is_valid;
-                        *place = single.keep_where(free, *place);
-                        single.is_valid &= !free;
+                    let mut sample = slot.lobe.delta_sample(self.ns, self.wo, u.simd_into(simd));
+                    let rest = own & sample.pdf.simd_lt(1.0);
+                    sample.pdf = to_f64(to_f32(sample.pdf) * (slot.probability / all));
+                    sample.is_valid &= own & sample.weight.is_light();
+                    for earlier in &mut samples {
+                        let free = sample.is_valid & !earlier.is_valid;
+                        *earlier = sample.keep_where(free, *earlier);
+                        sample.is_valid &= !free;
                     }
-                    if single.is_valid.any_true() {
-                        delta_samples.push(single);
+                    if sample.is_valid.any_true() {
+                        samples.push(sample);
                     }
                     own = rest;
                 }
             }
-            delta_samples
+            samples
         })
     }
 
@@ -256,21 +244,6 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         let is_valid = widen(is_valid & pdf.simd_gt(0.0)) & weight.is_light();
         let (is_delta, radiance_scale) = (bits(simd, 0), splat_f32(simd, 1.0));
         BsdfSample { is_valid, wi, pdf: to_f64(pdf), weight, is_delta, radiance_scale }
-    }
-}
-
-impl<S: Simd> BsdfSample<S> {
-    /// Replaces the samples in the lanes `own` by delta samples. `probability`: the probability of their lobes.
-    #[inline(always)]
-    fn set_delta(&mut self, own: mask64x8<S>, single: DeltaSample<S>, probability: f32x8<S>) {
-        let pdf = single.probability * probability;
-        let is_valid = single.is_valid & single.factor.is_light() & widen(pdf.simd_gt(0.0));
-        self.is_valid = self.is_valid & !own | own & is_valid;
-        self.wi = single.wi.keep_where(own, self.wi);
-        self.pdf = own.select(to_f64(pdf), self.pdf);
-        self.weight = (single.factor / pdf).keep_where_wide(own, self.weight);
-        self.is_delta |= own;
-        self.radiance_scale = narrow(own).select(single.radiance_scale, self.radiance_scale);
     }
 }
 

@@ -229,7 +229,7 @@ pub(crate) struct Views<'v> {
     /// For each sample, its film position and the random numbers for the lens.
     pub places: &'v [(DVec2, DVec2)],
     /// The samples in the lanes of the packet.
-    pub samples: &'v [u16],
+    pub samples: [u16; LANES],
     /// Bits of the samples whose rays have not passed anything.
     pub direct: u64,
 }

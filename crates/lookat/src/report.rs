@@ -285,7 +285,7 @@ pub struct JsonDiagnostic<'a> {
     message: &'a str,
     /// Places, each with a `text` (or ""). The first is the place of the problem.
     labels: Vec<JsonLabel<'a>>,
-    /// All other places of the same problem, in reading order.
+    /// Other places of the same problem, in reading order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     places: Vec<JsonPlace>,
     /// What to do.

@@ -70,7 +70,7 @@ impl Verdict {
 pub struct Outcome {
     /// The file name without `.pbrt`.
     pub scene: String,
-    /// The word in the table.
+    /// `agrees`, `differs`, `undecided`, `new` or `failed`.
     pub verdict: Verdict,
     /// Why, in words.
     pub reason: String,
@@ -79,7 +79,7 @@ pub struct Outcome {
     /// The metrics by name.
     #[serde(serialize_with = "by_name")]
     pub metrics: Vec<Measured>,
-    /// The smallest bias of the mean that the noise tests would find, in the picture's unit; null without these tests.
+    /// Smallest bias of the mean that the noise tests would find, in the picture's unit, or null.
     pub visible_in_mean: Option<f64>,
     /// Samples per pixel of the render, or null.
     pub samples_per_pixel: Option<u32>,

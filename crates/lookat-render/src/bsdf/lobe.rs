@@ -4,11 +4,11 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::fresnel::{conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upward};
-use crate::number::{Colors, V3, Vec3x8, narrow, splat_f32, to_f32, to_f64, widen};
+use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64};
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
 /// The kind of a lobe.
@@ -302,34 +302,52 @@ pub(super) enum Fresnel {
     Conductor,
 }
 
-/// Directions of lobes that have only single ones.
+/// Sampled directions of incident light.
 #[derive(Clone, Copy)]
-pub(crate) struct DeltaSample<S: Simd> {
+pub(crate) struct BsdfSample<S: Simd> {
+    /// The lanes with a valid sample.
     pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
-    /// Radiance from `wi` times this comes along `wo`.
-    pub factor: Colors<S>,
-    /// The probability of this direction among the directions of the lobe.
-    pub probability: f32x8<S>,
+    /// The densities of `wi` by solid angle, more than 0. For delta samples: the probabilities of their directions.
+    pub pdf: f64x8<S>,
+    /// The factor for radiance from `wi`: the BSDF times the cosine over the density.
+    pub weight: Colors<S>,
+    /// The lanes with delta samples.
+    pub is_delta: mask64x8<S>,
     /// The factor by which refraction scales radiance: the ratio of the squared indices of refraction. 1 for reflection.
+    /// Leaving the medium undoes it.
     pub radiance_scale: f32x8<S>,
 }
 
-impl<S: Simd> Lobes<S> {
-    /// One of the single directions at points with shading normals `n`.
+impl<S: Simd> BsdfSample<S> {
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
-    pub fn single(&self, n: Vec3x8<S>, wo: Vec3x8<S>, u: f64x8<S>) -> DeltaSample<S> {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
+        BsdfSample {
+            is_valid: mask & self.is_valid | !mask & others.is_valid,
+            wi: self.wi.keep_where(mask, others.wi),
+            pdf: mask.select(self.pdf, others.pdf),
+            weight: self.weight.keep_where_wide(mask, others.weight),
+            is_delta: mask & self.is_delta | !mask & others.is_delta,
+            radiance_scale: narrow(mask).select(self.radiance_scale, others.radiance_scale),
+        }
+    }
+}
+
+impl<S: Simd> Lobes<S> {
+    /// One of the directions of a delta lobe at points with shading normals `n`. The weight is not divided by the
+    /// probability of the direction.
+    #[inline(always)]
+    pub fn delta_sample(&self, n: Vec3x8<S>, wo: Vec3x8<S>, u: f64x8<S>) -> BsdfSample<S> {
         let cos = n.dot(wo);
         match self.kind {
             Kind::Mirror(fresnel) => mirrored(n, wo, self.fresnel(fresnel, to_f32(cos))),
             Kind::Glass => {
                 let share = dielectric(to_f32(cos), self.eta);
                 let [reflectance, transmittance] = self.colors;
-                let reflected = DeltaSample { probability: share, ..mirrored(n, wo, reflectance * share) };
-                let refracted = DeltaSample {
-                    probability: 1.0 - share,
-                    ..self.refracted(n, wo, transmittance * (1.0 - share))
-                };
+                let reflected = BsdfSample { pdf: to_f64(share), ..mirrored(n, wo, reflectance * share) };
+                let transmitted = self.refracted(n, wo, transmittance * (1.0 - share));
+                let refracted = BsdfSample { pdf: to_f64(1.0 - share), ..transmitted };
                 reflected.keep_where(u.simd_lt(to_f64(share)), refracted)
             }
             _ => self.refracted(n, wo, self.color - self.fresnel(Fresnel::Dielectric, to_f32(cos))),
@@ -338,46 +356,38 @@ impl<S: Simd> Lobes<S> {
 
     /// Light that a smooth boundary refracts.
     #[inline(always)]
-    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> DeltaSample<S> {
+    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> BsdfSample<S> {
         let (eta, cos) = (to_f64(self.eta), n.dot(wo));
         let (n, cos) = ((-n).keep_where(cos.simd_lt(0.0), n), (cos, cos.abs()));
         let ratio = cos.0.simd_gt(0.0).select(eta, 1.0 / eta);
         let along = (n * cos.1 - wo) * (1.0 / ratio);
         let squared = 1.0 - along.length_squared();
         let radiance_scale = self.radiance_scale(to_f32(cos.0), to_f32(cos.0));
-        DeltaSample {
+        BsdfSample {
             is_valid: squared.simd_gt(0.0),
             wi: (along - n * squared.max(0.0).sqrt()).normalize(),
-            factor: factor * radiance_scale,
-            probability: splat_f32(radiance_scale.token(), 1.0),
             radiance_scale,
+            ..delta(factor * radiance_scale)
         }
     }
 }
 
 #[inline(always)]
-fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> DeltaSample<S> {
-    let one = splat_f32(factor.x.token(), 1.0);
-    DeltaSample {
-        is_valid: widen(one.simd_gt(0.0)),
-        wi: (n * (2.0 * n.dot(wo)) - wo).normalize(),
-        factor,
-        probability: one,
-        radiance_scale: one,
-    }
+fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> BsdfSample<S> {
+    BsdfSample { wi: (n * (2.0 * n.dot(wo)) - wo).normalize(), ..delta(factor) }
 }
 
-impl<S: Simd> DeltaSample<S> {
-    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
-    #[inline(always)]
-    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
-        let own = narrow(mask);
-        DeltaSample {
-            is_valid: mask & self.is_valid | !mask & others.is_valid,
-            wi: self.wi.keep_where(mask, others.wi),
-            factor: self.factor.keep_where(own, others.factor),
-            probability: own.select(self.probability, others.probability),
-            radiance_scale: own.select(self.radiance_scale, others.radiance_scale),
-        }
+/// A delta sample of probability 1, without a direction.
+#[inline(always)]
+fn delta<S: Simd>(weight: Colors<S>) -> BsdfSample<S> {
+    let simd = weight.x.token();
+    let all = bits(simd, 0xff);
+    BsdfSample {
+        is_valid: all,
+        wi: Vec3x8::splat(simd, DVec3::ZERO),
+        pdf: 1.0.simd_into(simd),
+        weight,
+        is_delta: all,
+        radiance_scale: splat_f32(simd, 1.0),
     }
 }

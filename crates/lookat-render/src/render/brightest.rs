@@ -10,7 +10,7 @@ use super::control::Control;
 use super::sample::{Context, Job, Pattern};
 use super::{Progress, Settings, Stop};
 use crate::film::{Film, Keeps};
-use crate::integrator::path_batch::PATHS;
+use crate::integrator::path_record::PATHS;
 use crate::integrator::{Profiler, Segment, segments};
 use crate::number::luminance;
 use crate::prepare::Prepared;

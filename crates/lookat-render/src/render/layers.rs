@@ -16,7 +16,7 @@ use super::rounds;
 use super::sample::{Context, Worker, corner_of};
 use super::settings::Settings;
 use crate::film::{Area, Tile, lock};
-use crate::integrator::MAX_PASSED;
+use crate::integrator::world::pass_interfaces;
 use crate::prepare::Prepared;
 use crate::shading;
 use crate::shading::Materials;
@@ -96,12 +96,8 @@ impl Context<'_> {
     fn look(&self, view: &View, place: [i32; 2], values: &mut Values) {
         let scene = &self.prepared.traceable;
         let mut ray = self.camera.ray(corner_of(place) + 0.5, DVec2::splat(0.5));
-        let (mut found, mut passed) = (scene.nearest(&ray), 0);
-        while let Some(hit) = found.filter(|hit| scene.is_passed(hit)) {
-            ray = Surface::new(scene, &ray, &hit).spawn_ray(ray.d);
-            passed += 1;
-            found = if passed > MAX_PASSED { None } else { scene.nearest(&ray) };
-        }
+        let mut found = scene.nearest(&ray);
+        pass_interfaces(scene, &mut ray, &mut found, |hit| scene.is_passed(hit), |_, _| {});
         let Some(hit) = found else { return };
         let surface = Surface::new(scene, &ray, &hit);
         let shape = hit.element.primitive;

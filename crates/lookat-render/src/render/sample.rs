@@ -15,12 +15,13 @@ use crate::camera::{CameraRays, Viewer};
 use crate::film::{Film, Frame, Scale};
 use crate::integrator::{
     SceneIntegrator, Stage, Tracer,
-    path_batch::{PATHS, PathBatch},
+    path_batch::{CameraPackets, PathBatch},
+    path_record::PATHS,
 };
-use crate::number::{LANES, side_by_side, vectorized};
+use crate::number::{LANES, first_lanes, side_by_side, vectorized};
 use crate::prepare::{Brightest, Prepared};
 use crate::sampler::{Sample, Streams};
-use crate::trace::{MOST_PACKETS, rays::Rays};
+use crate::trace::rays::Rays;
 
 /// The context of all samples of a rendering.
 pub(super) struct Context<'a> {
@@ -291,33 +292,44 @@ impl Context<'_> {
     /// Takes samples.
     #[inline(always)]
     fn take<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample]) {
-        let mut packets: ArrayVec<Rays<S>, MOST_PACKETS> = ArrayVec::new();
-        let mut numbers: ArrayVec<_, MOST_PACKETS> = ArrayVec::new();
-        for first in (0..samples.len()).step_by(LANES) {
-            let (own, rays) = self.camera_rays(simd, worker, samples, first);
-            packets.push(rays);
-            numbers.push(own);
-        }
+        let packets = &self.camera_packets(simd, worker, samples);
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
         let Worker { tracer, streams, batch, .. } = worker;
-        let rays = (&packets[..], &numbers[..]);
-        self.integrator.li(simd, tracer, streams, batch, rays, viewer);
+        self.integrator.li(simd, tracer, streams, batch, packets, viewer);
     }
 
-    /// The camera rays of up to eight samples, from one on, and the numbers of these samples.
-    #[inline(never)]
-    pub(super) fn camera_rays<S: Simd>(
+    /// The camera rays of samples, by eights.
+    #[inline(always)]
+    pub(super) fn camera_packets<S: Simd>(
         &self,
         simd: S,
         worker: &mut Worker,
         samples: &[Sample],
-        first: usize,
-    ) -> (ArrayVec<u16, LANES>, Rays<S>) {
+    ) -> CameraPackets<S> {
+        let mut packets = CameraPackets::new();
+        for first in (0..samples.len()).step_by(LANES) {
+            let count = LANES.min(samples.len() - first);
+            let own = std::array::from_fn(|lane| (first + lane.min(count - 1)) as u16);
+            packets.rays.push(self.camera_rays(simd, worker, samples, (first, own)));
+            packets.active.push(first_lanes(simd, count));
+            packets.samples.push(own);
+        }
+        packets
+    }
+
+    /// The camera rays of up to eight samples, from one on.
+    #[inline(never)]
+    fn camera_rays<S: Simd>(
+        &self,
+        simd: S,
+        worker: &mut Worker,
+        samples: &[Sample],
+        (first, own): (usize, [u16; LANES]),
+    ) -> Rays<S> {
         vectorized!(simd, {
             let samples = &samples[first..samples.len().min(first + LANES)];
-            let numbers: ArrayVec<u16, LANES> = (first as u16..).take(samples.len()).collect();
             let streams = &mut worker.streams;
-            streams.choose(simd, &numbers, 0);
+            streams.choose(simd, &own, 0);
             let mut film = streams.next_2d(simd);
             for (lane, (_, place, _)) in samples.iter().enumerate() {
                 let square = DVec2::new(film[0][lane], film[1][lane]);
@@ -334,7 +346,7 @@ impl Context<'_> {
                 }
             }
             let (o, d) = camera.rays(simd, film, on_lens);
-            (numbers, Rays::new(o, d))
+            Rays::new(o, d)
         })
     }
 }

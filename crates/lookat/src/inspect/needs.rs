@@ -20,23 +20,23 @@ pub struct Needs {
     pub film: Film,
     /// The camera.
     pub camera: Camera,
-    /// The integrator's `name`, and `depth`: the most surfaces of a path.
+    /// Its `name`, and `depth`: the most surfaces of a path.
     pub integrator: Named,
     /// Sample dimensions.
     pub numbers: Numbers,
-    /// The contents of the world.
+    /// Contents of the world.
     pub world: Elements,
-    /// The contents of each object that has instances.
+    /// Contents of each instanced object.
     pub objects: Vec<Elements>,
     /// True if a mesh may have holes.
     pub has_cutouts: bool,
-    /// False if the world is so small that rays test every shape without a BVH.
+    /// False if the world has too few shapes for a BVH.
     pub asks_tree: bool,
-    /// The materials, or null if the integrator does not use them.
+    /// The materials, or null if the integrator ignores them.
     pub surfaces: Option<Surfaces>,
     /// The kinds of all lights.
     pub lights: Vec<&'static str>,
-    /// Number of skies that only BSDF samples find.
+    /// Infinite lights of constant radiance.
     pub constant_skies: usize,
     /// How a surface chooses lights.
     pub light_choice: &'static str,
@@ -61,7 +61,7 @@ pub struct Film {
     pub samples_per_pixel: u32,
     /// Samples in total.
     pub samples: u64,
-    /// The name of the filter.
+    /// Name of the filter.
     pub filter: &'static str,
     /// True if a sample counts for several pixels.
     pub shares_samples: bool,
@@ -89,7 +89,7 @@ pub struct Numbers {
     pub film: u32,
     /// Dimensions of the lens.
     pub lens: u32,
-    /// The dimensions at each surface: what they are `of`, how many `numbers`, and the range of surfaces, `from` (included) `to` (excluded).
+    /// At each surface: what the dimensions are `of`, how many `numbers`, and at which surfaces, `from` (included) `to` (excluded).
     pub surface: Vec<AtSurface>,
     /// The most dimensions of a sample.
     pub most: u64,
@@ -119,7 +119,7 @@ pub struct Memory {
     pub pictures: usize,
     /// Pictures.
     pub picture_bytes: usize,
-    /// The text of the scene. A file that is included twice counts once.
+    /// The scene's text. A file included twice counts once.
     pub text: u64,
     /// The smallest `--max-memory` for `render` without options.
     pub render: u64,
