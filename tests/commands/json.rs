@@ -106,7 +106,7 @@ const SOURCES: [&str; 12] = [
     "lookat/src/render/summary.rs",
     "lookat/src/report.rs",
     "lookat/src/scene_result.rs",
-    "lookat/src/verify.rs",
+    "lookat/src/verify/outcome.rs",
     "lookat-render/src/inspect.rs",
     "lookat-render/src/render.rs",
 ];

@@ -1,20 +1,19 @@
 //! The command line.
 
 mod charting;
+mod numbers;
 mod options;
 mod rendering;
 
-use std::fmt::Display;
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 use lookat_render::Layers;
-use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
+use lookat_scene::MAX_SAMPLES;
 
 pub use crate::args::charting::{Chart, Other};
+use crate::args::numbers::{named, number_in, resolution, stops, whole};
 pub use crate::args::options::{Memory, Tone, ViewOverride, raise_limit, way_out};
 use crate::args::rendering::focus_place;
 pub use crate::args::rendering::{Animation, FocusPlace, Frames, LiveView, Parameter, Protocol};
@@ -143,6 +142,18 @@ pub struct Render {
     pub memory: Memory,
     #[command(flatten)]
     pub report: Report,
+}
+
+impl Render {
+    /// The view of the first picture. An animated radius is at its largest here, because a pinhole has no focal distance.
+    pub fn first_view(&self) -> ViewOverride {
+        let mut view = self.view;
+        if let Some(Animation { parameter, from, to }) = self.frames.animate {
+            let value = if parameter == Parameter::LensRadius { from.max(to) } else { from };
+            parameter.set(value, &mut view);
+        }
+        view
+    }
 }
 
 #[derive(Debug, Args)]
@@ -309,16 +320,6 @@ pub struct Verify {
     pub json: bool,
 }
 
-/// Finds a name among all, or fails with the list.
-fn named<T>(
-    found: Option<T>,
-    what: &str,
-    names: impl IntoIterator<Item = &'static str>,
-) -> Result<T, Failure> {
-    let names = || names.into_iter().collect::<Vec<_>>().join(", ");
-    found.ok_or_else(|| format!("the {what} are {}", names()).into())
-}
-
 fn metric(text: &str) -> Result<Metric, Failure> {
     named(Metric::from_name(text), "metrics", Metric::names())
 }
@@ -354,32 +355,6 @@ pub struct Report {
     pub json: bool,
 }
 
-fn resolution(text: &str) -> Result<[u32; 2], Failure> {
-    let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=MAX_SIDE).contains(side));
-    text.split_once(['x', 'X'])
-        .and_then(|(width, height)| Some([side(width)?, side(height)?]))
-        .ok_or_else(|| format!("expected width and height from 1 to {MAX_SIDE} pixels, as in 640x480").into())
-}
-
-/// A number of the command line.
-trait Number: FromStr + PartialOrd + Copy + Send + Sync + 'static {}
-
-impl<T: FromStr + PartialOrd + Copy + Send + Sync + 'static> Number for T {}
-
-/// Parses a number in a range.
-fn number_in<T: Number>(
-    range: RangeInclusive<T>,
-    expected: &str,
-) -> impl Fn(&str) -> Result<T, Failure> + Clone + use<T> {
-    let expected = format!("expected {expected}");
-    move |text| text.parse().ok().filter(|number| range.contains(number)).ok_or(expected.as_str().into())
-}
-
-/// Parses a whole number from `least` to `most`.
-fn whole<T: Number + Display>(least: T, most: T) -> impl Fn(&str) -> Result<T, Failure> + Clone + use<T> {
-    number_in(least..=most, &format!("a whole number from {least} to {most}"))
-}
-
 fn seconds(text: &str) -> Result<Duration, Failure> {
     number_in(0.001..=1e8, "seconds, from 0.001 to 1e8")(text).map(Duration::from_secs_f64)
 }
@@ -388,10 +363,6 @@ fn rays(text: &str) -> Result<u64, Failure> {
     // With fewer rays, a case may miss its limit by chance.
     let count = text.parse().ok().filter(|count: &f64| (1e3..=1e9).contains(count) && count.fract() == 0.0);
     count.map(|count| count as u64).ok_or("expected a whole number from 1000 to 1e9".into())
-}
-
-fn stops(text: &str) -> Result<f64, Failure> {
-    number_in(-100.0..=100.0, "a number from -100 to 100")(text)
 }
 
 /// The edges of `--crop`: left, right, top and bottom.
@@ -416,7 +387,7 @@ pub struct View {
     /// Compare with this picture: .exr, .pfm, .png, .tga, .jpg or .hdr
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
-    /// Port of the page at 127.0.0.1; 0 takes a free one
+    /// Port of the page at 127.0.0.1; 0 picks a free one
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub port: u16,
     /// Open the page in the browser

@@ -40,7 +40,7 @@ pub enum Failure {
     #[error(transparent)]
     Alignment(#[from] AlignError),
     /// Standard output cannot be written.
-    #[error("cannot write the result")]
+    #[error("cannot write to standard output")]
     Unwritten,
 }
 

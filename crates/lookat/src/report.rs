@@ -146,7 +146,7 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
             continue;
         }
         done.push(window);
-        let mut snippet = Snippet::source(window.text.as_str()).line_start(window.line);
+        let mut snippet = window.snippet();
         if window.is_cut {
             // The snippet lacks the start of its line, so it cannot give the right column.
             let first = diagnostic.labels.iter().zip(&windows).find(|(_, w)| *w == window);
@@ -169,28 +169,27 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     if let Some(places) = other_places(&diagnostic.places, sources) {
         group = group.element(Level::NOTE.message(places));
     }
-    let mut help = diagnostic.help.as_deref().map(visible);
+    let help = diagnostic.help.as_deref().map(visible);
+    let title = || help.clone().unwrap_or_else(|| "write it like this".into());
     let fix_window = diagnostic.fix.as_ref().map(|fix| (fix, Window::around(fix.span, sources)));
-    let (of_lines, of_a_line): (Vec<_>, Vec<_>) =
-        fix_window.into_iter().partition(|(fix, _)| word(fix.span, sources).contains('\n'));
-    if let [(fix, _)] = &of_lines[..] {
+    let rendered = match &fix_window {
         // A window shows one line.
-        let title = help.unwrap_or_else(|| "write it like this".into());
-        let is_deleted = fix.replacement.is_empty();
-        help = Some(if is_deleted { title } else { format!("{title}: {}", visible(&fix.replacement)) });
-    }
-    let shown_fix = of_a_line.into_iter().find(|(_, window)| window.text.len() <= LONGEST_MENDED);
-    let rendered = match (&shown_fix, help) {
-        (Some((fix, window)), help) => {
-            let title = help.unwrap_or_else(|| "write it like this".into());
-            let patch = Patch::new(window.range(fix.span), visible_lines(&fix.replacement));
-            let snippet =
-                Snippet::source(window.text.as_str()).line_start(window.line).path(window.path.as_str());
-            let help = Group::with_title(Level::HELP.secondary_title(title)).element(snippet.patch(patch));
-            renderer.render(&[group, help])
+        Some((fix, _)) if word(fix.span, sources).contains('\n') => {
+            let text = match fix.replacement.as_str() {
+                "" => title(),
+                replacement => format!("{}: {}", title(), visible(replacement)),
+            };
+            renderer.render(&[group.element(Level::HELP.message(text))])
         }
-        (None, Some(help)) => renderer.render(&[group.element(Level::HELP.message(help))]),
-        (None, None) => renderer.render(&[group]),
+        Some((fix, window)) if window.text.len() <= LONGEST_MENDED => {
+            let patch = Patch::new(window.range(fix.span), visible_lines(&fix.replacement));
+            let help = Group::with_title(Level::HELP.secondary_title(title()));
+            renderer.render(&[group, help.element(window.snippet().path(window.path.as_str()).patch(patch))])
+        }
+        _ => renderer.render(&[match help {
+            Some(help) => group.element(Level::HELP.message(help)),
+            None => group,
+        }]),
     };
     if !windows.iter().any(|window| window.is_cut) {
         return rendered;
@@ -247,6 +246,10 @@ impl Window {
             is_empty: source.text.is_empty(),
             is_cut: start > 0 && !is_end(&text[start - 1]),
         }
+    }
+
+    fn snippet<'w, T: Clone>(&'w self) -> Snippet<'w, T> {
+        Snippet::source(self.text.as_str()).line_start(self.line)
     }
 
     /// Converts a span of the file to a range of the text.

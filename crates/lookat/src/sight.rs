@@ -30,8 +30,6 @@ pub struct Sight<'l> {
     turned: Option<ViewFacts>,
     /// What is in view from cameras that the inverse of the transformation places.
     inverses: Vec<(View, ViewFacts)>,
-    /// The start of the scene file.
-    start: Span,
 }
 
 /// Prepares a scene for rays. Fails if there is not enough memory.
@@ -57,7 +55,6 @@ pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, facts: ViewFacts) -> Sight
         focus: Focus::new(&scene.view.camera, &scene.view.film),
         turned: None,
         inverses: Vec::new(),
-        start: Span { file: FileId(0), start: 0, end: 0 },
     }
 }
 
@@ -135,7 +132,11 @@ impl Sight<'_> {
     /// The place of the directive that places the camera.
     fn camera_place(&self) -> Span {
         let Places { camera, world_begin, .. } = self.places;
-        self.look_at.map(|(span, _)| span).or(*camera).or(*world_begin).unwrap_or(self.start)
+        self.look_at.map(|(span, _)| span).or(*camera).or(*world_begin).unwrap_or(Span {
+            file: FileId(0),
+            start: 0,
+            end: 0,
+        })
     }
 
     /// The extent of the shorter side of the picture at a depth. `None` if the picture shows all directions.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use lookat_lab::chart::FEWEST_SEEDS;
 
-use crate::args::{Memory, number_in, resolution, whole};
+use crate::args::numbers::{number_in, resolution, whole};
+use crate::args::options::Memory;
 use crate::failure::Failure;
 
 #[derive(Debug, Args)]

@@ -4,6 +4,7 @@ use clap::Args;
 use lookat_image::{Image, MemoryBudget, OutOfMemory, ToneCurve, ToneMapping};
 use lookat_scene::{Projection, Scene};
 
+use crate::args::numbers::{named, stops};
 use crate::failure::Failure;
 
 /// The memory limit of a command.
@@ -98,12 +99,12 @@ fn exposure(text: &str) -> Result<Exposure, Failure> {
     if text == "auto" {
         return Ok(Exposure::Auto);
     }
-    super::stops(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto").into())
+    stops(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto").into())
 }
 
 fn curve(text: &str) -> Result<ToneCurve, Failure> {
     let found = ToneCurve::ALL.into_iter().find(|(name, _)| *name == text).map(|(_, curve)| curve);
-    super::named(found, "tone curves", ToneCurve::ALL.map(|(name, _)| name))
+    named(found, "tone curves", ToneCurve::ALL.map(|(name, _)| name))
 }
 
 /// The options that replace the camera of the scene.

@@ -5,7 +5,8 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use lookat_scene::glam::DVec2;
 
-use crate::args::{Render, ViewOverride, whole};
+use crate::args::numbers::whole;
+use crate::args::options::ViewOverride;
 use crate::failure::Failure;
 
 /// The most pictures of one run.
@@ -96,25 +97,13 @@ impl Parameter {
     }
 
     /// Sets the value in an override. A number of `LookAt` alone is none.
-    fn set(self, value: f64, view: &mut ViewOverride) {
+    pub fn set(self, value: f64, view: &mut ViewOverride) {
         match self {
             Parameter::Fov => view.fov = Some(value),
             Parameter::LensRadius => view.lens_radius = Some(value),
             Parameter::FocalDistance => view.focal_distance = Some(value),
             Parameter::LookAt(_) => {}
         }
-    }
-}
-
-impl Render {
-    /// The view of the first picture. An animated radius is at its largest here, because a pinhole has no focal distance.
-    pub fn first_view(&self) -> ViewOverride {
-        let mut view = self.view;
-        if let Some(Animation { parameter, from, to }) = self.frames.animate {
-            let value = if parameter == Parameter::LensRadius { from.max(to) } else { from };
-            parameter.set(value, &mut view);
-        }
-        view
     }
 }
 

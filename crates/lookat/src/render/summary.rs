@@ -211,24 +211,24 @@ pub fn explain_black(
         };
         // Without secondary rays, no surface scattered light.
         let is_alone = picture.rays == rendered.statistics.samples && depth > 0;
-        let black = if is_alone { black_material(scene, prepared) } else { None };
-        let black = black.map(|at| {
+        if let Some(at) = is_alone.then(|| black_material(scene, prepared)).flatten() {
             let place = report::place(at, sources);
-            format!("the picture is all black: the camera sees the black material at {place}; give it a color above 0")
-        });
-        crate::say(match is_alone {
-            true => black.as_deref().unwrap_or(
-                "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov",
-            ),
-            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are visible",
-            false
-                if scene.world.lights.is_empty()
-                    && scene.world.shapes().any(|shape| shape.emission.is_some()) =>
-            {
-                "the picture is all black: no visible surface receives light; area lights emit on the side of their normals only: check \"bool twosided\" and ReverseOrientation"
-            }
-            false => "the picture is all black: no visible surface receives light",
-        });
+            say!(
+                "the picture is all black: the camera sees the black material at {place}; give it a color above 0"
+            );
+        } else {
+            let emits = scene.world.shapes().any(|shape| shape.emission.is_some());
+            let reason = if is_alone {
+                "no camera ray hits a surface that scatters light; check LookAt and fov"
+            } else if depth == 0 {
+                "with maxdepth 0, only lights are visible"
+            } else if scene.world.lights.is_empty() && emits {
+                "no visible surface receives light; area lights emit on the side of their normals only: check \"bool twosided\" and ReverseOrientation"
+            } else {
+                "no visible surface receives light"
+            };
+            say!("the picture is all black: {reason}");
+        }
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;

@@ -1,6 +1,6 @@
 //! The report as a self-contained HTML page.
 
-mod picture;
+pub mod picture;
 
 use std::cmp::Reverse;
 use std::fmt::Write;
@@ -14,8 +14,8 @@ use crate::failure::Failure;
 use crate::metric::{Measured, Metric};
 use crate::output::write_result;
 use crate::readable::{digits, visible_lines};
-pub use crate::verify::page::picture::{PACKING_BYTES, Picture};
-use crate::verify::{Outcome, Verdict, summary};
+use crate::verify::outcome::{Outcome, Verdict, summary};
+use crate::verify::page::picture::Picture;
 
 /// A number in the report.
 #[derive(Debug, Clone)]

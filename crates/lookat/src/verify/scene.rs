@@ -19,8 +19,9 @@ use crate::readable::plural;
 use crate::render::settings::{charge_memory, note_jitter};
 use crate::render::summary::Metadata;
 use crate::source::{load_scene, read_image, replace_samples};
-use crate::verify::page::{PACKING_BYTES, Picture};
-use crate::verify::{Outcome, Verdict, beside, scene_name, why_unreadable};
+use crate::verify::files::{beside, scene_name, why_unreadable};
+use crate::verify::outcome::{Outcome, Verdict};
+use crate::verify::page::picture::{PACKING_BYTES, Picture};
 use crate::{compare as comparing, report};
 
 /// Renders a scene and compares it with its reference. `inputs` are the files that all scenes read: none of them is replaced.

@@ -7,7 +7,8 @@ use unicode_width::UnicodeWidthStr;
 use crate::failure::Failure;
 use crate::metric::{Metric, number, value_of};
 use crate::readable::visible;
-use crate::verify::{Outcome, Verdict, scene_name, summary};
+use crate::verify::files::scene_name;
+use crate::verify::outcome::{Outcome, Verdict, summary};
 
 /// Prints rows to standard output, as text or JSON.
 pub struct Table {

@@ -67,7 +67,7 @@ impl Editor {
     /// Opens a place, and does not wait for the editor to end.
     pub fn open(&self, path: &Path, line: usize, column: usize) -> Result<(), Failure> {
         if self.is_in_terminal() && self.is_open.load(Ordering::Relaxed) {
-            bail!("the editor is open in the terminal already");
+            bail!("the editor is already open in the terminal");
         }
         let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
         let mut words = self.words(&path.display().to_string(), line, column).into_iter();

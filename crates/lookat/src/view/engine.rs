@@ -2,6 +2,7 @@
 
 mod edits;
 mod opened;
+mod pace;
 mod pictures;
 mod queries;
 
@@ -17,15 +18,14 @@ use crate::live::Watch;
 use crate::output::is_among;
 use crate::report;
 use crate::source::{load_watched, replace_samples};
-use crate::verify::beside;
+use crate::verify::files::beside;
 use crate::view::editor::Editor;
-use crate::view::engine::edits::Shown;
 use crate::view::engine::opened::Opened;
-use crate::view::engine::pictures::Pace;
+use crate::view::engine::pace::Pace;
 use crate::view::messages::{News, Request, SetView};
 use crate::view::outbox::Topic;
 use crate::view::reference::{Comparer, References, Shared};
-use crate::view::write::{History, Unsaved};
+use crate::view::write::{History, Shown, Unsaved};
 
 /// The time between two looks at the files while there is nothing to do.
 const IDLE: Duration = Duration::from_millis(50);
@@ -102,7 +102,7 @@ impl Engine {
             reading: 0,
             unsaved: Unsaved::default(),
             has_lost: false,
-            set: SetView { by: 0, number: 0, camera: ViewOverride::default() },
+            set: SetView::default(),
             history: History::default(),
             shown: Mutex::default(),
             pace: Pace::default(),

@@ -95,8 +95,8 @@ pub fn upgrade(client: &mut Timed, answer: &Response) -> io::Result<()> {
 
 /// The most bytes of a message from the page.
 const LONGEST_REQUEST: usize = 64 << 10;
-/// The time that the page has to take a message. Then its connection is closed.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// The time to send the head of a request, and to take an answer or a message. Then the connection is closed.
+pub const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The reading side. Answers to pings and closing are not sent: they could fall into the middle of a picture.
 struct Incoming(TcpStream);
@@ -151,8 +151,7 @@ fn receive(incoming: TcpStream, requests: &Requests) {
 fn send(client: Timed, outbox: &Outbox) {
     let mut socket = WebSocket::from_raw_socket(client, Role::Server, None);
     while let Some(message) = outbox.next() {
-        // One second more for each 4 MiB.
-        socket.get_mut().allow(PATIENCE + Duration::from_secs(message.len() as u64 >> 22));
+        socket.get_mut().allow_bytes(message.len());
         if socket.send(message).is_err() {
             break;
         }
@@ -170,6 +169,11 @@ pub struct Timed {
 impl Timed {
     pub fn new(stream: TcpStream, time: Duration) -> Timed {
         Timed { stream, deadline: Instant::now() + time }
+    }
+
+    /// Sets a new deadline to take a message: the usual time, and one second more for each 4 MiB.
+    pub fn allow_bytes(&mut self, count: usize) {
+        self.allow(PATIENCE + Duration::from_secs(count as u64 >> 22));
     }
 
     /// Sets a new deadline.

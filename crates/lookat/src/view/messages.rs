@@ -111,7 +111,7 @@ impl Request {
 }
 
 /// What the page sets of the camera instead of the file.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SetView {
     pub by: u32,

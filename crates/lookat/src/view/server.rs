@@ -13,14 +13,12 @@ use tungstenite::handshake::server::{Request, create_response};
 use tungstenite::http::StatusCode;
 
 use crate::failure::Failure;
-use crate::view::http::{Timed, answer, header, read_head, refuse, talk, upgrade};
+use crate::view::http::{PATIENCE, Timed, answer, header, read_head, refuse, talk, upgrade};
 use crate::view::reference::Shared;
 use crate::writer::lock;
 
 /// The most connections at a time.
 const MOST_CONNECTIONS: usize = 32;
-/// The time to send the head of a request, and then to take the answer.
-const PATIENCE: Duration = Duration::from_secs(5);
 /// The name of the WebSocket.
 const SOCKET: &str = "socket";
 
@@ -125,8 +123,7 @@ impl Server {
             },
             Ok((name, _)) => match self.file(&name) {
                 Some((kind, bytes)) => {
-                    // One second more for each 4 MiB.
-                    client.allow(PATIENCE + Duration::from_secs(bytes.len() as u64 >> 22));
+                    client.allow_bytes(bytes.len());
                     answer(&mut client, StatusCode::OK, kind, &bytes);
                 }
                 None => refuse(&mut client, StatusCode::NOT_FOUND),

@@ -1,5 +1,6 @@
 //! Changes of the files of a scene: unsaved ones, with which the scene is read, and written ones, which can be reverted.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
@@ -188,6 +189,13 @@ fn step(
     let Some((what, others)) = from.pop() else { return false };
     to.push((what, std::mem::replace(files, others)));
     true
+}
+
+/// The changes that pages were shown last, and these pages.
+#[derive(Default)]
+pub struct Shown {
+    pub changes: Vec<FileChange>,
+    pub pages: BTreeSet<u32>,
 }
 
 /// The files on disk and their texts for the scene, with the states before and after.

@@ -11,15 +11,8 @@ use crate::view::engine::Engine;
 use crate::view::engine::opened::{describe, kind_of};
 use crate::view::messages::{Action, At, Change, ChangedLines, News, Values};
 use crate::view::outbox::Topic;
-use crate::view::write::{FileChange, Unsaved, changes};
+use crate::view::write::{FileChange, Shown, Unsaved, changes};
 use crate::writer::lock;
-
-/// The changes that pages were shown last, and these pages.
-#[derive(Default)]
-pub struct Shown {
-    changes: Vec<FileChange>,
-    pages: BTreeSet<u32>,
-}
 
 impl Engine {
     /// Opens a place in the editor.
