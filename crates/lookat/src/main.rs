@@ -83,7 +83,7 @@ fn start_threads(command: &args::Command) {
     if started < wanted {
         let lower = if requested.is_some() { "lower --threads, or " } else { "" };
         say(&format!(
-            "warning: only {started} of {wanted} threads could be started; {lower}raise ulimit -v or ulimit -u"
+            "warning: {started} of {wanted} threads could be started; {lower}raise ulimit -v or ulimit -u"
         ));
     }
 }

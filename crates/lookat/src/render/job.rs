@@ -132,6 +132,9 @@ struct Rendering<'a> {
     live: &'a Live,
 }
 
+/// A written picture, and whether it is where it was asked for.
+type Written = (JsonPicture, Result<(), Failure>);
+
 impl Rendering<'_> {
     /// Renders the picture or the pictures of a scene, and prepares its world once. False after an interruption.
     fn pictures(
@@ -205,14 +208,13 @@ impl Rendering<'_> {
         check_unfinished(file, new, "replace it with --force, or choose another name with -o")
     }
 
-    /// Renders and writes a picture. Also tells whether it is where it was asked for. `None` if the files of the scene have changed
-    /// meanwhile.
+    /// Renders and writes a picture. `None` if the files of the scene have changed meanwhile.
     fn picture(
         &self,
         scene: &Scene,
         prepared: &mut Prepared,
         file: PathBuf,
-    ) -> Result<Option<(JsonPicture, Result<(), Failure>)>, Failure> {
+    ) -> Result<Option<Written>, Failure> {
         let Rendering { arguments, loaded, live } = *self;
         let (settings, crop) = (settings(arguments, &file), scene.view.film.crop);
         let new = new_picture(scene, &settings);
