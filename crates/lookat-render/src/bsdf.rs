@@ -15,7 +15,7 @@ use smallvec::SmallVec;
 use crate::frame::Frames;
 use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
 pub(crate) use lobe::BsdfSample;
-use lobe::{Kind, Lobe, Lobes, PointLobe};
+use lobe::{Lobe, LobeKind, Lobes, PointLobe};
 pub(crate) use material::most_lobes;
 
 /// Selects lobes by whether they are delta distributions.
@@ -29,7 +29,7 @@ pub(crate) enum LobeFilter {
 }
 
 impl LobeFilter {
-    fn holds(self, kind: Kind) -> bool {
+    fn holds(self, kind: LobeKind) -> bool {
         match self {
             LobeFilter::All => true,
             LobeFilter::NonDelta => !kind.is_delta(),
@@ -62,7 +62,7 @@ pub(crate) struct Bsdf<'s, S: Simd> {
     wo: Vec3x8<S>,
     /// `wo` in the shading frames.
     local_o: V3<f32x8<S>>,
-    slots: &'s [Slot<S>],
+    slots: &'s [LobeSlot<S>],
 }
 
 /// The largest number below 1.
@@ -76,7 +76,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         ns: Vec3x8<S>,
         frames: Frames<f32x8<S>>,
         wo: Vec3x8<S>,
-        slots: &'s mut Slots<S>,
+        slots: &'s mut LobeSlots<S>,
     ) -> Self {
         let local_o = frames.to_local(wo.narrow());
         let n = n.face_forward(wo);
@@ -92,7 +92,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
 
     /// The points with lobes of some kinds.
     #[inline(always)]
-    fn of(&self, holds: impl Fn(Kind) -> bool) -> mask64x8<S> {
+    fn of(&self, holds: impl Fn(LobeKind) -> bool) -> mask64x8<S> {
         let mut all = mask32x8::splat(self.local_o.z.token(), false);
         for slot in self.slots.iter().filter(|slot| holds(slot.lobe.kind)) {
             all |= slot.mask;
@@ -106,8 +106,8 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         Domain {
             n: self.n,
             ns: (-self.ns).keep_where(widen(self.local_o.z.simd_lt(0.0)), self.ns),
-            is_two_sided: self.of(Kind::transmits),
-            is_diffuse: !self.of(|kind| kind != Kind::Lambert),
+            is_two_sided: self.of(LobeKind::transmits),
+            is_diffuse: !self.of(|kind| kind != LobeKind::Lambert),
         }
     }
 
@@ -135,7 +135,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_delta()) {
                 let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i, above);
                 let (side, sampled) = match slot.lobe.kind {
-                    Kind::RoughGlass => (above | through, is_seen),
+                    LobeKind::RoughGlass => (above | through, is_seen),
                     kind if kind.transmits() => (through, !same_side),
                     _ => (above, same_side),
                 };
@@ -254,7 +254,7 @@ const ALIKE: f32 = 0.25;
 
 /// Sets the probabilities of lobes by their albedo at an angle of cosine `cos_o`.
 #[inline(always)]
-fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
+fn weigh<S: Simd>(slots: &mut [LobeSlot<S>], cos_o: f32x8<S>) {
     if slots.len() < 2 {
         return;
     }
@@ -277,7 +277,7 @@ fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
 
 /// The probability that a sample of all lobes passes the filter.
 #[inline(always)]
-fn probability<S: Simd>(simd: S, slots: &[Slot<S>], filter: LobeFilter) -> f32x8<S> {
+fn probability<S: Simd>(simd: S, slots: &[LobeSlot<S>], filter: LobeFilter) -> f32x8<S> {
     if filter == LobeFilter::All {
         return splat_f32(simd, 1.0);
     }
@@ -288,7 +288,7 @@ fn probability<S: Simd>(simd: S, slots: &[Slot<S>], filter: LobeFilter) -> f32x8
     sum
 }
 
-fn of<S: Simd>(slots: &[Slot<S>], filter: LobeFilter) -> impl Iterator<Item = (usize, &Slot<S>)> {
+fn of<S: Simd>(slots: &[LobeSlot<S>], filter: LobeFilter) -> impl Iterator<Item = (usize, &LobeSlot<S>)> {
     slots.iter().enumerate().filter(move |(_, slot)| filter.holds(slot.lobe.kind))
 }
 
@@ -305,7 +305,7 @@ struct LobeChoice<S: Simd> {
 /// Chooses a lobe that passes the filter at each point: the first where the sum of probabilities exceeds `u` times the
 /// total, or the last.
 #[inline(always)]
-fn choose<S: Simd>(slots: &[Slot<S>], filter: LobeFilter, u: f64x8<S>) -> LobeChoice<S> {
+fn choose<S: Simd>(slots: &[LobeSlot<S>], filter: LobeFilter, u: f64x8<S>) -> LobeChoice<S> {
     let simd = u.token();
     let all = probability(simd, slots, filter);
     let mut rest = u * to_f64(all);
@@ -326,7 +326,7 @@ fn choose<S: Simd>(slots: &[Slot<S>], filter: LobeFilter, u: f64x8<S>) -> LobeCh
 
 /// A lobe and the points that have it.
 #[derive(Clone, Copy)]
-struct Slot<S: Simd> {
+struct LobeSlot<S: Simd> {
     pub lobe: Lobes<S>,
     /// The points that have the lobe.
     pub mask: mask32x8<S>,
@@ -335,17 +335,17 @@ struct Slot<S: Simd> {
 }
 
 /// The lobes of all points. The lobes of each point are in order. Few materials have more than six.
-pub(crate) struct Slots<S: Simd>(SmallVec<[Slot<S>; 6]>);
+pub(crate) struct LobeSlots<S: Simd>(SmallVec<[LobeSlot<S>; 6]>);
 
 /// The lobes of a material at a point.
 #[derive(Debug, Default)]
 pub(crate) struct PointLobes(SmallVec<[PointLobe; 8]>);
 
-impl<S: Simd> Slots<S> {
+impl<S: Simd> LobeSlots<S> {
     /// An empty list of lobes.
     #[inline(always)]
     pub fn new() -> Self {
-        Slots(SmallVec::new())
+        LobeSlots(SmallVec::new())
     }
 
     /// Adds the lobes of points that are alike, and have none yet.
@@ -369,7 +369,7 @@ impl<S: Simd> Slots<S> {
                 slot.lobe = lobe.keep_where(own, slot.lobe);
                 slot.mask |= own;
             }
-            None => self.0.push(Slot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
+            None => self.0.push(LobeSlot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
         }
         *from = at + 1;
     }

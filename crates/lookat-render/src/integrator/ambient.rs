@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use fearless_simd::{Simd, prelude::*};
 use glam::Vec3;
 
-use crate::bsdf::Slots;
+use crate::bsdf::LobeSlots;
 use crate::frame::Frames;
 use crate::integrator::path_batch::PathBatch;
 use crate::integrator::path_record::PathRecord;
@@ -35,7 +35,7 @@ impl Ambient<'_> {
         batch: &mut PathBatch,
     ) {
         vectorized!(simd, {
-            let surfaces = self.world.plain(simd, paths, &mut Slots::new()).surfaces;
+            let surfaces = self.world.plain(simd, paths, &mut LobeSlots::new()).surfaces;
             let n = surfaces.n.face_forward(-paths.rays.d);
             let frames = Frames::from_z(n.narrow());
             let mut sum = splat_f32(simd, 0.0);

@@ -8,7 +8,7 @@ use super::path_batch::PathBatch;
 use super::path_record::PathRecord;
 use super::profiler::Stage;
 use super::world::World;
-use crate::bsdf::{Bsdf, BsdfSample, LobeFilter, Slots};
+use crate::bsdf::{Bsdf, BsdfSample, LobeFilter, LobeSlots};
 use crate::camera::Viewer;
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, LightHits, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
@@ -84,8 +84,8 @@ impl<'s> Lighting<'s> {
         batch: &mut PathBatch,
         does: impl FnOnce(&mut Tracer, &Vertices<S>, &mut PathBatch),
     ) {
-        let mut slots = Slots::new();
-        let views = camera.map(|of| paths.views(of, &batch.places));
+        let mut slots = LobeSlots::new();
+        let views = camera.map(|of| paths.views(of, &batch.camera_samples));
         let shaded = self.world.shaded(simd, tracer, paths, views.as_ref(), &mut slots);
         let Shaded { surfaces, frames, .. } = &shaded;
         let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, *frames, -paths.rays.d, &mut slots);

@@ -2,10 +2,11 @@
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask64x8, prelude::*};
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 
 use super::path_record::{Columns, PATHS, PathRecord};
 use super::world::{Sees, World};
+use crate::camera::CameraSample;
 use crate::integrator::world::Tracer;
 use crate::number::{Colors, LANES, set_lanes, vectorized};
 use crate::trace::MOST_PACKETS;
@@ -15,8 +16,7 @@ use crate::trace::rays::{Hits, Rays};
 pub(crate) struct PathBatch {
     /// The radiance of each sample so far.
     pub radiance: [Vec3; PATHS],
-    /// The film position of each sample, and the random numbers for the lens.
-    pub places: [(DVec2, DVec2); PATHS],
+    pub camera_samples: [CameraSample; PATHS],
     block: Box<Block>,
     /// Branches that are continued later, the last one first.
     pending: Vec<Box<Block>>,
@@ -43,7 +43,7 @@ impl PathBatch {
     pub fn new() -> Self {
         PathBatch {
             radiance: [Vec3::ZERO; PATHS],
-            places: [Default::default(); PATHS],
+            camera_samples: [CameraSample::default(); PATHS],
             block: Block::new(),
             pending: Vec::new(),
             before: 0,

@@ -1,9 +1,9 @@
 //! The state of paths between two surfaces: eight paths side by side, and the columns that store many.
 
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 
-use crate::camera::{Viewer, Views};
+use crate::camera::{CameraSample, Viewer, Views};
 use crate::number::{Colors, LANES, first_lanes, narrow, set_lanes, splat_f32};
 use crate::trace::rays::{Hits, Rays};
 
@@ -55,9 +55,9 @@ impl<S: Simd> PathRecord<S> {
         }
     }
 
-    /// The camera samples that have sent the rays. `places`: see [`Views::places`].
-    pub fn views<'v>(&self, of: Viewer<'v>, places: &'v [(DVec2, DVec2)]) -> Views<'v> {
-        Views { of, places, samples: self.samples, direct: (!self.has_passed).to_bitmask() }
+    /// The camera samples that have sent the rays, of all in the batch.
+    pub fn views<'v>(&self, of: Viewer<'v>, camera_samples: &'v [CameraSample]) -> Views<'v> {
+        Views { of, camera_samples, samples: self.samples, direct: (!self.has_passed).to_bitmask() }
     }
 }
 

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::path_record::PathRecord;
 use super::profiler::{Profiler, Stage};
-use crate::bsdf::Slots;
+use crate::bsdf::LobeSlots;
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::light::LightTable;
@@ -146,7 +146,7 @@ impl<'s> World<'s> {
         &self,
         simd: S,
         PathRecord { rays, hits, active, .. }: &PathRecord<S>,
-        slots: &mut Slots<S>,
+        slots: &mut LobeSlots<S>,
     ) -> Shaded<S> {
         vectorized!(simd, {
             let is_hit = hits.is_hit() & *active;
@@ -168,7 +168,7 @@ impl<'s> World<'s> {
         tracer: &Tracer,
         paths: &PathRecord<S>,
         views: Option<&Views>,
-        slots: &mut Slots<S>,
+        slots: &mut LobeSlots<S>,
     ) -> Shaded<S> {
         let mut shaded = self.plain(simd, paths, slots);
         if shaded.is_open.any_true() {

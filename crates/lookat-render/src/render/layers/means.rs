@@ -5,7 +5,7 @@ use fearless_simd::{Simd, prelude::*};
 use glam::{DVec3, Vec3};
 
 use super::{Layer, Values};
-use crate::bsdf::Slots;
+use crate::bsdf::LobeSlots;
 use crate::camera::Viewer;
 use crate::film::Area;
 use crate::integrator::path_record::PATHS;
@@ -52,8 +52,9 @@ impl Context<'_> {
         let (filter, reach) = (&self.film.filter, self.film.filter.reach());
         let mut weights = Default::default();
         for Pass { pattern, samples } in passes {
-            let of_source = |place| samples.clone().map(move |index| (pattern.seed, place, index));
-            let mut all = bounds.grown(reach).places().flat_map(of_source);
+            let of_source =
+                |pixel| samples.clone().map(move |index| Sample { seed: pattern.seed, pixel, index });
+            let mut all = bounds.grown(reach).pixels().flat_map(of_source);
             loop {
                 let samples: ArrayVec<Sample, PATHS> = all.by_ref().take(PATHS).collect();
                 if samples.is_empty() {
@@ -65,14 +66,16 @@ impl Context<'_> {
                 worker.streams.restart(&pattern.sampler, &samples);
                 let mut seen = [LayerValues::default(); PATHS];
                 side_by_side!(self.prepared.traceable.level, simd => self.layer_values(simd, worker, &samples, &mut seen));
-                for ((square, seen), (_, [x, y], _)) in worker.squares.iter().zip(&seen).zip(&samples) {
+                for ((square, seen), Sample { pixel: [x, y], .. }) in
+                    worker.squares.iter().zip(&seen).zip(&samples)
+                {
                     filter.weigh(*square, &mut weights);
                     let [across, down] = [&weights[0], &weights[1]].map(|weights| weights.iter().zip(0..));
                     for (down, dy) in down {
                         for (across, dx) in across.clone() {
-                            let place = [x - reach[0].cast_signed() + dx, y - reach[1].cast_signed() + dy];
-                            if bounds.contains(place) {
-                                sums[bounds.index(place)].add(seen, across * down);
+                            let pixel = [x - reach[0].cast_signed() + dx, y - reach[1].cast_signed() + dy];
+                            if bounds.contains(pixel) {
+                                sums[bounds.index(pixel)].add(seen, across * down);
                             }
                         }
                     }
@@ -108,8 +111,8 @@ impl Context<'_> {
             if !paths.active.any_true() {
                 continue;
             }
-            let mut slots = Slots::new();
-            let views = paths.views(viewer, &worker.batch.places);
+            let mut slots = LobeSlots::new();
+            let views = paths.views(viewer, &worker.batch.camera_samples);
             let surfaces = world.shaded(simd, tracer, &paths, Some(&views), &mut slots).surfaces;
             let n = surfaces.n.face_forward(-paths.rays.d);
             let ns = surfaces.ns.face_forward(n);
