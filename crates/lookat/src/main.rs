@@ -4,6 +4,7 @@
 mod failure;
 
 mod args;
+mod camera_override;
 mod chart;
 mod check;
 mod compare;

@@ -2,9 +2,10 @@
 
 use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
-use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtError, Projection, Scene, Transform, View};
+use lookat_scene::{Camera, CameraPlacement, Loaded, LookAtError, Scene, Transform, View};
 
-use crate::args::{Animation, FocusPlace, Parameter, Render};
+use crate::args::{Animation, FocusPlace, Parameter, Render, ViewOverride};
+use crate::camera_override::{FileCamera, changed};
 use crate::failure::Failure;
 
 /// The camera of each picture.
@@ -39,33 +40,24 @@ fn check_world(loaded: &Loaded, option: &str) -> Result<(), Failure> {
 
 /// The camera with another value of a parameter.
 fn animated(
-    mut camera: Camera,
+    camera: Camera,
     loaded: &Loaded,
-    animation: Animation,
+    Animation { parameter, .. }: Animation,
     value: f64,
 ) -> Result<Camera, Failure> {
-    match animation.parameter {
-        Parameter::Fov => camera.projection = Projection::Perspective { fov: value },
-        // The scene is loaded with a lens.
-        Parameter::LensRadius => {
-            camera.lens = camera.lens.map(|lens| Lens { radius: value, ..lens }).filter(|_| value > 0.0);
-        }
-        Parameter::FocalDistance => {
-            camera.lens = camera.lens.map(|lens| Lens { focal_distance: value, ..lens });
-        }
-        Parameter::LookAt(at) => {
-            let option = format!("--animate {}", animation.parameter.name());
-            check_world(loaded, &option)?;
-            let placement = loaded.placement.ok_or_else(|| {
-                format!("{option} needs a LookAt that places the camera; give one with --lookat")
-            })?;
-            let mut points = placement.points;
-            points[at] = value;
-            let placed = CameraPlacement { points, ..placement }.world_from_camera();
-            camera.world_from_camera = placed.map_err(|fault| format!("{option} at {value}: {fault}"))?;
-        }
+    let (option, mut view) = (format!("--animate {}", parameter.name()), ViewOverride::default());
+    parameter.set(value, &mut view);
+    let mut view = view.options();
+    if let Parameter::LookAt(at) = parameter {
+        check_world(loaded, &option)?;
+        let mut points = loaded.placement.map(|placement| placement.points).ok_or_else(|| {
+            format!("{option} needs a LookAt that places the camera; give one with --lookat")
+        })?;
+        points[at] = value;
+        view.look_at = Some(points);
     }
-    Ok(camera)
+    let file = FileCamera { placement: loaded.placement, focal_distance: None };
+    Ok(changed(camera, &file, &view).map_err(|fault| format!("{option} at {value}: {fault}"))?)
 }
 
 /// A camera that turns around a point.

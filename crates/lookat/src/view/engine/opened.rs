@@ -8,11 +8,12 @@ use lookat_scene::syntax::{self, EntityKind, Param, Span};
 use lookat_scene::{Camera, Loaded, Scene, Sources, View, ViewOverride, kinds};
 
 use crate::args::way_out;
+use crate::camera_override::{FileCamera, changed};
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
 use crate::render::settings::charge_memory;
 use crate::source::DirectiveText;
-use crate::view::camera::{FileCamera, camera_fixes, changed, placement, rounded, values};
+use crate::view::camera::{camera_fixes, placement, rounded, values};
 use crate::view::messages::{self, Described, Hit, Parameter, Place, TextValues, Values};
 use crate::view::write::{FileChange, changes};
 use crate::{report, sight};
