@@ -4,14 +4,12 @@
 //! and [`as_csv`] show it.
 
 mod draw;
-mod estimate;
 mod measure;
 mod method;
 mod reference;
 mod results;
 
 pub use draw::{Plot, draw};
-pub use estimate::{Estimate, Slope};
 pub use measure::{
     CommonSquare, End, FEWEST_SEEDS, MOST_POINTS, Measured, Measurement, Picture, Plan, Point, Renderer,
     Watch,

@@ -9,7 +9,7 @@ use glam::DVec3;
 use lookat_render::{DARK, Reached, Settings, Stop, TargetError};
 use lookat_scene::LUMINANCE;
 
-use crate::interval::interval_at;
+use crate::estimate::interval_at;
 pub use known::{Known, edges, fireflies, lens, plain};
 
 /// The most samples of a pixel.

@@ -4,7 +4,7 @@ pub mod against;
 pub mod bench;
 pub mod chart;
 mod coverage;
-pub mod interval;
+pub mod estimate;
 pub mod stability;
 mod text_scene;
 

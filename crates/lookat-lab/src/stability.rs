@@ -18,6 +18,7 @@ mod quadric_truth;
 pub(crate) mod random;
 mod random_world;
 mod scattering;
+mod tally;
 mod traversal;
 mod triangle;
 
@@ -34,8 +35,8 @@ use crate::text_scene::{
     around_eye, load, mesh, pictured, probe, quads, render, scene, seen_from, square, transform, triangles,
     xyz,
 };
-use case::{Measure, Tally, Trial, tally};
 use random::{below, between, chance, direction, in_cube, in_triangle, leaving, magnitude};
+use tally::{Measure, Tally, Trial, tally};
 
 const CASES: &str = include_str!("stability/cases.tsv");
 

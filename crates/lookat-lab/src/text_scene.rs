@@ -33,6 +33,13 @@ pub(crate) fn render(scene: &Scene, threads: usize) -> Vec<[f32; 3]> {
     lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image.rgb().unwrap_or_default()
 }
 
+/// The green channel of a scene's picture, rendered on all threads.
+pub(crate) fn green(scene: &Scene, seed: u64) -> Vec<f64> {
+    let settings = lookat_render::Settings { seed, ..Default::default() };
+    let image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
+    image.rgb().unwrap_or_default().iter().map(|pixel| f64::from(pixel[1])).collect()
+}
+
 /// The text of a world seen from a place.
 pub(crate) fn seen_from(eye: DVec3, world: &str) -> String {
     format!("Translate {} {}", xyz(-eye), around_eye(world))
@@ -63,6 +70,42 @@ pub(crate) fn transform(matrix: &DMat4) -> String {
     format!("ConcatTransform [{}]", matrix.to_cols_array().map(|x| format!("{x:?}")).join(" "))
 }
 
+/// Directives in a block of their own.
+pub(crate) fn block(directives: &str) -> String {
+    format!("AttributeBegin {directives} AttributeEnd\n")
+}
+
+/// Directives in a block of their own, moved to a place.
+pub(crate) fn at(p: DVec3, directives: &str) -> String {
+    block(&format!("Translate {} {directives}", xyz(p)))
+}
+
+/// The text of a sphere around the origin.
+pub(crate) fn sphere(radius: f64) -> String {
+    format!("Shape \"sphere\" \"float radius\" {radius:e}\n")
+}
+
+/// A matte material of one reflectance.
+pub(crate) fn matte(reflectance: f64) -> String {
+    format!("Material \"matte\" \"rgb Kd\" {}\n", rgb([reflectance; 3]))
+}
+
+/// The value of a color parameter.
+pub(crate) fn rgb(color: [f64; 3]) -> String {
+    format!("[{}]", xyz(color.into()))
+}
+
+/// A shape that emits on its front, in a block of its own.
+pub(crate) fn emitting(radiance: [f64; 3], shape: &str) -> String {
+    block(&format!("AreaLightSource \"diffuse\" \"rgb L\" {} {shape}", rgb(radiance)))
+}
+
+/// A surface that emits on both sides, in a block of its own.
+pub(crate) fn emitting_twice(radiance: [f64; 3], surface: &str) -> String {
+    let light = "AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\"";
+    block(&format!("{light} {} {surface}", rgb(radiance)))
+}
+
 /// The text of a mesh.
 pub(crate) fn mesh(points: &[DVec3], faces: &[[usize; 3]]) -> String {
     let points: Vec<String> = points.iter().map(|p| xyz(*p)).collect();
@@ -85,6 +128,20 @@ pub(crate) fn quads(points: &[DVec3]) -> String {
 /// The corners of a square around a point, or of a parallelogram, by two vectors from the point to the middles of its sides.
 pub(crate) fn square(middle: DVec3, across: DVec3, up: DVec3) -> [DVec3; 4] {
     [middle - across - up, middle + across - up, middle + across + up, middle - across + up]
+}
+
+/// The text of the quadrilateral of [`square`].
+pub(crate) fn quad(middle: DVec3, across: DVec3, up: DVec3) -> String {
+    quads(&square(middle, across, up))
+}
+
+/// A square grid of points, row by row, and the triangles between them. `point` gets the column and the row.
+pub(crate) fn grid(side: usize, mut point: impl FnMut(usize, usize) -> DVec3) -> String {
+    let row = side + 1;
+    let points: Vec<DVec3> = (0..row * row).map(|i| point(i % row, i / row)).collect();
+    let cells = (0..side * row).filter(|i| i % row < side);
+    let faces = cells.flat_map(|i| [[i, i + 1, i + row + 1], [i, i + row + 1, i + row]]);
+    mesh(&points, &faces.collect::<Vec<_>>())
 }
 
 /// A corner of a box: a bit of `which` for each axis, set on the high side.

@@ -4,8 +4,9 @@ use glam::DVec3;
 use lookat_image::{Image, Window};
 
 use super::worlds::{
-    MATTE, at, bumps, corridor, disk, floor, lamp, mesh_light, points, room, sphere_lamps, spheres, wall,
+    MATTE, bumps, corridor, disk, floor, lamp, mesh_light, points, room, sphere_lamps, spheres,
 };
+use crate::text_scene::{at, quad, sphere};
 
 /// A scene of the table.
 #[derive(Debug, Clone)]
@@ -143,8 +144,7 @@ pub fn rows() -> Vec<Row> {
     ] {
         add(name, ROOM_VIEW, PATH, with_sphere(material));
     }
-    let mirror =
-        at(DVec3::new(0.45, -0.65, 0.3), "Material \"mirror\" Shape \"sphere\" \"float radius\" 0.35");
+    let mirror = at(DVec3::new(0.45, -0.65, 0.3), &format!("Material \"mirror\" {}", sphere(0.35)));
     let whitted = "Integrator \"whitted\" \"integer maxdepth\" 5";
     add("whitted", ROOM_VIEW, whitted, with_sphere("Material \"glass\"\n") + &mirror);
     let second = lamp(DVec3::new(0.5, 0.8, 0.0), [0.1, 0.1], [10, 20, 30]);
@@ -171,7 +171,7 @@ pub fn rows() -> Vec<Row> {
         add(&format!("texture-{name}"), FLOOR_VIEW, PATH, over(floor(&material)));
     }
     let white = "Material \"matte\" \"rgb Kd\" [.9 .9 .9]\n";
-    let closed = room(white, white) + &wall([DVec3::NEG_Z, DVec3::X, DVec3::Y]) + &ceiling_lamp(0.99);
+    let closed = room(white, white) + &quad(DVec3::NEG_Z, DVec3::X, DVec3::Y) + &ceiling_lamp(0.99);
     add("white-room", INSIDE_VIEW, DEEP_PATH, closed);
     add("lens-small-lamps", LENS_VIEW, PATH, shadows + &sphere_lamps(100, 0.02));
     rows

@@ -8,9 +8,9 @@ use lookat_render::{Prepared, REPLICATES, Rendered, Settings};
 use lookat_scene::{Sampler, Scene, View};
 use serde::Serialize;
 
-use super::estimate::{Estimate, mean_and_error};
 use super::method::{Method, REFERENCE};
 use super::reference::{Origin, Reference, is_clear, noise};
+use crate::estimate::{Estimate, mean_and_error};
 
 /// The fewest pictures of a point.
 pub const FEWEST_SEEDS: u32 = 8;

@@ -7,10 +7,10 @@ use lookat_image::{Means, means};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::estimate::Slope;
 use super::measure::{End, Measured, Picture, Point};
 use super::method::Method;
 use super::reference::{Fitted, Origin, Reference, is_clear};
+use crate::estimate::Slope;
 
 /// The fewest standard errors of a bias.
 const SIGNIFICANT: f64 = 4.0;
@@ -314,10 +314,10 @@ pub fn significant(x: f64, digits: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::estimate::Estimate;
     use super::super::measure::CommonSquare;
     use super::super::method::METHODS;
     use super::*;
+    use crate::estimate::Estimate;
 
     /// Points of variance 1 / samples and a bias, without scatter; a sample takes a second.
     fn points(bias: f64) -> Vec<Point> {

@@ -1,12 +1,11 @@
 //! Whole pictures: V8 to V15.
 
-use std::ops::ControlFlow;
-
 use lookat_render::TargetError;
 use lookat_scene::{Sampler, SamplerKind};
 
 use super::*;
 use crate::coverage::{Known, STRATA, Stratum, edges, fireflies, judge, lens, plain};
+use crate::text_scene::green;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("V8", |_| slopes()),
@@ -50,13 +49,6 @@ fn by_sampler(
     all
 }
 
-/// The green channel of a picture.
-fn picture(scene: &Scene, seed: u64) -> Vec<f64> {
-    let settings = lookat_render::Settings { seed, ..Default::default() };
-    let image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
-    image.rgb().unwrap_or_default().iter().map(|pixel| f64::from(pixel[1])).collect()
-}
-
 /// The root of the mean square.
 fn rms(errors: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = errors.fold((0.0, 0.0), |(sum, count), error| (sum + error * error, count + 1.0));
@@ -83,7 +75,7 @@ fn mixed(known: &Known) -> Vec<(usize, f64)> {
 fn edge_error(edge: &Known, kind: SamplerKind, samples: u32, seeds: u64) -> f64 {
     let scene = sampled(&edge.scene, kind, samples);
     rms((0..seeds).flat_map(|seed| {
-        let pixels = picture(&scene, seed);
+        let pixels = green(&scene, seed);
         mixed(edge).into_iter().map(move |(at, share)| pixels[at] - share)
     }))
 }
@@ -116,7 +108,7 @@ fn thousand() -> Tally {
         |kind, _| {
             let edges = [1000, 1024].map(|samples| edge_error(&edge, kind, samples, FEW_SEEDS));
             let smooth = [1000, 1024].map(|samples| {
-                let pixels = picture(&sampled(&plain(WIDE).scene, kind, samples), 0);
+                let pixels = green(&sampled(&plain(WIDE).scene, kind, samples), 0);
                 rms(pixels.into_iter().map(|x| x - 0.25))
             });
             let ratios = [edges[0] / edges[1], smooth[0] / smooth[1]];
@@ -141,7 +133,7 @@ fn neighbors() -> Tally {
         |correlations| correlations.into_iter().fold(f64::NEG_INFINITY, f64::max),
         |kind, _| {
             let scene = sampled(&plain(WIDE).scene, kind, FEW);
-            let pictures: Vec<Vec<f64>> = (0..PICTURES).map(|seed| picture(&scene, seed)).collect();
+            let pictures: Vec<Vec<f64>> = (0..PICTURES).map(|seed| green(&scene, seed)).collect();
             let error = correlation(&pictures, 1).max(correlation(&pictures, WIDE as usize));
             (u64::from(WIDE * WIDE) * 2 * PICTURES, error, None)
         },

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::random_world::RandomWorld;
 use super::*;
-use crate::text_scene::{corner, cube};
+use crate::text_scene::{at, corner, cube, sphere};
 
 pub(super) const MEASURES: &[(&str, Measure)] =
     &[("V1", box_faces), ("V2", random_worlds), ("V3", |_| one_place()), ("V4", |_| giant())];
@@ -67,9 +67,7 @@ fn blocks() -> (String, Vec<Box>) {
         match kind % 3 {
             0 => {
                 let radius = side / 2.0;
-                let [x, y, z] = low.map(|x| x + radius);
-                let sphere = format!("Translate {x} {y} {z} Shape \"sphere\" \"float radius\" {radius}");
-                text += &format!("AttributeBegin {sphere} AttributeEnd\n");
+                text += &at(DVec3::from(low) + radius, &sphere(radius));
             }
             1 => text += &cube(low, high),
             _ => {
@@ -199,9 +197,7 @@ fn around_point(size: f64) -> [[f64; 3]; 3] {
 }
 
 fn spheres(radii: impl Iterator<Item = f64>) -> String {
-    let shapes: String =
-        radii.map(|radius| format!("Shape \"sphere\" \"float radius\" {radius}\n")).collect();
-    format!("Translate 0 0 5 {shapes}")
+    format!("Translate 0 0 5 {}", radii.map(sphere).collect::<String>())
 }
 
 fn instances() -> String {
@@ -215,8 +211,7 @@ fn giant() -> Tally {
     for size in [1e10, 1e20, 1e30] {
         let grid: String = (0..1000).map(|i| small(i).1).collect();
         let triangle = meshed([[[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]]].into_iter());
-        let sphere = format!("Shape \"sphere\" \"float radius\" {size:e}");
-        let probe = probe(&around_eye(&(grid + &triangle + &sphere)));
+        let probe = probe(&around_eye(&(grid + &triangle + &sphere(size))));
         // From between the rows of spheres.
         let mut rays: Vec<(DVec3, DVec3, u32, f64, f64)> =
             (0..1000).map(|i| (small(i).0 - DVec3::Z * 0.5, DVec3::Z, i as u32, 0.4, 2.5e-12)).collect();
@@ -238,9 +233,7 @@ fn giant() -> Tally {
 /// A sphere of radius 0.1 in a grid from -5 to 4: its center and its directives.
 fn small(i: usize) -> (DVec3, String) {
     let center = DVec3::new((i % 10) as f64, (i / 10 % 10) as f64, (i / 100) as f64) - 5.0;
-    let at = xyz(center);
-    let text = format!("AttributeBegin Translate {at} Shape \"sphere\" \"float radius\" 0.1 AttributeEnd\n");
-    (center, text)
+    (center, at(center, &sphere(0.1)))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use super::double_double::{cosine, crossing};
 use super::icosphere::Icosphere;
 use super::pictures::same_on_threads;
 use super::*;
+use crate::text_scene::quad;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("T1", |trial| closed_mesh(trial, DVec3::new(0.6, 0.5, 0.62).normalize() * trial.at, 1.0)),
@@ -70,8 +71,7 @@ fn shot(ball: &Icosphere, random: &mut Pcg64Mcg) -> (DVec3, DVec3) {
 /// A square on the ground, with its middle below an eye at height 1.
 fn horizon(trial: &Trial) -> Tally {
     let half = trial.at;
-    let ground = quads(&square(DVec3::ZERO, DVec3::X * half, DVec3::Z * half));
-    let probe = probe(&seen_from(DVec3::Y, &ground));
+    let probe = probe(&seen_from(DVec3::Y, &quad(DVec3::ZERO, DVec3::X * half, DVec3::Z * half)));
     tally(trial.rays, trial.seed, |random, tally| {
         let (o, d) = downward(random, half);
         if is_on_ground(o, d, half) {

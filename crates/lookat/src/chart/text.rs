@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use lookat_lab::chart::{
-    Chart, EqualTable, Estimate, Method, MethodResult, Origin, OtherResult, Plan, Reference, plain,
-    significant,
+    Chart, EqualTable, Method, MethodResult, Origin, OtherResult, Plan, Reference, plain, significant,
 };
+use lookat_lab::estimate::Estimate;
 use lookat_render::REPLICATES;
 
 use crate::readable::visible;
