@@ -16,4 +16,4 @@ pub use measure::{
 };
 pub use method::{DEFAULT, METHODS, Method, named};
 pub use reference::{Fitted, Origin, Reference, fitted};
-pub use results::{Chart, EqualTable, FrontPoint, MethodResult, OtherResult, as_csv, plain, significant};
+pub use results::{Chart, EqualTable, FrontPoint, MethodResult, OtherResult, RunOf, as_csv};

@@ -9,7 +9,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 
 use super::measure::Point;
-use super::results::{Chart, MethodResult, plain, round_numbers, significant};
+use super::results::{Chart, MethodResult, round_numbers};
+use crate::table::{plain, significant};
 
 /// Width and height of the SVG.
 const SIZE: (u32, u32) = (960, 560);
