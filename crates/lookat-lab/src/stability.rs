@@ -57,10 +57,8 @@ pub fn cases() -> Vec<Case> {
         scattering::MEASURES,
     ]
     .concat();
-    let of =
-        |id: &str| measures.iter().find(|(of, _)| *of == id).unwrap_or_else(|| panic!("no check for {id}")).1;
-    let cases: Vec<Case> =
-        CASES.lines().filter(|line| !line.starts_with('#')).map(|line| Case::parse(line, of)).collect();
-    assert_eq!(cases.len(), measures.len(), "a check has no line");
-    cases
+    // Some cases consist of messages alone.
+    let none: Measure = |_| Tally::default();
+    let of = |id: &str| measures.iter().find(|(of, _)| *of == id).map_or(none, |(_, measure)| *measure);
+    CASES.lines().filter(|line| !line.starts_with('#')).map(|line| Case::parse(line, of)).collect()
 }

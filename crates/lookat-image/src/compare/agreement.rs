@@ -8,7 +8,7 @@ mod tests;
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::noise::{Difference, FEWEST_PIXELS, Noise, Variance, in_tile, tiles};
+use super::noise::{Difference, FEWEST_PIXELS, Noise, Variance, tiles};
 use crate::{Aligned, Window};
 
 /// The power of [`Agreement::visible_in_mean`].
@@ -213,7 +213,9 @@ pub fn agreement(pair: &Aligned) -> Result<Agreement, Untestable> {
         };
         let all: Vec<usize> = (0..differences.len()).collect();
         result.means.push(test(&all, pair.window));
-        result.tiles.extend(tiles(pair).map(|tile| test(&in_tile(tile, pair).collect::<Vec<_>>(), tile)));
+        result
+            .tiles
+            .extend(tiles(pair).map(|tile| test(&pair.window.indices(tile).collect::<Vec<_>>(), tile)));
         result.paired.extend(test_paired(&differences, channel, pair.window));
         result.pixels.extend(test_pixels(&differences, channel));
     }

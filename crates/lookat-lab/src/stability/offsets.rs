@@ -188,10 +188,8 @@ fn in_the_open() -> Tally {
         (mean(&pixels) / (0.5 * form_factor()) - 1.0).abs()
     });
     let [alone, in_wall] = errors;
-    let mut tally = Tally::default();
-    tally.remarks.push(format!("square light alone: relative error {alone:.1e}; in a wall: {in_wall:.1e}"));
-    errors.into_iter().for_each(|error| tally.error(error));
-    tally
+    let remark = format!("square light alone: relative error {alone:.1e}; in a wall: {in_wall:.1e}");
+    errors.map(|error| Tally::measured(1, error)).into_iter().collect::<Tally>().remark(remark)
 }
 
 /// The form factor from a point to the square above it: four times that of a quarter above its corner (Howell, "A Catalog of

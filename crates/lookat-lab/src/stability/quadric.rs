@@ -16,7 +16,6 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("S6", sizes),
     ("S7", far_from_origin),
     ("S8", |trial| (trial.seed..).zip(&FORMS).map(|form| ellipsoid(form, trial.rays)).collect()),
-    ("S9", |_| Tally::default()),
     ("S10", far_quadric),
     ("S11", |trial| tangent(trial, &SHAPES)),
     ("S12", leaving_quadric),

@@ -93,9 +93,7 @@ fn albedo(alpha: f64, angle: f64) -> f64 {
 
 /// The relative error of a number.
 fn error(found: f64, truth: f64) -> Tally {
-    let mut tally = Tally::default();
-    tally.error((found / truth - 1.0).abs());
-    tally
+    Tally::measured(1, (found / truth - 1.0).abs())
 }
 
 /// A sphere light above a floor, as bright from there at any distance, up to the largest color of a scene file.

@@ -30,6 +30,17 @@ pub(super) struct Tally {
 }
 
 impl Tally {
+    /// So many answers with one error. NaN is a wrong answer.
+    pub fn measured(tried: u64, error: f64) -> Tally {
+        Tally { tried, failed: u64::from(error.is_nan()), worst: Some(error), ..Tally::default() }
+    }
+
+    /// The same with a remark.
+    pub fn remark(mut self, remark: String) -> Tally {
+        self.remarks.push(remark);
+        self
+    }
+
     /// Counts an answer.
     pub fn answer(&mut self, is_right: bool) {
         self.tried += 1;

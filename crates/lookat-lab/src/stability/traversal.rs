@@ -151,17 +151,11 @@ fn one_place() -> Tally {
     /// Rays per crowd. Each ray tests all elements.
     const RAYS: usize = 100;
     let crowds = [
-        (
-            "equal triangles",
-            meshed((0..CROWD).map(|_| [[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [0.0, 1.0, 5.0]])),
-        ),
-        ("triangles in equal boxes", meshed((0..CROWD).map(in_equal_box))),
-        (
-            "triangles around one point",
-            meshed((0..CROWD).map(|i| around_point(1.0 + i as f64 / CROWD as f64))),
-        ),
-        ("equal spheres", spheres((0..CROWD).map(|_| 1.0))),
-        ("concentric spheres", spheres((0..CROWD).map(|i| 1.0 + i as f64 / CROWD as f64))),
+        ("equal triangles", meshed(|_| [[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [0.0, 1.0, 5.0]])),
+        ("triangles in equal boxes", meshed(in_equal_box)),
+        ("triangles around one point", meshed(|share| around_point(1.0 + share))),
+        ("equal spheres", spheres(|_| 1.0)),
+        ("concentric spheres", spheres(|share| 1.0 + share)),
         ("equal instances", instances()),
     ];
     let mut tally = Tally::default();
@@ -182,13 +176,18 @@ fn one_place() -> Tally {
     tally
 }
 
-fn meshed(corners: impl Iterator<Item = [[f64; 3]; 3]>) -> String {
-    triangles(&corners.flatten().map(DVec3::from).collect::<Vec<_>>())
+/// The share of the crowd before each of its elements.
+fn shares() -> impl Iterator<Item = f64> {
+    (0..CROWD).map(|i| i as f64 / CROWD as f64)
+}
+
+fn meshed(corners: impl Fn(f64) -> [[f64; 3]; 3]) -> String {
+    triangles(&shares().flat_map(corners).map(DVec3::from).collect::<Vec<_>>())
 }
 
 /// Triangles with the same box.
-fn in_equal_box(i: usize) -> [[f64; 3]; 3] {
-    let y = -1.0 + 2.0 * (i as f64 / CROWD as f64);
+fn in_equal_box(share: f64) -> [[f64; 3]; 3] {
+    let y = -1.0 + 2.0 * share;
     [[-1.0, -1.0, 4.0], [1.0, y, 6.0], [-y, 1.0, 4.5]]
 }
 
@@ -196,8 +195,8 @@ fn around_point(size: f64) -> [[f64; 3]; 3] {
     [[-size, -size, 5.0 - size], [size, -size, 5.0 + size], [0.0, size, 5.0]]
 }
 
-fn spheres(radii: impl Iterator<Item = f64>) -> String {
-    format!("Translate 0 0 5 {}", radii.map(sphere).collect::<String>())
+fn spheres(radius: impl Fn(f64) -> f64) -> String {
+    format!("Translate 0 0 5 {}", shares().map(|share| sphere(radius(share))).collect::<String>())
 }
 
 fn instances() -> String {
@@ -210,7 +209,8 @@ fn giant() -> Tally {
     let mut tally = Tally::default();
     for size in [1e10, 1e20, 1e30] {
         let grid: String = (0..1000).map(|i| small(i).1).collect();
-        let triangle = meshed([[[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]]].into_iter());
+        let corners = [[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]];
+        let triangle = triangles(&corners.map(DVec3::from));
         let probe = probe(&around_eye(&(grid + &triangle + &sphere(size))));
         // From between the rows of spheres.
         let mut rays: Vec<(DVec3, DVec3, u32, f64, f64)> =
