@@ -15,5 +15,5 @@ pub use measure::{
     Watch,
 };
 pub use method::{DEFAULT, METHODS, Method, named};
-pub use reference::{Fitted, Origin, Reference, fitted};
-pub use results::{Chart, EqualTable, FrontPoint, MethodResult, OtherResult, RunOf, as_csv};
+pub use reference::{Fitted, Origin, Reference, Unfit, fitted};
+pub use results::{Chart, ChartSetup, EqualTable, FrontPoint, MethodResult, OtherResult, as_csv};

@@ -51,11 +51,16 @@ pub(crate) fn around_eye(world: &str) -> String {
     format!("{view} WorldBegin {world} WorldEnd")
 }
 
+/// The directive for a film of this width and height.
+pub(crate) fn film([width, height]: [u32; 2]) -> String {
+    format!("Film \"image\" \"integer xresolution\" {width} \"integer yresolution\" {height}")
+}
+
 /// The text of a world on a square film.
 pub(crate) fn pictured(camera: &str, side: u32, samples: u32, integrator: &str, world: &str) -> String {
+    let film = film([side; 2]);
     format!(
-        "{camera} Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side}
-         Sampler \"sobol\" \"integer pixelsamples\" {samples} Integrator \"{integrator}\"
+        "{camera} {film} Sampler \"sobol\" \"integer pixelsamples\" {samples} Integrator \"{integrator}\"
          WorldBegin {world} WorldEnd"
     )
 }

@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use lookat_image::{Image, MemoryBudget, write_file};
 use lookat_lab::chart::{
-    Chart, End, FEWEST_SEEDS, Fitted, METHODS, MOST_POINTS, Measured, Measurement, Method, Origin, Plan,
-    Reference, Renderer, RunOf, as_csv, draw, fitted, named,
+    Chart, ChartSetup, End, FEWEST_SEEDS, Fitted, METHODS, MOST_POINTS, Measured, Measurement, Method,
+    Origin, Plan, Reference, Renderer, as_csv, draw, fitted, named,
 };
 use lookat_lab::table::significant;
 use lookat_render::{Settings, Stop};
@@ -91,7 +91,7 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
     };
     let status = if measured.end == End::Interrupted { interrupt::STATUS } else { 0 };
     let name = if arguments.scene == Path::new("-") { Path::new("standard input") } else { &arguments.scene };
-    let description = RunOf {
+    let setup = ChartSetup {
         scene: name.display().to_string(),
         size: [scene.view.film.crop.width(), scene.view.film.crop.height()],
         threads: lookat_render::threads(),
@@ -100,7 +100,7 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
         parse_seconds: parse,
         preparation_seconds: renderer.preparation,
     };
-    let mut chart = Chart::new(description, &run.methods, &measured, &reference);
+    let mut chart = Chart::new(setup, &run.methods, &measured, &reference);
     for (other, picture) in &others {
         chart.add(&other.name, other.seconds, picture, &reference);
     }

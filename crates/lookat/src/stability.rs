@@ -103,8 +103,11 @@ fn as_text(found: &Found) -> String {
     }
     text.push('\n');
     if let Some(worst) = all.iter().filter_map(|row| row.worst).reduce(f64::max) {
-        let limit =
-            if found.case.limit.is_finite() { format!("limit {}", short(found.case.limit)) } else { "no limit".into() };
+        let limit = if found.case.limit.is_finite() {
+            format!("limit {}", short(found.case.limit))
+        } else {
+            "no limit".into()
+        };
         let _ = writeln!(text, "    largest {}: {} ({limit})", found.case.error, short(worst));
     }
     let is_wrong = |row: &&&Row| row.wrong > 0 || row.worst.is_some_and(|worst| worst > found.case.limit);

@@ -125,23 +125,20 @@ type Cell = Result<Ratio, String>;
 impl Compared {
     fn cells(&self, before: Option<Option<&Outcome>>) -> Vec<Cell> {
         let mut cells = Vec::new();
-        match (self.pbrt, self.disagreement) {
-            (Some(_), Some(difference)) => cells.extend([
-                Err(format!("the pictures differ: mean {:+.1} %", 100.0 * difference)),
-                Err(String::new()),
-            ]),
-            (Some(pbrt), None) => {
-                cells.extend([self.lookat.error_over(pbrt), self.lookat.time_to_equal_error(pbrt)].map(Ok));
-            }
-            (None, _) => {}
+        let none = || [Err(String::new()), Err(String::new())];
+        if let Some(pbrt) = self.pbrt {
+            cells.extend(match self.disagreement {
+                Some(mean) => {
+                    [Err(format!("the pictures differ: mean {:+.1} %", 100.0 * mean)), Err(String::new())]
+                }
+                None => [self.lookat.error_over(pbrt), self.lookat.time_to_equal_error(pbrt)].map(Ok),
+            });
         }
-        match before {
-            Some(Some(before)) => {
+        if let Some(before) = before {
+            cells.extend(before.map_or_else(none, |before| {
                 let time = Ratio { value: before.seconds / self.lookat.seconds, fireflies: false };
-                cells.extend([before.error_over(self.lookat), time].map(Ok));
-            }
-            Some(None) => cells.extend([Err(String::new()), Err(String::new())]),
-            None => {}
+                [before.error_over(self.lookat), time].map(Ok)
+            }));
         }
         cells
     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use lookat_image::{Image, Window};
 
 use super::worlds::{bumps, corridor, mesh_light, points, sphere_lamps, spheres};
-use crate::text_scene::quad;
+use crate::text_scene::{film, quad};
 
 /// A scene of the table.
 #[derive(Debug, Clone)]
@@ -20,9 +20,10 @@ impl Row {
     /// The text of the scene file with so many samples per pixel.
     pub fn text(&self, samples: u32) -> String {
         format!(
-            "PixelFilter {}\nFilm \"image\" \"integer xresolution\" {SIDE} \"integer yresolution\" {SIDE}\n\
-             Sampler \"sobol\" \"integer pixelsamples\" {samples}\n{}",
-            self.filter, self.scene
+            "PixelFilter {}\n{}\nSampler \"sobol\" \"integer pixelsamples\" {samples}\n{}",
+            self.filter,
+            film([SIDE; 2]),
+            self.scene
         )
     }
 }

@@ -46,7 +46,7 @@ impl Renderer {
     /// The picture of a method, and its wall time in seconds. `None` if `watch` breaks.
     fn render(&mut self, method: &Method, samples: u32, seed: u64, watch: Watch) -> Option<(Rendered, f64)> {
         let mut view = self.view.clone();
-        method.apply(&mut view);
+        (method.change)(&mut view);
         view.sampler = Sampler { samples_per_pixel: 1, ..view.sampler }.with_samples(samples);
         let settings = Settings { seed, stop: (method.stop)(samples), ..Settings::default() };
         let watch_share = |progress: Progress| watch(progress.done as f64 / progress.total.max(1) as f64);

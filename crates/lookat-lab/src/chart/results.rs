@@ -27,9 +27,9 @@ pub struct Chart {
     pub program: &'static str,
     /// The version of this program.
     pub version: &'static str,
-    /// The scene and the run.
+    /// The scene, and how it was rendered.
     #[serde(flatten)]
-    pub run: RunOf,
+    pub setup: ChartSetup,
     /// The picture that errors are relative to.
     pub reference: Value,
     /// The noise of the reference: the root of its mean squared standard error, if known. It adds to all errors.
@@ -52,9 +52,9 @@ pub struct Chart {
     pub equal_error: EqualTable,
 }
 
-/// What a chart is of: the scene, and how it was run.
+/// The scene of a chart, and how it was rendered.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct RunOf {
+pub struct ChartSetup {
     /// The scene file.
     pub scene: String,
     /// Width and height of the rendered part in pixels.
@@ -128,7 +128,12 @@ pub struct EqualTable {
 
 impl Chart {
     /// The results of a measurement.
-    pub fn new(run: RunOf, methods: &[&'static Method], measured: &Measured, reference: &Reference) -> Chart {
+    pub fn new(
+        setup: ChartSetup,
+        methods: &[&'static Method],
+        measured: &Measured,
+        reference: &Reference,
+    ) -> Chart {
         let of_method =
             |(method, points): (&&'static Method, &Vec<Point>)| of_method(method, points, reference);
         let methods: Vec<MethodResult> = methods.iter().zip(&measured.points).map(of_method).collect();
@@ -138,7 +143,7 @@ impl Chart {
         let mut chart = Chart {
             program: "lookat",
             version: env!("CARGO_PKG_VERSION"),
-            run,
+            setup,
             reference: of_reference(reference),
             noise: reference.noise,
             complete: measured.end == End::Complete,
@@ -325,7 +330,7 @@ mod tests {
         let measured = Measured { points, ..Measured::default() };
         let origin = Origin::Rendered { samples: 1, seed: 0, seconds: 0.0 };
         let reference = Reference { pixels: vec![[0.0; 3]], noise, origin };
-        let mut chart = Chart::new(RunOf::default(), &[&METHODS[0], &METHODS[4]], &measured, &reference);
+        let mut chart = Chart::new(ChartSetup::default(), &[&METHODS[0], &METHODS[4]], &measured, &reference);
         for (name, seconds, rmse) in [("slow", 100.0, 0.5), ("fast", 0.5, 0.9)] {
             let picture = Fitted { pixels: vec![[rmse; 3]], noise: None, rounded: false };
             chart.add(name, seconds, &picture, &reference);

@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use crate::stability::random::between;
-use crate::text_scene::{at, emitting, emitting_twice, matte, quad, quads, scene, sphere};
+use crate::text_scene::{at, emitting, emitting_twice, film, matte, quad, quads, scene, sphere};
 
 /// A scene, and its picture.
 #[derive(Debug, Clone)]
@@ -58,10 +58,8 @@ fn camera(side: u32, has_lens: bool) -> String {
     } else {
         format!("\"orthographic\" \"float screenwindow\" [-{half} {half} -{half} {half}]")
     };
-    let film = format!("Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side}");
-    format!(
-        "Camera {view} {film} Integrator \"directlighting\" WorldBegin Material \"matte\" \"rgb Kd\" [0 0 0]"
-    )
+    let (film, black) = (film([side; 2]), matte(0.0));
+    format!("Camera {view} {film} Integrator \"directlighting\" WorldBegin {black}")
 }
 
 /// Stripes `number` to the next of that color: one mesh, at that depth, in pixels.
@@ -134,9 +132,8 @@ pub fn lens(side: u32) -> Known {
 pub fn plain(side: u32) -> Known {
     let text = format!(
         "LookAt 2 0.5 0  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 1e-6
-         Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side}
-         Integrator \"directlighting\" WorldBegin
-         {}{}{} WorldEnd",
+         {} Integrator \"directlighting\" WorldBegin {}{}{} WorldEnd",
+        film([side; 2]),
         emitting([1.0; 3], &at(DVec3::Y * 4.0, &sphere(4.0 * 0.5_f64.sqrt()))),
         matte(0.5),
         quad(DVec3::ZERO, DVec3::X * 9.0, DVec3::Z * 9.0)

@@ -5,6 +5,7 @@ use twofloat::TwoFloat;
 use super::double_double::{Wide, quotient};
 use super::exact_camera::{CameraAxes, LookAt, Pinhole, angle};
 use super::*;
+use crate::text_scene::film;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("C1", |trial| view(trial, &Pinhole::new(NEAR, trial.at, SQUARE), near_middle, Pinhole::pixels)),
@@ -28,9 +29,8 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
 ];
 
 /// The text of a scene for its camera. Only a few pixels of the film are rendered, so the film may have any size.
-fn text(camera: &str, [width, height]: [u32; 2]) -> String {
-    let size = format!("\"integer xresolution\" {width} \"integer yresolution\" {height}");
-    let film = format!("Film \"image\" {size} \"float cropwindow\" [.5 .51 .5 .51]");
+fn text(camera: &str, size: [u32; 2]) -> String {
+    let film = film(size) + " \"float cropwindow\" [.5 .51 .5 .51]";
     format!(
         "{camera} {film} Sampler \"sobol\" Integrator \"path\" WorldBegin LightSource \"infinite\" WorldEnd"
     )

@@ -2,9 +2,7 @@
 
 use std::fmt::Write;
 
-use lookat_lab::chart::{
-    Chart, EqualTable, Method, MethodResult, Origin, OtherResult, Plan, Reference,
-};
+use lookat_lab::chart::{Chart, EqualTable, Method, MethodResult, Origin, OtherResult, Plan, Reference};
 use lookat_lab::estimate::Estimate;
 use lookat_lab::table::{aligned, plain, significant};
 use lookat_render::REPLICATES;
@@ -13,9 +11,10 @@ use crate::readable::visible;
 
 /// The line above the chart.
 pub fn title(chart: &Chart) -> String {
-    let name = chart.run.scene.rsplit(['/', '\\']).next().unwrap_or_default();
-    let [width, height] = chart.run.size;
-    let threads = if chart.run.threads == 1 { "1 thread".into() } else { format!("{} threads", chart.run.threads) };
+    let name = chart.setup.scene.rsplit(['/', '\\']).next().unwrap_or_default();
+    let [width, height] = chart.setup.size;
+    let threads =
+        if chart.setup.threads == 1 { "1 thread".into() } else { format!("{} threads", chart.setup.threads) };
     format!("{}, {width} x {height} pixels, {threads}", visible(name))
 }
 
@@ -35,7 +34,7 @@ pub fn plan(plan: &Plan, seconds: Option<f64>, methods: &[&Method]) -> String {
 /// All results.
 pub fn results(chart: &Chart, reference: &Reference) -> String {
     let (parse, preparation) =
-        (significant(chart.run.parse_seconds, 2), significant(chart.run.preparation_seconds, 2));
+        (significant(chart.setup.parse_seconds, 2), significant(chart.setup.preparation_seconds, 2));
     let end = match (chart.complete, chart.interrupted) {
         (true, _) => "",
         (false, true) => "interrupted: the last points are missing\n",
