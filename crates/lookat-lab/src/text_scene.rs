@@ -90,7 +90,7 @@ pub(crate) fn sphere(radius: f64) -> String {
     format!("Shape \"sphere\" \"float radius\" {radius:e}\n")
 }
 
-/// A matte material of one reflectance.
+/// A matte material with the same reflectance in all channels.
 pub(crate) fn matte(reflectance: f64) -> String {
     format!("Material \"matte\" \"rgb Kd\" {}\n", rgb([reflectance; 3]))
 }
@@ -106,7 +106,7 @@ pub(crate) fn emitting(radiance: [f64; 3], shape: &str) -> String {
 }
 
 /// A surface that emits on both sides, in a block of its own.
-pub(crate) fn emitting_twice(radiance: [f64; 3], surface: &str) -> String {
+pub(crate) fn two_sided(radiance: [f64; 3], surface: &str) -> String {
     let light = "AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\"";
     block(&format!("{light} {} {surface}", rgb(radiance)))
 }

@@ -46,7 +46,7 @@ const FILTERED: [(&str, &str); 4] = [
     ("thin-lens", include_str!("../bench/scenes/seed-thin-lens.pbrt")),
 ];
 
-/// The other scenes: see the first lines.
+/// The other scenes. The first lines of the table explain it.
 const TABLE: &str = include_str!("rows.tsv");
 
 /// The pictures that the scenes read, by file name.
@@ -90,12 +90,14 @@ pub fn rows() -> Vec<Row> {
     rows
 }
 
-/// The text with what the names in braces stand for.
+/// Replaces the names in braces by their texts.
 fn expanded(text: &str) -> String {
     let parts = text.split(['{', '}']).enumerate();
     parts.map(|(i, part)| if i % 2 == 0 { part.into() } else { named(part) }).collect()
 }
 
+/// The text of a name with its numbers.
+///
 /// # Panics
 ///
 /// If neither the table nor `worlds` has the name.

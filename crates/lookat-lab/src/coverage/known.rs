@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use crate::stability::random::between;
-use crate::text_scene::{at, emitting, emitting_twice, film, matte, quad, quads, scene, sphere};
+use crate::text_scene::{at, emitting, film, matte, quad, quads, scene, sphere, two_sided};
 
 /// A scene, and its picture.
 #[derive(Debug, Clone)]
@@ -70,7 +70,7 @@ fn stripes(side: u32, depth: f64, color: [f64; 3], numbers: impl Iterator<Item =
         let high = low + n * WIDTH;
         [low - along, high - along, high + along, low + along].map(|p| p.extend(depth))
     });
-    emitting_twice(color, &quads(&corners.collect::<Vec<_>>()))
+    two_sided(color, &quads(&corners.collect::<Vec<_>>()))
 }
 
 /// Numbers of the stripes that a picture can show, and lenses can see.
@@ -151,9 +151,9 @@ pub fn fireflies(side: u32) -> Known {
         let low = center + DVec2::new(place(), place());
         [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|corner| (low + corner * size).extend(1.0))
     });
-    let dots = emitting_twice([100.0; 3], &quads(&dots.collect::<Vec<_>>()));
+    let dots = two_sided([100.0; 3], &quads(&dots.collect::<Vec<_>>()));
     let far = f64::from(side);
-    let ground = emitting_twice([1.0; 3], &quad(2.0 * DVec3::Z, far * DVec3::X, far * DVec3::Y));
+    let ground = two_sided([1.0; 3], &quad(2.0 * DVec3::Z, far * DVec3::X, far * DVec3::Y));
     let scene = scene(&format!("{}{ground}{dots}WorldEnd", camera(side, false)));
     Known { scene, values: vec![[1.0 + 99.0 * SHARE; 3]; (side * side) as usize] }
 }

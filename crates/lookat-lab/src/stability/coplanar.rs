@@ -3,7 +3,7 @@
 //! A scene has its own coordinates, in which the tested plane is y = 0. A matrix, its frame, puts it into the world.
 
 use super::*;
-use crate::text_scene::{at, block, emitting_twice, matte, sphere};
+use crate::text_scene::{at, block, matte, sphere, two_sided};
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("P1", |_| {
@@ -174,7 +174,7 @@ fn lights(frame: &DMat4, distance: f64) -> [String; 7] {
     };
     let toward_middle = turned(DVec3::NEG_Z, DVec3::Y, DVec3::NEG_X);
     let upright = turned(DVec3::Z, DVec3::X, DVec3::Y);
-    let square = placed_mesh(frame, &flat_square(at, HALF), &[[0, 1, 2], [0, 2, 3]]);
+    let square = placed_square(frame, at, HALF);
     let disk = format!("{upright} Shape \"disk\" \"float radius\" {HALF}");
     let intensity = format!("\"rgb I\" [{bright} 1 1]");
     let lights = [
@@ -185,8 +185,8 @@ fn lights(frame: &DMat4, distance: f64) -> [String; 7] {
         format!("Translate {from} LightSource \"goniometric\" {intensity}"),
         format!("{toward_middle} LightSource \"projection\" \"float fov\" 89 {intensity}"),
         format!("LightSource \"distant\" \"point from\" [{x}] \"point to\" [{middle}]"),
-        emitting_twice([bright, 1.0, 1.0], &square),
-        emitting_twice([bright, 1.0, 1.0], &disk),
+        two_sided([bright, 1.0, 1.0], &square),
+        two_sided([bright, 1.0, 1.0], &disk),
     ];
     lights.map(|light| block(&light))
 }
@@ -200,16 +200,19 @@ fn flat_square(middle: DVec3, half: f64) -> [DVec3; 4] {
     square(middle, half * DVec3::X, half * DVec3::Z)
 }
 
+fn placed_square(frame: &DMat4, middle: DVec3, half: f64) -> String {
+    placed_mesh(frame, &flat_square(middle, half), &[[0, 1, 2], [0, 2, 3]])
+}
+
 /// A black floor, with a hole for an area light.
 fn floor_around(has_area: bool, frame: &DMat4, distance: f64) -> String {
     let at = distance * DVec3::X;
-    let around = flat_square(at, 3.0 * distance);
     let mesh = if has_area {
-        let points = [flat_square(at, HALF), around].concat();
+        let points = [HALF, 3.0 * distance].map(|half| flat_square(at, half)).concat();
         let sides = (0..4).flat_map(|i| [[i, (i + 1) % 4, i + 4], [(i + 1) % 4, (i + 1) % 4 + 4, i + 4]]);
         placed_mesh(frame, &points, &sides.collect::<Vec<_>>())
     } else {
-        placed_mesh(frame, &around, &[[0, 1, 2], [0, 2, 3]])
+        placed_square(frame, at, 3.0 * distance)
     };
     matte(0.0) + &mesh
 }

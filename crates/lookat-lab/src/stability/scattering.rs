@@ -9,7 +9,7 @@ use lookat_scene::Light;
 
 use super::*;
 use crate::estimate::mean;
-use crate::text_scene::{at, emitting, emitting_twice, green, matte, quad, sphere};
+use crate::text_scene::{at, emitting, green, matte, quad, sphere, two_sided};
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("B1", |trial| error(metal_under_sky(trial.at, FRAC_PI_4), albedo(trial.at, FRAC_PI_4))),
@@ -117,7 +117,7 @@ fn furnace(trial: &Trial) -> Tally {
 
 /// A polygon that emits evenly on both sides.
 fn lamp(radiance: f64, corners: &[DVec3; 4]) -> String {
-    emitting_twice([radiance; 3], &quads(corners))
+    two_sided([radiance; 3], &quads(corners))
 }
 
 /// The irradiance at the origin of a floor from a polygon with radiance 1, relative to a sky with radiance 1 (Lambert 1760).

@@ -30,12 +30,12 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// So many answers with one error. NaN is a wrong answer.
+    /// Answers of which the largest error is known. If it is NaN, one answer is wrong.
     pub fn measured(tried: u64, error: f64) -> Tally {
         Tally { tried, failed: u64::from(error.is_nan()), worst: Some(error), ..Tally::default() }
     }
 
-    /// The same with a remark.
+    /// Adds a remark.
     pub fn remark(mut self, remark: String) -> Tally {
         self.remarks.push(remark);
         self
