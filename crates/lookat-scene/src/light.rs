@@ -93,15 +93,19 @@ impl Light {
         !matches!(self, Light::Infinite { .. } | Light::Environment { .. })
     }
 
-    /// True if it gives no light at all.
-    pub(crate) fn is_black(&self) -> bool {
-        let map = match self {
+    /// Its picture.
+    pub(crate) fn map(&self) -> Option<&Arc<MipMap<Vec3>>> {
+        match self {
             Light::Environment { map, .. } | Light::Goniometric { map, .. } => Some(map),
             Light::Projection { map, .. } => map.as_ref(),
             _ => None,
-        };
+        }
+    }
+
+    /// True if it gives no light at all.
+    pub(crate) fn is_black(&self) -> bool {
         // Texels are at least 0.
-        if map.is_some_and(|map| map.mean() == Vec3::ZERO) {
+        if self.map().is_some_and(|map| map.mean() == Vec3::ZERO) {
             return true;
         }
         let (Light::Point { intensity: color, .. }

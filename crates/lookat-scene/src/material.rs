@@ -13,10 +13,10 @@ use lookat_syntax::{Entity, Param, ParamType, Span, Text, Values};
 use crate::material::models::{bump, share};
 use crate::names::Names;
 use crate::params::value::Name;
-use crate::params::{Params, class};
+use crate::params::{ParamValue, Params, class};
 use crate::schema::{Key, Kind};
 use crate::symbols::SymbolId;
-use crate::texture::{Texture, Value};
+use crate::texture::{AnyTexture, Texture};
 
 pub(crate) use crate::material::models::KINDS;
 pub use crate::material::models::{
@@ -99,6 +99,26 @@ impl Material {
         self.bump.as_ref()
     }
 
+    /// This material, and all parts of a mix.
+    pub(crate) fn all(&self) -> Vec<&Material> {
+        let mut all = vec![self];
+        let mut next = 0;
+        while let Some(material) = all.get(next) {
+            if let MaterialKind::Mix(mix) = &material.kind {
+                all.extend(mix.materials.iter().map(|part| &**part));
+            }
+            next += 1;
+        }
+        all
+    }
+
+    /// The textures and constants of this material and of all its parts.
+    pub(crate) fn textures(&self) -> impl Iterator<Item = AnyTexture<'_>> {
+        self.all()
+            .into_iter()
+            .flat_map(|part| part.kind.textures().chain(part.bump.as_ref().map(AnyTexture::Numbers)))
+    }
+
     /// The surface data that it needs.
     #[inline]
     pub fn needs(&self) -> Needs {
@@ -110,11 +130,9 @@ pub(crate) const TYPE: Key<Name> = Key::string("type", "the type of the material
 
 /// The type of a named material, which is a parameter.
 pub(crate) fn named_type(params: &mut Params) -> Option<Text> {
-    let kind = params.take(&TYPE);
-    if kind.is_none() {
-        let message = format!("named material \"{}\" has no type", params.kind());
-        params.missing(TYPE.name, &message, "add \"string type\" \"matte\"");
-    }
+    let kind = Name::take(&TYPE, params);
+    let message = format!("named material \"{}\" has no type", params.kind());
+    params.missing(TYPE.name, &message, "add \"string type\" \"matte\"");
     kind
 }
 
@@ -243,10 +261,16 @@ impl MaterialKind {
     }
 
     /// The numbers of this material that can be textures.
-    pub(crate) fn numbers(&self) -> Vec<&Texture<f64>> {
+    fn numbers(&self) -> Vec<&Texture<f64>> {
         let sigma = if let MaterialKind::Matte(it) = self { Some(&it.sigma) } else { None };
         let widths = self.roughness().into_iter().flat_map(|width| std::iter::once(&width.u).chain(&width.v));
         sigma.into_iter().chain(self.index()).chain(widths).collect()
+    }
+
+    /// The textures and constants of this material, without those of the parts of a mix.
+    pub(crate) fn textures(&self) -> impl Iterator<Item = AnyTexture<'_>> {
+        let colors = self.colors().into_iter().map(AnyTexture::Colors);
+        colors.chain(self.numbers().into_iter().map(AnyTexture::Numbers))
     }
 
     /// True if it scatters no light. Textures that vary count as light.
@@ -319,11 +343,9 @@ impl Needs {
 
     pub(super) fn of(kind: &MaterialKind, bump: Option<&Texture<f64>>) -> Self {
         let mut needs = Needs { coordinates: bump.is_some(), footprint: bump.is_some() };
-        for color in kind.colors() {
-            needs.texture(color);
-        }
-        for number in kind.numbers() {
-            needs.texture(number);
+        for texture in kind.textures().map(AnyTexture::properties) {
+            needs.coordinates |= texture.cost > 0;
+            needs.footprint |= texture.filtered;
         }
         if let Some(Roughness { u, v: Some(v), .. }) = kind.roughness() {
             needs.coordinates |= u.constant() != v.constant();
@@ -335,11 +357,6 @@ impl Needs {
             }
         }
         needs
-    }
-
-    fn texture<T: Value>(&mut self, texture: &Texture<T>) {
-        self.coordinates |= texture.constant().is_none();
-        self.footprint |= texture.is_filtered();
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use lookat_syntax::{Diagnostic, ParamType, Text};
+use lookat_syntax::{Diagnostic, ParamType};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
@@ -223,7 +223,8 @@ const ST: Key<Pairs> = texture_coordinate("st", "another name of uv");
 const FACE_INDICES: Key<Integers> =
     Key::new("faceIndices", ParamType::Integer, Integers, "the Ptex face of each triangle")
         .effect(Effect::NoEffect);
-const FILE_NAME: Key<Name> = Key::string("filename", "the PLY file").required();
+/// The file of pbrt-v3's CreatePLYMesh.
+pub(crate) const FILE_NAME: Key<Name> = Key::string("filename", "the PLY file").required();
 
 const fn texture_coordinate(name: &'static str, meaning: &'static str) -> Key<Pairs> {
     Key::new(name, ParamType::Point2, Pairs, meaning)
@@ -264,20 +265,10 @@ pub(crate) fn triangle_mesh(
         note_flat(params, "indices", flat, mesh.triangles());
         return Some(mesh);
     }
-    match (indices, positions) {
-        (Some(indices), Some(positions)) => {
-            (mesh.indices, mesh.positions) = (indices, positions);
-            check_indices(params, &mesh);
-            check_lengths(params, &mesh, uv);
-            mesh.uvs.truncate(mesh.positions.len());
-        }
-        (None, _) => params.missing(
-            "indices",
-            "a trianglemesh needs indices",
-            "add \"integer indices\" [...] with three vertices for each triangle",
-        ),
-        (_, None) => params.missing("P", "a trianglemesh needs P", "add \"point P\" [...] with the vertices"),
-    }
+    (mesh.indices, mesh.positions) = (indices?, positions?);
+    check_indices(params, &mesh);
+    check_lengths(params, &mesh, uv);
+    mesh.uvs.truncate(mesh.positions.len());
     let mesh = Arc::new(place(params, mesh, world_from_object)?);
     let flat = mesh.without_area();
     // Other messages are given when the mesh is made.
@@ -288,15 +279,6 @@ pub(crate) fn triangle_mesh(
     }
     note_flat(params, "indices", flat, mesh.triangles());
     Some(mesh)
-}
-
-/// pbrt-v3's CreatePLYMesh: the name of the file.
-pub(crate) fn ply_file(params: &mut Params) -> Option<Text> {
-    let name = params.take(&FILE_NAME);
-    if name.is_none() {
-        params.missing("filename", "a plymesh needs a file", "add \"string filename\" \"mesh.ply\"");
-    }
-    name
 }
 
 /// Transforms a mesh to world space. Reports coordinates out of range and triangles without an area.

@@ -12,7 +12,6 @@ use crate::files::Files;
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
 use crate::params::Params;
-use crate::params::value::Name;
 use crate::report::Report;
 use crate::sampler::{self, Sampler};
 use crate::scene::Places;
@@ -156,32 +155,17 @@ impl Options {
     }
 }
 
-const SPLIT_METHOD: Key<Name> =
-    Key::string("splitmethod", "how nodes are split: sah, hlbvh, middle or equal")
-        .default_words("\"sah\"")
-        .not_rendered();
-const MOST_IN_NODE: Key<i32> = Key::integer("maxnodeprims", 4, "the most shapes in a leaf").not_rendered();
-const INTERSECT_COST: Key<i32> =
-    Key::integer("intersectcost", 80, "the cost of an intersection test").not_rendered();
-const TRAVERSAL_COST: Key<i32> =
-    Key::integer("traversalcost", 1, "the cost of visiting a node").not_rendered();
-const EMPTY_BONUS: Key<f64> =
-    Key::float("emptybonus", 0.5, "the share of the cost that a split saves with an empty side")
-        .not_rendered();
-const MOST_IN_LEAF: Key<i32> = Key::integer("maxprims", 1, "the most shapes in a leaf").not_rendered();
-const MAX_DEPTH: Key<i32> =
-    Key::integer("maxdepth", -1, "the depth of the tree; negative depends on the number of shapes")
-        .not_rendered();
-
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new(
-        "bvh",
-        "a bounding volume hierarchy; lookat always builds its own",
-        &[&[&SPLIT_METHOD, &MOST_IN_NODE]],
-    ),
-    Kind::new(
-        "kdtree",
-        "a k-d tree; lookat builds its own bounding volume hierarchy",
-        &[&[&INTERSECT_COST, &TRAVERSAL_COST, &EMPTY_BONUS, &MOST_IN_LEAF, &MAX_DEPTH]],
-    ),
+    Kind::new("bvh", "a bounding volume hierarchy; lookat always builds its own", &[]).ignoring(&[&[
+        &Key::string("splitmethod", "how nodes are split: sah, hlbvh, middle or equal")
+            .default_words("\"sah\""),
+        &Key::integer("maxnodeprims", 4, "the most shapes in a leaf"),
+    ]]),
+    Kind::new("kdtree", "a k-d tree; lookat builds its own bounding volume hierarchy", &[]).ignoring(&[&[
+        &Key::integer("intersectcost", 80, "the cost of an intersection test"),
+        &Key::integer("traversalcost", 1, "the cost of visiting a node"),
+        &Key::float("emptybonus", 0.5, "the share of the cost that a split saves with an empty side"),
+        &Key::integer("maxprims", 1, "the most shapes in a leaf"),
+        &Key::integer("maxdepth", -1, "the depth of the tree; negative depends on the number of shapes"),
+    ]]),
 ];

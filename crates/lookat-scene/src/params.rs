@@ -14,7 +14,7 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 use crate::cache::MeshKey;
 use crate::files::{Charged, Files};
 use crate::report::Report;
-use crate::schema::{Key, Kind, Parameter, Unit};
+use crate::schema::{Key, Kind, Parameter, REQUIRED, Unit};
 use crate::texture::Textures;
 
 pub(crate) use crate::params::value::ParamValue;
@@ -117,9 +117,20 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// Takes the value of a parameter, or its default. Rejects a value outside the range of the key.
+    /// Takes the value of a parameter, or its default. Rejects a value outside the range of the key, and a directive that lacks
+    /// a required parameter.
     pub fn take<T: ParamValue>(&mut self, key: &Key<T>) -> T::Taken {
-        T::take(key, self)
+        let taken = T::take(key, self);
+        if key.default_words == REQUIRED {
+            let article = if self.kind().starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+            let message = format!("{article} {} needs {}", self.kind(), key.name);
+            self.missing(
+                key.name,
+                &message,
+                &format!("add \"{} {}\": {}", key.ty.name(), key.name, key.meaning),
+            );
+        }
+        taken
     }
 
     /// Rejects a number outside the range of the key. True if it is inside.

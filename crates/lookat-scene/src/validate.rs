@@ -15,10 +15,10 @@ use crate::params::value::MOST_NESTED;
 use crate::shape::Limits;
 use crate::transform::in_range;
 use crate::{
-    Camera, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, Film, Filter, FilterKind, ImageFilter,
-    Integrator, Lens, Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix, Octaves,
-    Primitive, Projection, Quadric, QuadricForm, Sampler, SamplerKind, Scene, Shape, Texture, Value, Varying,
-    View, color,
+    AnyTexture, Camera, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, Film, Filter, FilterKind,
+    ImageFilter, Integrator, Lens, Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix,
+    Octaves, Primitive, Projection, Quadric, QuadricForm, Sampler, SamplerKind, Scene, Shape, Texture, Value,
+    Varying, View, color,
 };
 
 /// A promise that a scene breaks.
@@ -97,12 +97,15 @@ fn primitive_faults(primitive: &Primitive, place: &str, found: &mut InvalidScene
     let is_right = primitive.shape.is_mirrored().is_none_or(|is_mirrored| is_mirrored == primitive.mirrored);
     found.check(is_right, &format!("{place}.mirrored"), "the transformation of the shape says otherwise");
     let (material, field) = (&primitive.material, format!("{place}.material"));
-    let is_visited = !matches!(&material.kind, MaterialKind::Mix(mix) if mix.parts() > Mix::MOST);
-    found.check(is_visited, &field, "a mix has too many parts");
-    found.check(!is_visited || is_material(material), &field, "a color, an index or a part is out of range");
-    found.check(!is_visited || has_textures(material), &field, TEXTURE);
-    let masks = primitive.cutout.iter().flat_map(|cutout| [&cutout.alpha, &cutout.shadow_alpha]);
-    found.check(masks.flatten().all(is_texture), &format!("{place}.cutout"), TEXTURE);
+    // Others are not even visited: each level can double their number.
+    if matches!(&material.kind, MaterialKind::Mix(mix) if mix.parts() > Mix::MOST) {
+        found.check(false, &field, "a mix has too many parts");
+    } else {
+        let is_right = material.all().into_iter().all(is_material);
+        found.check(is_right, &field, "a color, an index or a part is out of range");
+        found.check(material.textures().all(are_textures), &field, TEXTURE);
+    }
+    found.check(primitive.masks().all(are_textures), &format!("{place}.cutout"), TEXTURE);
     let is_light = |light: Emission| color::is_in_range(light.radiance) && has_samples(light.samples);
     let is_right = primitive.emission.is_none_or(is_light);
     found.check(is_right, &format!("{place}.emission"), "its numbers are out of range");
@@ -256,38 +259,31 @@ fn is_quadric(quadric: &Quadric) -> bool {
     has_form && phi_max > 0.0 && phi_max <= TAU && world_from_object.in_range()
 }
 
-/// True if the textures of a material, and of the parts of a mix, have numbers in range and are not too many.
-fn has_textures(material: &Material) -> bool {
-    material.kind.colors().into_iter().all(is_texture)
-        && material.kind.numbers().into_iter().chain(material.bump()).all(is_texture)
-        && parts(material).iter().all(|part| has_textures(part))
-}
-
-/// True if reflectances and indices of refraction that are constant are in range, and so are the parts of a mix.
+/// True if reflectances and indices of refraction that are constant are in range, without those of the parts of a mix.
 fn is_material(material: &Material) -> bool {
     let kind = &material.kind;
     let is_share = |share: &Texture<Vec3>| share.constant().is_none_or(|color| color.min_element() >= 0.0);
-    let is_surface = |part: &Arc<Material>| !matches!(part.kind, MaterialKind::None) && is_material(part);
+    let is_surface = |part: &Arc<Material>| !matches!(part.kind, MaterialKind::None);
     (matches!(kind, MaterialKind::Metal(_)) || kind.colors().into_iter().all(is_share))
         && kind.index().and_then(Texture::constant).is_none_or(|index| index > 0.0)
-        && parts(material).iter().all(is_surface)
+        && !matches!(kind, MaterialKind::Mix(mix) if !mix.materials.iter().all(is_surface))
 }
 
-/// The parts of a mix.
-fn parts(material: &Material) -> &[Arc<Material>] {
-    if let MaterialKind::Mix(mix) = &material.kind { &mix.materials } else { &[] }
+/// True if all numbers of a texture and of the textures below it are in range, and if those are not too many.
+fn are_textures(texture: AnyTexture) -> bool {
+    !texture.is_too_long()
+        && texture.all().into_iter().all(|texture| match texture {
+            AnyTexture::Numbers(texture) => is_texture(texture),
+            AnyTexture::Colors(texture) => is_texture(texture),
+        })
 }
 
-/// True if all numbers of a texture, and of the textures below it, are in range, and if those are not too many.
+/// True if the numbers of a texture itself are in range.
 fn is_texture<T: Value>(texture: &Texture<T>) -> bool {
-    let node = match texture {
-        Texture::Constant(value) => return value.is_finite(),
-        // Not even visited: it can be deeper than the stack.
-        Texture::Varying(_) if texture.is_too_long() => return false,
-        Texture::Varying(node) => node,
-    };
-    let (parts, weight) = node.texture().parts();
-    is_varying(node.texture()) && parts.into_iter().all(is_texture) && weight.is_none_or(is_texture)
+    match texture {
+        Texture::Constant(value) => value.is_finite(),
+        Texture::Varying(node) => is_varying(node.texture()),
+    }
 }
 
 /// True if the numbers of a texture itself are in range.

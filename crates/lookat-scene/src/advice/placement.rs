@@ -6,7 +6,7 @@ use lookat_syntax::{Diagnostic, Span};
 use crate::advice::{Summary, warn};
 use crate::facts::Rotation;
 use crate::report::Report;
-use crate::{Integrator, MaterialKind, Transform, transform};
+use crate::{Integrator, Material, MaterialKind, Transform, transform};
 
 // Scales before the camera, which pbrt-v3 handles badly.
 
@@ -28,7 +28,7 @@ pub(super) fn advise_scale(summary: &Summary, report: &mut Report) {
     if !matches!(summary.integrator(), Some(Integrator::Path { .. })) {
         return;
     }
-    let is_seen = summary.drawn.iter().any(|primitive| is_glossy(&primitive.material.kind));
+    let is_seen = summary.drawn.iter().any(|primitive| is_glossy(&primitive.material));
     let camera = summary.facts.camera.as_ref();
     if let Some((at, _)) = camera.filter(|(_, transform)| is_seen && is_scaled(transform)) {
         let message = "a scale before Camera: pbrt-v3 renders glossy and transparent surfaces too dark or too bright, or crashes";
@@ -44,12 +44,9 @@ fn is_scaled(world_from_camera: &Transform) -> bool {
 }
 
 /// True if a material has glossy lobes.
-fn is_glossy(material: &MaterialKind) -> bool {
-    match material {
-        MaterialKind::None | MaterialKind::Matte(_) | MaterialKind::Mirror(_) => false,
-        MaterialKind::Mix(mix) => mix.materials.iter().any(|material| is_glossy(&material.kind)),
-        _ => true,
-    }
+fn is_glossy(material: &Material) -> bool {
+    use MaterialKind::{Matte, Mirror, Mix, None};
+    material.all().iter().any(|part| !matches!(part.kind, None | Matte(_) | Mirror(_) | Mix(_)))
 }
 
 pub(super) fn transformations(summary: &Summary, report: &mut Report) {

@@ -270,12 +270,7 @@ pub(super) fn mix(params: &mut Params, named: &Named) -> Mix {
 
 /// One of the two materials. After an error it is matte, as in pbrt-v3.
 fn part(params: &mut Params, key: &Key<Name>, named: &Named) -> Arc<Material> {
-    let Some(name) = params.take(key) else {
-        let parameter = key.name;
-        let help = "write the name of a material that MakeNamedMaterial defines";
-        params.missing(parameter, &format!("a mix of materials needs {parameter}"), help);
-        return Arc::new(Material::DEFAULT);
-    };
+    let Some(name) = params.take(key) else { return Arc::new(Material::DEFAULT) };
     let material = params.find(named, &name).map(|instance| instance.material.clone());
     let material = material.unwrap_or_else(|| Arc::new(Material::DEFAULT));
     if !matches!(material.kind, MaterialKind::None) {
@@ -444,8 +439,11 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind::new("translucent", "a thin surface that reflects and transmits", &[TRANSLUCENT_KEYS, BUMP_KEYS]),
     Kind::new("glass", "smooth or rough glass", &[GLASS_KEYS, BUMP_KEYS]),
     Kind::new("mirror", "a perfect mirror", &[MIRROR_KEYS, BUMP_KEYS]),
-    Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS]).instead("matte of the same color"),
+    Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS])
+        .ignoring(&[stand_in::HAIR_IGNORED])
+        .instead("matte of the same color"),
     Kind::new("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
+        .ignoring(&[stand_in::DISNEY_IGNORED])
         .instead("uber, glass, translucent or their mix, of the same color and roughness"),
     Kind::new("mix", "a blend of two named materials", &[MIX_KEYS]),
     Kind::new("metal", "a rough metal", &[METAL_KEYS, BUMP_KEYS]),

@@ -93,38 +93,16 @@ const DIFF_TRANS: Key<FloatTexture> = Key::float_texture(
     "twice the fraction of diffuse light that a thin sheet transmits, clamped to 0 to 2",
 );
 
-const fn left_out(name: &'static str, default: f64, meaning: &'static str) -> Key<FloatTexture> {
-    Key::float_texture(name, default, meaning).not_rendered()
-}
-
-const SPECULAR_TINT: Key<FloatTexture> =
-    left_out("speculartint", 0.0, "how much the gloss takes on the color");
-const SHEEN: Key<FloatTexture> = left_out("sheen", 0.0, "the reflection of fabric at grazing angles");
-const SHEEN_TINT: Key<FloatTexture> = left_out("sheentint", 0.5, "how much the sheen takes on the color");
-const CLEARCOAT: Key<FloatTexture> = left_out("clearcoat", 0.0, "the strength of a second gloss");
-const CLEARCOAT_GLOSS: Key<FloatTexture> =
-    left_out("clearcoatgloss", 1.0, "the smoothness of the second gloss");
-const FLATNESS: Key<FloatTexture> =
-    left_out("flatness", 0.0, "the share of scattering inside a thin sheet in diffuse light");
-const SCATTER_DISTANCE: Key<ColorTexture> =
-    Key::color_texture("scatterdistance", 0.0, "the mean free path of light inside a solid").not_rendered();
-
-pub(in crate::material) const DISNEY_KEYS: Keys = &[
-    &DISNEY_COLOR,
-    &METALLIC,
-    &DISNEY_ETA,
-    &ROUGHNESS,
-    &ANISOTROPIC,
-    &SPEC_TRANS,
-    &THIN,
-    &DIFF_TRANS,
-    &SPECULAR_TINT,
-    &SHEEN,
-    &SHEEN_TINT,
-    &CLEARCOAT,
-    &CLEARCOAT_GLOSS,
-    &FLATNESS,
-    &SCATTER_DISTANCE,
+pub(in crate::material) const DISNEY_KEYS: Keys =
+    &[&DISNEY_COLOR, &METALLIC, &DISNEY_ETA, &ROUGHNESS, &ANISOTROPIC, &SPEC_TRANS, &THIN, &DIFF_TRANS];
+pub(in crate::material) const DISNEY_IGNORED: Keys = &[
+    &Key::float_texture("speculartint", 0.0, "how much the gloss takes on the color"),
+    &Key::float_texture("sheen", 0.0, "the reflection of fabric at grazing angles"),
+    &Key::float_texture("sheentint", 0.5, "how much the sheen takes on the color"),
+    &Key::float_texture("clearcoat", 0.0, "the strength of a second gloss"),
+    &Key::float_texture("clearcoatgloss", 1.0, "the smoothness of the second gloss"),
+    &Key::float_texture("flatness", 0.0, "the share of scattering inside a thin sheet in diffuse light"),
+    &Key::color_texture("scatterdistance", 0.0, "the mean free path of light inside a solid"),
 ];
 
 pub(super) fn disney(params: &mut Params) -> (&'static str, MaterialKind) {
@@ -226,15 +204,13 @@ const EUMELANIN: Key<FloatTexture> =
 const PHEOMELANIN: Key<FloatTexture> =
     Key::float_texture("pheomelanin", 0.0, "the concentration of the red pigment");
 const BETA_N: Key<FloatTexture> = Key::float_texture("beta_n", 0.3, "the roughness around a hair");
-const BETA_M: Key<FloatTexture> =
-    Key::float_texture("beta_m", 0.3, "the roughness along a hair").not_rendered();
-const HAIR_ETA: Key<FloatTexture> =
-    Key::float_texture("eta", 1.55, "the index of refraction inside a hair").not_rendered();
-const ALPHA: Key<FloatTexture> =
-    Key::float_texture("alpha", 2.0, "the angle of the scales of a hair").unit(Unit::Degrees).not_rendered();
 
-pub(in crate::material) const HAIR_KEYS: Keys =
-    &[&SIGMA_A, &HAIR_COLOR, &EUMELANIN, &PHEOMELANIN, &BETA_N, &BETA_M, &HAIR_ETA, &ALPHA];
+pub(in crate::material) const HAIR_KEYS: Keys = &[&SIGMA_A, &HAIR_COLOR, &EUMELANIN, &PHEOMELANIN, &BETA_N];
+pub(in crate::material) const HAIR_IGNORED: Keys = &[
+    &Key::float_texture("beta_m", 0.3, "the roughness along a hair"),
+    &Key::float_texture("eta", 1.55, "the index of refraction inside a hair"),
+    &Key::float_texture("alpha", 2.0, "the angle of the scales of a hair").unit(Unit::Degrees),
+];
 
 pub(super) fn color(params: &mut Params) -> Texture<Vec3> {
     let color = share(params, &HAIR_COLOR);

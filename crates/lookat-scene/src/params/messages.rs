@@ -41,8 +41,11 @@ impl Params<'_> {
         None
     }
 
-    /// Reports a required parameter as missing, or as declared with a wrong type.
+    /// Reports a required parameter that was not taken as missing, or as declared with a wrong type.
     pub fn missing(&mut self, name: &str, message: &str, help: &str) {
+        if self.was_taken(name) {
+            return;
+        }
         let named = |is: &dyn Fn(&str) -> bool| self.params.iter().position(|param| is(&param.name.value));
         let other = named(&|given| given == name).or_else(|| named(&|given| is_slip(given, name)));
         let error = match other.map(|index| self.params.remove(index)) {
@@ -54,7 +57,6 @@ impl Params<'_> {
                 let error = Diagnostic::error(param.name.span, message);
                 error.help(format!("did you mean \"{name}\"?")).fix(param.name.span, declaration)
             }
-            None if self.was_taken(name) => return,
             None => Diagnostic::error(self.kind.span, message).help(help),
         };
         self.error(error);

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use lookat_syntax::{Param, ParamType, Text, Values};
 
 use crate::params::{Params, SPECTRUM_TYPES};
-use crate::schema::{Count, Described, Key, Parameter, REQUIRED, Range, Unit, number};
+use crate::schema::{Count, Described, Key, Parameter, Range, Unit, number};
 use crate::texture::Texture;
 use crate::transform::LARGEST;
 use crate::{color, transform};
@@ -205,28 +205,6 @@ impl ParamValue for ColorTexture {
     }
 }
 
-/// A whole number that a type needs. The constructor gets `None` after an error.
-#[derive(Clone, Copy)]
-pub(crate) struct RequiredInteger;
-
-impl ParamValue for RequiredInteger {
-    type Taken = Option<i32>;
-
-    fn words(self) -> String {
-        REQUIRED.into()
-    }
-
-    fn take(key: &Key<Self>, params: &mut Params) -> Option<i32> {
-        let value = one!(params, key.name, &[key.ty], Integers).unwrap_or_default();
-        if params.was_taken(key.name) {
-            return params.check_within(key, value).then_some(value);
-        }
-        let message = format!("a {} needs {}", params.kind(), key.name);
-        params.missing(key.name, &message, &format!("\"integer {}\" is {}", key.name, key.meaning));
-        None
-    }
-}
-
 /// The four edges of a window, if given.
 #[derive(Clone, Copy)]
 pub(crate) struct Edges;
@@ -278,6 +256,10 @@ macro_rules! all {
 optional! {
     /// A number, if given.
     OptionalFloat, Count::One, f64, |params, key| one!(params, key.name, &[key.ty], Numbers);
+    /// A whole number, if given.
+    OptionalInteger, Count::One, i32, |params, key| {
+        one!(params, key.name, &[key.ty], Integers).filter(|value| params.check_within(key, *value))
+    };
     /// A string, if given.
     Name, Count::One, Text, |params, key| one!(params, key.name, &[key.ty], Strings);
     /// A list of numbers, if given.
@@ -305,7 +287,7 @@ macro_rules! constructors {
 constructors! {
     f64: float(default: f64) = Float, default;
     i32: integer(default: i32) = Integer, default;
-    RequiredInteger: required_integer() = Integer, RequiredInteger;
+    OptionalInteger: optional_integer() = Integer, OptionalInteger;
     Color: color(default: f32) = Rgb, Color(default);
     FloatTexture: float_texture(default: f64) = Float, FloatTexture(default);
     OptionalTexture: optional_texture() = Float, OptionalTexture;

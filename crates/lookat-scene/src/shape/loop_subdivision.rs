@@ -41,19 +41,7 @@ pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform
     let positions = params.take(&POSITIONS);
     // The only scheme is "loop".
     params.take(&SCHEME);
-    let control = match (indices, positions) {
-        (Some(indices), Some(positions)) => Mesh { indices, positions, ..Mesh::default() },
-        (None, _) => {
-            let help = "add \"integer indices\" [...] with three vertices for each triangle";
-            params.missing("indices", "a loopsubdiv needs indices", help);
-            return None;
-        }
-        (_, None) => {
-            let help = "add \"point P\" [...] with the vertices of the control mesh";
-            params.missing("P", "a loopsubdiv needs P", help);
-            return None;
-        }
-    };
+    let control = Mesh { indices: indices?, positions: positions?, ..Mesh::default() };
     check_indices(params, &control);
     if !params.usable() {
         return None;

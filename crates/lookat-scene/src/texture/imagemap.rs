@@ -83,8 +83,6 @@ pub(super) fn imagemap<T: Parameter>(
         params.warn("mapping", message, "use the \"uv\" mapping: on a mesh or sphere, it has no such seam");
     }
     let Some(file) = file else {
-        let help = "add \"string filename\" with the name of a picture";
-        params.missing("filename", "Texture \"imagemap\" has no filename", help);
         params.finish();
         return None;
     };
