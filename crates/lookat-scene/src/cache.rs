@@ -96,36 +96,21 @@ pub(crate) struct KeptMesh {
 type KeptPictureKey = (PictureKey, Stamp, TypeId);
 
 /// The settings for decoding a picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct PictureSettings {
     pub wrap: Wrap,
     /// True to convert from sRGB to linear.
     pub gamma: bool,
-    /// The factor on the linear values.
-    pub scale: f32,
+    /// The bits of the factor on the linear values, which compare and hash.
+    pub scale: u32,
     /// True if the first row is the bottom row, as in texture coordinates.
     pub bottom_up: bool,
     /// True to clamp negative values to 0, for pictures of light.
     pub not_negative: bool,
 }
 
-/// The file and its settings. Floats are stored as bits, for comparison.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(crate) struct PictureKey {
-    pub path: PathBuf,
-    wrap: Wrap,
-    gamma: bool,
-    bottom_up: bool,
-    not_negative: bool,
-    scale: u32,
-}
-
-impl PictureKey {
-    pub fn new(path: PathBuf, settings: &PictureSettings) -> Self {
-        let PictureSettings { wrap, gamma, scale, bottom_up, not_negative } = *settings;
-        PictureKey { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() }
-    }
-}
+/// The file and its settings.
+pub(crate) type PictureKey = (PathBuf, PictureSettings);
 
 /// The access of a load to what the one before has kept.
 #[derive(Clone, Copy)]
@@ -204,14 +189,14 @@ impl Reuse<'_> {
 
     /// The picture for a key.
     pub fn picture<T: Any + Send + Sync>(&self, key: &PictureKey) -> Option<Arc<T>> {
-        let key = (key.clone(), (self.stamp)(&key.path)?, TypeId::of::<T>());
+        let key = (key.clone(), (self.stamp)(&key.0)?, TypeId::of::<T>());
         let kept = self.old.pictures.get(&key)?.clone();
         self.new.borrow_mut().pictures.insert(key, kept.clone());
         kept.downcast().ok()
     }
 
     pub fn keep_picture<T: Any + Send + Sync>(&self, key: &PictureKey, picture: &Arc<T>) {
-        if let Some(stamp) = (self.stamp)(&key.path) {
+        if let Some(stamp) = (self.stamp)(&key.0) {
             let key = (key.clone(), stamp, TypeId::of::<T>());
             self.new.borrow_mut().pictures.insert(key, picture.clone());
         }

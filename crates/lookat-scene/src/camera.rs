@@ -133,8 +133,10 @@ pub(crate) fn camera(
             params.unsupported(
                 "lookat does not support Camera \"realistic\"; it uses a pinhole camera instead".into(),
             );
-            if let Some(file) = params.take(&LENS_FILE) {
-                params.warn_of_unread_path(&file);
+            if let Some(file) = params.take(&LENS_FILE)
+                && let Ok((path, _)) = params.files.open_named(&file.value, file.span)
+            {
+                params.warn_of_path(&file, &path);
             }
             params.ignore_rest();
             Projection::Perspective { fov: view.fov.unwrap_or(90.0) }

@@ -22,6 +22,9 @@ use content::Content;
 pub(crate) use content::{Access, Charged};
 pub use content::{Open, Read};
 
+/// A file and its path, or the first path tried and its error.
+pub(crate) type Found<T> = Result<(PathBuf, T), (PathBuf, io::Error)>;
+
 /// The files of a scene, with access to more.
 pub(crate) struct Files<'a> {
     pub sources: Sources,
@@ -130,43 +133,34 @@ impl<'a> Files<'a> {
     }
 
     /// Reads the file named at `span`, relative to the file that contains the name, or else to the scene file.
-    /// (pbrt-v3 does only the second.) Returns the path found, or the first path tried and its error.
-    pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
+    /// (pbrt-v3 does only the second.)
+    pub fn read_named(&self, name: &str, span: Span) -> Found<Charged> {
         self.named(name, span, |_, content| no_pointer(content.bytes(&self.memory)?))
     }
 
-    /// The text named at `span`. A text that an earlier load has kept is not read again. Returns paths as [`Files::read_named`] does.
-    pub fn text_named(&self, name: &str, span: Span) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
+    /// The text named at `span`. A text that an earlier load has kept is not read again.
+    pub fn text_named(&self, name: &str, span: Span) -> Found<Charged> {
         self.named(name, span, |path, content| no_pointer(self.text(path, content)?))
     }
 
-    /// Opens the file named at `span`, and reads it unless its contents are known. Returns paths as [`Files::read_named`] does.
+    /// Opens the file named at `span`, and reads it unless its contents are known.
     pub fn read_unless(
         &self,
         name: &str,
         span: Span,
         is_known: impl Fn(&Path) -> bool,
-    ) -> Result<(PathBuf, Option<Charged>), (PathBuf, io::Error)> {
+    ) -> Found<Option<Charged>> {
         self.named(name, span, |path, content| {
             if is_known(path) { Ok(None) } else { no_pointer(content.bytes(&self.memory)?).map(Some) }
         })
     }
 
-    /// Opens the file named at `span` for streaming. Returns paths as [`Files::read_named`] does.
-    pub fn open_named(
-        &self,
-        name: &str,
-        span: Span,
-    ) -> Result<(PathBuf, Box<dyn io::Read>), (PathBuf, io::Error)> {
+    /// Opens the file named at `span` for streaming.
+    pub fn open_named(&self, name: &str, span: Span) -> Found<Box<dyn io::Read>> {
         self.named(name, span, |_, content| Ok(content.stream()))
     }
 
-    fn named<T>(
-        &self,
-        name: &str,
-        span: Span,
-        take: impl Fn(&Path, Content) -> io::Result<T>,
-    ) -> Result<(PathBuf, T), (PathBuf, io::Error)> {
+    fn named<T>(&self, name: &str, span: Span, take: impl Fn(&Path, Content) -> io::Result<T>) -> Found<T> {
         let get = |path: &Path| {
             let taken = self.access.content(path).and_then(|content| take(path, content))?;
             self.inputs.borrow_mut().insert(path.to_owned());

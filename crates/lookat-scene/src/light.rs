@@ -215,7 +215,7 @@ fn light_map(
     let settings = PictureSettings {
         wrap: Wrap::Repeat,
         gamma: false,
-        scale: 1.0,
+        scale: 1.0_f32.to_bits(),
         bottom_up: false,
         not_negative: true,
     };

@@ -143,7 +143,7 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
     let keeps_going = options.keep_going && !report.exhausted;
     let is_whole = (!report.has_errors() || keeps_going) && override_error.is_none() && !options.fast;
     let output = resolved.as_ref().map_or(DEFAULT_OUTPUT.into(), |resolved| resolved.output.clone());
-    let mut places = resolved.as_ref().map_or_else(Places::default, |resolved| resolved.places.clone());
+    let mut places = resolved.as_ref().map(|resolved| resolved.places.clone()).unwrap_or_default();
     places.lights = facts.lights;
     let scene = resolved.filter(|_| is_whole);
     let scene = scene.map(|resolved| Scene { view: resolved.view, world: Arc::new(built.world) });
@@ -165,21 +165,7 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
 /// The result for a file that is not a scene.
 fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
     let (sources, inputs, memory) = files.into_parts();
-    Loaded {
-        sources,
-        inputs,
-        memory,
-        scene: None,
-        places: Places::default(),
-        output: DEFAULT_OUTPUT.into(),
-        diagnostics,
-        symbols: Vec::new(),
-        unread: 0,
-        can_keep_going: false,
-        placement: None,
-        world_follows_camera: false,
-        override_error: None,
-    }
+    Loaded { sources, inputs, memory, output: DEFAULT_OUTPUT.into(), diagnostics, ..Loaded::default() }
 }
 
 struct Loader<'a> {
@@ -377,7 +363,7 @@ fn part(id: FileId, text: &[u8], most_bytes: u64) -> Option<(Block, Span)> {
 }
 
 /// The result of [`load`](crate::load()).
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Loaded {
     /// The texts that diagnostics refer to.
     pub sources: Sources,

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use lookat_syntax::{Entity, EntityKind, Severity, Span, Spanned, Text};
+use lookat_syntax::{Entity, EntityKind, Severity, Span, Text};
 
 use crate::camera::{self, Camera, Projection, ViewOverride};
 use crate::facts::Facts;
@@ -76,6 +76,21 @@ impl Options {
         self.given.insert(kind, given).map(|before| before.at)
     }
 
+    /// The parameters of an option, or of its default.
+    fn params<'a>(
+        &mut self,
+        kind: EntityKind,
+        default: &str,
+        world_begin: Span,
+        files: &'a Files<'a>,
+        report: &'a mut Report,
+    ) -> Params<'a> {
+        let missing = || Text { value: default.into(), span: world_begin };
+        let given = self.given.remove(&kind).map(|given| given.entity);
+        let entity = given.unwrap_or_else(|| Entity { name: missing(), params: Vec::new() });
+        Params::new(kind.keyword(), entity, files, report)
+    }
+
     /// Resolves the options. Reports an option with an error and replaces it by the default.
     pub fn resolve(
         mut self,
@@ -92,34 +107,20 @@ impl Options {
         }
         let camera = self.given.get(&EntityKind::Camera);
         let camera = camera.map(|given| (given.entity.name.span, given.world_from_camera));
-        let mut entity = |kind: EntityKind, default: &str| match self.given.remove(&kind) {
-            Some(given) => given.entity,
-            None => Entity { name: Spanned { value: default.into(), span: world_begin }, params: Vec::new() },
-        };
-        let film_params = &mut Params::new("Film", entity(EntityKind::Film, "image"), files, report);
+        let film_params = &mut self.params(EntityKind::Film, "image", world_begin, files, report);
         let (film, output) = film::film(film_params, &load_options.film);
         let crop_window = film_params.given_place("cropwindow");
-        let filter = filter::filter(&mut Params::new(
-            "PixelFilter",
-            entity(EntityKind::PixelFilter, "box"),
-            files,
-            report,
-        ));
-        let sampler = sampler::sampler(&mut Params::new(
-            "Sampler",
-            entity(EntityKind::Sampler, "halton"),
-            files,
-            report,
-        ));
-        let integrator_params =
-            &mut Params::new("Integrator", entity(EntityKind::Integrator, "path"), files, report);
+        let filter =
+            filter::filter(&mut self.params(EntityKind::PixelFilter, "box", world_begin, files, report));
+        let sampler =
+            sampler::sampler(&mut self.params(EntityKind::Sampler, "halton", world_begin, files, report));
+        let integrator_params = &mut self.params(EntityKind::Integrator, "path", world_begin, files, report);
         let passes_boundaries = integrator::passes_boundaries(integrator_params.kind());
         let replaced = Some(integrator_params.kind_text());
         let replaced_integrator = replaced.filter(|kind| integrator::is_replaced(&kind.value));
         let integrator = integrator::integrator(integrator_params);
         // An unknown type is only a warning, because the picture does not depend on it.
-        let accelerator =
-            &mut Params::new("Accelerator", entity(EntityKind::Accelerator, "bvh"), files, report);
+        let accelerator = &mut self.params(EntityKind::Accelerator, "bvh", world_begin, files, report);
         if !accelerator.is_known_kind(KINDS) {
             accelerator.say_unknown_kind(KINDS, Severity::Warning);
         }
@@ -131,7 +132,7 @@ impl Options {
             Some((_, world_from_camera)) => world_from_camera,
             None => view_override.world_from_camera().unwrap_or(Transform::IDENTITY),
         };
-        let params = &mut Params::new("Camera", entity(EntityKind::Camera, "perspective"), files, report);
+        let params = &mut self.params(EntityKind::Camera, "perspective", world_begin, files, report);
         let camera_at = camera.map(|(at, _)| at);
         let camera = camera::camera(params, world_from_camera, &film, view_override);
         let places = Places {

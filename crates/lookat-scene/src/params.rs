@@ -5,14 +5,14 @@ mod messages;
 pub(crate) mod value;
 
 use std::collections::HashSet;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use lookat_image::Charge;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
 use crate::cache::MeshKey;
-use crate::files::{Charged, Files};
+use crate::files::{Charged, Files, Found};
 use crate::report::Report;
 use crate::schema::{Key, Kind, Parameter, REQUIRED, Unit};
 use crate::texture::Textures;
@@ -377,7 +377,7 @@ pub(crate) fn class(ty: ParamType) -> ParamType {
     if SPECTRUM_TYPES.contains(&ty) { ParamType::Spectrum } else { ty }
 }
 
-impl Params<'_> {
+impl<'a> Params<'a> {
     /// The bytes of a file that the rest does without. `None`, and a warning, where it cannot be read.
     pub fn file_if_readable(&mut self, name: &Text) -> Option<Charged> {
         match self.files.read_named(&name.value, name.span) {
@@ -393,36 +393,27 @@ impl Params<'_> {
         }
     }
 
-    /// The bytes of a file named by a parameter, or `None` for them if they are known. Reports an unreadable file and returns `None`.
-    pub fn file_unless(
+    /// A file named by a parameter, as `find` gives it. Reports an unreadable one and returns `None`.
+    pub fn file<T>(
         &mut self,
         name: &Text,
-        is_known: impl Fn(&Path) -> bool,
-    ) -> Option<(PathBuf, Option<Charged>)> {
-        let read = self.files.read_unless(&name.value, name.span, is_known);
-        let (path, bytes) = read.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
-        self.warn_of_path(name, &path);
-        Some((path, bytes))
-    }
-
-    /// Opens a file named by a parameter. Reports a file that it cannot open and returns `None`.
-    pub fn open(&mut self, name: &Text) -> Option<(PathBuf, Box<dyn Read>)> {
-        let opened = self.files.open_named(&name.value, name.span);
-        let (path, file) = opened.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
-        self.warn_of_path(name, &path);
-        Some((path, file))
+        find: impl FnOnce(&Files<'a>, &str, Span) -> Found<T>,
+    ) -> Option<(PathBuf, T)> {
+        match find(self.files, &name.value, name.span) {
+            Ok((path, file)) => {
+                self.warn_of_path(name, &path);
+                Some((path, file))
+            }
+            Err((path, error)) => {
+                self.unreadable(name, &path, &error);
+                None
+            }
+        }
     }
 
     /// Warns of a name that leads to `path` here and not in pbrt-v3.
     pub fn warn_of_path(&mut self, name: &Text, path: &Path) {
         self.report.extend(self.files.not_found_by_pbrt(name, path));
-    }
-
-    /// Warns of a name that leads to different files here and in pbrt-v3. The file is not read.
-    pub fn warn_of_unread_path(&mut self, name: &Text) {
-        if let Ok((path, _)) = self.files.open_named(&name.value, name.span) {
-            self.warn_of_path(name, &path);
-        }
     }
 
     /// Reports an unreadable file.

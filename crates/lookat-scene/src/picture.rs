@@ -10,7 +10,7 @@ use lookat_syntax::{Diagnostic, Text};
 
 use crate::cache::{PictureKey, PictureSettings};
 use crate::color;
-use crate::files::{Charged, shown_path};
+use crate::files::{Charged, Files, shown_path};
 use crate::params::Params;
 
 /// The pictures of a scene so far. Each file is decoded once for each type of texel and settings.
@@ -40,7 +40,7 @@ impl Pictures {
         params.without_rejection(|params| {
             let (path, made) = if self.fast {
                 self.unread += 1;
-                let (path, _) = params.open(file)?;
+                let (path, _) = params.file(file, Files::open_named)?;
                 let made = check_name(&path).map(|()| gray(&settings));
                 (path, made)
             } else {
@@ -76,15 +76,16 @@ impl Pictures {
             None => {
                 let reuse = params.files.reuse;
                 let is_kept = |path: &Path| {
-                    let key = PictureKey::new(path.to_owned(), &settings);
+                    let key = (path.to_owned(), settings);
                     reuse.is_some_and(|reuse| reuse.picture::<MipMap<T>>(&key).is_some())
                 };
-                let (path, bytes) = params.file_unless(file, is_kept)?;
+                let (path, bytes) =
+                    params.file(file, |files, name, at| files.read_unless(name, at, is_kept))?;
                 self.found.insert(first, path.clone());
                 (path, bytes)
             }
         };
-        let key = PictureKey::new(path.clone(), &settings);
+        let key = (path.clone(), settings);
         if let Some(made) = T::made(self).get(&key) {
             return Some((path, made.clone()));
         }
@@ -93,7 +94,7 @@ impl Pictures {
             None => {
                 let bytes = match bytes {
                     Some(bytes) => bytes,
-                    None => params.file_unless(file, |_| false)?.1?,
+                    None => params.file(file, Files::read_named)?.1,
                 };
                 let reported = params.reported();
                 let made = decode(params, name, &path, bytes, &settings);
@@ -177,7 +178,7 @@ fn is_too_bright(value: f32) -> bool {
 
 fn texel_value(value: f32, settings: &PictureSettings) -> f32 {
     let linear = if settings.gamma { linear_from_srgb(value) } else { value };
-    let scaled = settings.scale * linear;
+    let scaled = f32::from_bits(settings.scale) * linear;
     let least = if settings.not_negative { 0.0 } else { -LARGEST };
     if scaled.is_nan() { 0.0 } else { scaled.clamp(least, LARGEST) }
 }
@@ -282,7 +283,13 @@ mod tests {
     use super::*;
 
     fn settings(gamma: bool, scale: f32) -> PictureSettings {
-        PictureSettings { wrap: Wrap::Repeat, gamma, scale, bottom_up: true, not_negative: false }
+        PictureSettings {
+            wrap: Wrap::Repeat,
+            gamma,
+            scale: scale.to_bits(),
+            bottom_up: true,
+            not_negative: false,
+        }
     }
 
     /// pbrt-v3 converts a color to its luminance first, then from sRGB to linear.

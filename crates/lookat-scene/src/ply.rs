@@ -20,6 +20,7 @@ use lookat_syntax::{Diagnostic, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
+use crate::files::Files;
 use crate::mesh::{Mesh, Oddities, note_flat, place};
 use crate::params::Params;
 use crate::ply::header::{Element, Format, Header};
@@ -220,7 +221,7 @@ impl PlyFiles {
                 (path.clone(), None, Some(mesh))
             }
             _ => {
-                let (path, file) = params.open(name)?;
+                let (path, file) = params.file(name, Files::open_named)?;
                 (path, Some(file), None)
             }
         };
@@ -257,7 +258,7 @@ impl PlyFiles {
 
 /// Reports a file that cannot be opened, or that has a wrong header. Reads no more.
 fn check_file_header(params: &mut Params, name: &Text) {
-    if let Some((path, file)) = params.open(name)
+    if let Some((path, file)) = params.file(name, Files::open_named)
         && let Some(oddities) = ok_or_report(params, name, &path, check_header(file))
     {
         // Faces are not counted.

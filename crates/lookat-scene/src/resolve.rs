@@ -237,7 +237,7 @@ impl Resolver<'_> {
                     }
                     LookAtError::OutOfRange => "write smaller numbers",
                 };
-                Err(Box::new(Diagnostic::error(span, fault.to_string()).help(help)))
+                Diagnostic::error(span, fault.to_string()).help(help).fail()
             }
         }
     }
@@ -248,24 +248,21 @@ fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>
         return Ok(transform);
     }
     let help = "transformations accumulate: check the ones before it, too";
-    Err(Box::new(Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help)))
+    Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help).fail()
 }
 
 pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
     let message =
         if by.contains(&0.0) { "Scale by 0 is not invertible" } else { "this Scale is too small to invert" };
-    Transform::scale(by.into()).ok_or_else(|| {
-        Box::new(Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape"))
-    })
+    let fault =
+        || Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape");
+    Transform::scale(by.into()).map_or_else(|| fault().fail(), Ok)
 }
 
 pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
-    Transform::rotate(degrees, axis.into()).ok_or_else(|| {
-        Box::new(
-            Diagnostic::error(*span, "the axis of Rotate has length 0")
-                .help("the first number is the angle in degrees, the next three are the axis"),
-        )
-    })
+    let help = "the first number is the angle in degrees, the next three are the axis";
+    let fault = || Diagnostic::error(*span, "the axis of Rotate has length 0").help(help);
+    Transform::rotate(degrees, axis.into()).map_or_else(|| fault().fail(), Ok)
 }
 
 pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transform, Box<Diagnostic>> {

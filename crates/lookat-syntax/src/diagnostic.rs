@@ -91,6 +91,11 @@ impl Diagnostic {
         self
     }
 
+    /// This problem as the failure of a function.
+    pub fn fail<T>(self) -> Result<T, Box<Diagnostic>> {
+        Err(Box::new(self))
+    }
+
     /// The place of the problem.
     pub fn span(&self) -> Span {
         self.labels[0].span

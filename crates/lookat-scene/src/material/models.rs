@@ -183,7 +183,7 @@ pub(super) fn metal(params: &mut Params) -> Metal {
         }
         value
     });
-    Metal { eta, k, roughness: Roughness::of_metal(params, &METAL_ROUGHNESS, &METAL_ROUGHNESS_V) }
+    Metal { eta, k, roughness: Roughness::of_metal(params) }
 }
 
 // `Material "substrate"`: a diffuse base under a glossy coating with Fresnel reflection (Ashikhmin and Shirley, PBR
@@ -221,7 +221,7 @@ model! {
     eta: Texture<f64> = index_of_refraction(params), ETA, INDEX;
     @ /// The roughness of the glossy lobe (`uroughness`, or `roughness`, default 0.1; `vroughness`, default the same as
     /// u; `remaproughness`).
-    roughness: Roughness = Roughness::of_uber(params, &ROUGHNESS, &UBER_ROUGHNESS_V),
+    roughness: Roughness = Roughness::of_uber(params),
         ROUGHNESS, GIVEN_U, UBER_ROUGHNESS_V, REMAP;
 }
 
@@ -382,17 +382,16 @@ impl Roughness {
     }
 
     /// `roughness`, which `uroughness` and `vroughness` each replace.
-    pub(super) fn of_metal(params: &mut Params, both: &Key<FloatTexture>, v: &Key<OptionalTexture>) -> Self {
-        let (both, [u, v], remap) = of_three(params, both, v);
+    fn of_metal(params: &mut Params) -> Self {
+        let (both, [u, v], remap) = of_three(params, &METAL_ROUGHNESS, &METAL_ROUGHNESS_V);
         params.replaced_by("roughness", &["uroughness", "vroughness"]);
-        let is_isotropic = u.is_none() && v.is_none();
-        let v = v.unwrap_or_else(|| both.clone());
-        Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap }
+        let v = v.or(u.is_some().then(|| both.clone()));
+        Roughness { u: u.unwrap_or(both), v, remap }
     }
 
     /// `roughness` or `uroughness` for u, and `vroughness` for v (default the same as u).
-    pub(super) fn of_uber(params: &mut Params, both: &Key<FloatTexture>, v: &Key<OptionalTexture>) -> Self {
-        let (both, [u, v], remap) = of_three(params, both, v);
+    fn of_uber(params: &mut Params) -> Self {
+        let (both, [u, v], remap) = of_three(params, &ROUGHNESS, &UBER_ROUGHNESS_V);
         params.replaced_by("roughness", &["uroughness"]);
         Roughness { u: u.unwrap_or(both), v, remap }
     }

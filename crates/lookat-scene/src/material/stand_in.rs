@@ -58,6 +58,11 @@ pub(super) fn gray(value: f32) -> Texture<Vec3> {
     Texture::Constant(Vec3::splat(value))
 }
 
+/// A distribution of normals of this width.
+fn width(width: f64) -> Roughness {
+    Roughness { u: Texture::Constant(width), v: None, remap: false }
+}
+
 fn matte(kd: Texture<Vec3>) -> MaterialKind {
     MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) })
 }
@@ -115,7 +120,8 @@ pub(super) fn disney(params: &mut Params) -> (&'static str, MaterialKind) {
     let difftrans = params.take(&DIFF_TRANS);
     let metal = glossy(gray(0.0), color.clone(), roughness.clone(), INDEX_OF_METAL);
     let (clear_part, diffuse_part) = if is_thin {
-        (thin_glass(color.clone()), sheet(params, color, difftrans))
+        // Light passes straight through the clear part of a thin sheet.
+        (glass(color.clone(), width(0.0), 1.0), sheet(params, color, difftrans))
     } else {
         let diffuse = glossy(color.clone(), gray(1.0), roughness.clone(), eta);
         (glass(color, roughness, eta), MaterialKind::Uber(Box::new(diffuse)))
@@ -146,19 +152,12 @@ fn glass(color: Texture<Vec3>, roughness: Roughness, eta: f64) -> MaterialKind {
     MaterialKind::Glass(Glass { kr: gray(1.0), kt, roughness, eta: Texture::Constant(eta) })
 }
 
-/// The clear part of a thin sheet: light passes straight through.
-fn thin_glass(color: Texture<Vec3>) -> MaterialKind {
-    let smooth = Roughness { u: Texture::Constant(0.0), v: None, remap: false };
-    glass(color, smooth, 1.0)
-}
-
 /// The diffuse part of a thin sheet: `difftrans` from 0 to 2 is twice the part that passes.
 fn sheet(params: &mut Params, kd: Texture<Vec3>, difftrans: Texture<f64>) -> MaterialKind {
     let difftrans = constant_or(params, DIFF_TRANS.name, difftrans, DIFF_TRANS.default.0);
     let passes = (0.5 * difftrans).clamp(0.0, 1.0) as f32;
     let [ks, reflect, transmit] = [0.0, 1.0 - passes, passes].map(gray);
-    let roughness = Roughness { u: Texture::Constant(1.0), v: None, remap: false };
-    MaterialKind::Translucent(Translucent { kd, ks, reflect, transmit, roughness })
+    MaterialKind::Translucent(Translucent { kd, ks, reflect, transmit, roughness: width(1.0) })
 }
 
 /// The width of the distribution of normals is the square of the roughness, wider along u where it is anisotropic.
@@ -259,10 +258,9 @@ pub(super) fn fourier(params: &mut Params) -> (&'static str, MaterialKind) {
     if albedo.transmitted.max_element() <= 0.0 {
         return ("\"matte\" with the same mean color", matte(reflected));
     }
-    let roughness = Roughness { u: Texture::Constant(1.0), v: None, remap: false };
     let transmit = Texture::Constant(albedo.transmitted);
     let [kd, ks] = [gray(1.0), gray(0.0)];
-    let sheet = Translucent { kd, ks, reflect: reflected, transmit, roughness };
+    let sheet = Translucent { kd, ks, reflect: reflected, transmit, roughness: width(1.0) };
     ("\"translucent\" with the same mean color", MaterialKind::Translucent(sheet))
 }
 

@@ -43,15 +43,6 @@ impl Resolver<'_> {
         self.report.push(error);
     }
 
-    pub(super) fn report_early(&mut self, world_begin: Span) {
-        for (keyword, at) in &self.facts.early {
-            let error = Diagnostic::error(*at, format!("{keyword} before WorldBegin"))
-                .help("move it after WorldBegin")
-                .related(world_begin, "the world block begins here");
-            self.report.push(error);
-        }
-    }
-
     /// Treats the file as a part of a world, or of options if the caller accepts that. Another file may define its names.
     pub fn begin_part(&mut self, block: Block, first: Span) {
         if block == Block::World || self.load_options.accept_part {
@@ -70,7 +61,12 @@ impl Resolver<'_> {
     pub(super) fn world_begin(&mut self, at: Span) {
         self.block = Block::World;
         self.facts.world_begin = Some(at);
-        self.report_early(at);
+        for (keyword, early) in &self.facts.early {
+            let error = Diagnostic::error(*early, format!("{keyword} before WorldBegin"))
+                .help("move it after WorldBegin")
+                .related(at, "the world block begins here");
+            self.report.push(error);
+        }
         self.state.ctm = Transform::IDENTITY;
         self.state.at_start = true;
         self.definitions.coordinate_systems.define_builtin("world", Transform::IDENTITY);
@@ -109,7 +105,7 @@ impl Resolver<'_> {
                 *count -= 1;
                 return Ok(());
             }
-            return Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))));
+            return Diagnostic::error(at, format!("{keyword} without {begin}")).fail();
         };
         if inner.kind == kind {
             if let Some(open) = self.blocks.open.pop() {
@@ -127,10 +123,10 @@ impl Resolver<'_> {
         }
         let (begin, end) = inner.kind.keywords();
         self.close_wrongly(kind);
-        let error = Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
+        Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
             .note(format!("expected {end}"))
-            .related(inner.at, "the block opens here");
-        Err(Box::new(error))
+            .related(inner.at, "the block opens here")
+            .fail()
     }
 
     /// Ends the innermost block of a kind although other attribute or object blocks are open inside it. pbrt-v3 keeps
@@ -248,19 +244,17 @@ impl Resolver<'_> {
         if self.definitions.objects.get(&name.value).is_none() {
             self.definitions.objects.define(&name, self.draft.new_object(), &mut self.report);
         }
-        Err(Box::new(
-            Diagnostic::error(at, "ObjectBegin inside the definition of an object")
-                .related(outer, "the outer object begins here"),
-        ))
+        Diagnostic::error(at, "ObjectBegin inside the definition of an object")
+            .related(outer, "the outer object begins here")
+            .fail()
     }
 
     pub(super) fn object_instance(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
         self.end_forgotten_object();
         if let Some(outer) = self.open_object() {
-            return Err(Box::new(
-                Diagnostic::error(name.span, "ObjectInstance inside the definition of an object")
-                    .related(outer, "the object begins here"),
-            ));
+            return Diagnostic::error(name.span, "ObjectInstance inside the definition of an object")
+                .related(outer, "the object begins here")
+                .fail();
         }
         if let Some(object) = self.definitions.objects.find(&name, &mut self.report) {
             self.draft.instances.push((*object, self.state.ctm));

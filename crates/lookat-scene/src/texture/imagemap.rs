@@ -74,7 +74,7 @@ pub(super) fn imagemap<T: Parameter>(
 ) -> Option<Texture<T>> {
     let filter = filter(params);
     let wrap = wrap(params);
-    let scale = params.take(&SCALE) as f32;
+    let scale = (params.take(&SCALE) as f32).to_bits();
     let file = params.take(&FILE_NAME);
     let gamma = params.take(&Key { default: file.as_ref().is_some_and(is_encoded), ..GAMMA });
     let mapping = mapping::mapping(params, world_from_texture);
