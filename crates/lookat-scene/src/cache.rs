@@ -12,8 +12,8 @@ use lookat_image::Wrap;
 use lookat_syntax::{LongList, ParamType};
 use rayon::prelude::*;
 
+use crate::Mesh;
 use crate::mesh::Oddities;
-use crate::{Mesh, Transform};
 
 /// Tells one version of a file from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -72,15 +72,7 @@ pub(crate) enum List {
 }
 
 /// The bits of a transformation and of its inverse.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(crate) struct Placement([[u64; 16]; 2]);
-
-impl From<&Transform> for Placement {
-    fn from(transform: &Transform) -> Self {
-        let matrices = [transform.matrix(), transform.inverse_matrix()];
-        Placement(matrices.map(|matrix| matrix.to_cols_array().map(f64::to_bits)))
-    }
-}
+pub(crate) type Placement = [[u64; 16]; 2];
 
 /// A mesh, and what is reported about it.
 #[derive(Debug, Clone)]

@@ -105,7 +105,7 @@ impl<'a> Files<'a> {
             };
             lists.push((name.value.clone(), *ty, list));
         }
-        Some(MeshKey::Lists(lists, world_from_object.into()))
+        Some(MeshKey::Lists(lists, world_from_object.bits()))
     }
 
     /// A mesh that an earlier load has made. `None` also where memory is short, so that errors are the same as without it.
@@ -118,7 +118,7 @@ impl<'a> Files<'a> {
     /// What a mesh in a file depends on.
     pub fn mesh_file_key(&self, path: &Path, world_from_object: &Transform) -> Option<MeshKey> {
         let stamp = self.reuse.and_then(|reuse| (reuse.stamp)(path))?;
-        Some(MeshKey::File(path.to_owned(), stamp, world_from_object.into()))
+        Some(MeshKey::File(path.to_owned(), stamp, world_from_object.bits()))
     }
 
     /// The files of the scene's text, all that were read, and what memory is left.

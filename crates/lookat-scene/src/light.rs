@@ -108,6 +108,11 @@ impl Light {
         if self.map().is_some_and(|map| map.mean() == Vec3::ZERO) {
             return true;
         }
+        self.color() == Vec3::ZERO
+    }
+
+    /// The factor of its light.
+    pub(crate) fn color(&self) -> Vec3 {
         let (Light::Point { intensity: color, .. }
         | Light::Spot { intensity: color, .. }
         | Light::Goniometric { intensity: color, .. }
@@ -115,7 +120,7 @@ impl Light {
         | Light::Distant { radiance: color, .. }
         | Light::Infinite { radiance: color, .. }
         | Light::Environment { scale: color, .. }) = self;
-        *color == Vec3::ZERO
+        *color
     }
 }
 

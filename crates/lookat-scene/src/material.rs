@@ -215,13 +215,11 @@ impl MaterialInstance {
         })
     }
 
-    /// Splits the parameters of a shape into material parameters and the rest.
-    pub fn split(&self, params: Vec<Param>) -> (Vec<Param>, Vec<Param>) {
-        let Some(known) = &self.known else { return (params, Vec::new()) };
-        let is_known = |param: &Param| {
-            known.iter().any(|(name, ty)| *name == param.name.value && class(*ty) == class(param.ty))
-        };
-        params.into_iter().partition(is_known)
+    /// True if it takes a parameter of this name and type, so that a shape can replace it.
+    pub fn takes(&self, param: &Param) -> bool {
+        let is_same =
+            |(name, ty): &(&str, ParamType)| *name == param.name.value && class(*ty) == class(param.ty);
+        self.known.as_ref().is_none_or(|known| known.iter().any(is_same))
     }
 }
 

@@ -40,14 +40,8 @@ pub struct LoadOptions {
 /// The last directive of each kind of option.
 #[derive(Default)]
 pub(crate) struct Options {
-    given: HashMap<EntityKind, OptionDirective>,
-}
-
-struct OptionDirective {
-    entity: Entity,
-    at: Span,
-    /// The camera transformation here.
-    world_from_camera: Transform,
+    /// With the places of the directives.
+    given: HashMap<EntityKind, (Entity, Span)>,
 }
 
 /// The resolved options.
@@ -65,15 +59,8 @@ pub(crate) struct ResolvedOptions {
 
 impl Options {
     /// Stores an option. The last one of a kind counts. Returns the place of the one before.
-    pub fn set(
-        &mut self,
-        kind: EntityKind,
-        entity: Entity,
-        at: Span,
-        world_from_camera: Transform,
-    ) -> Option<Span> {
-        let given = OptionDirective { entity, at, world_from_camera };
-        self.given.insert(kind, given).map(|before| before.at)
+    pub fn set(&mut self, kind: EntityKind, entity: Entity, at: Span) -> Option<Span> {
+        self.given.insert(kind, (entity, at)).map(|(_, before)| before)
     }
 
     /// The parameters of an option, or of its default.
@@ -86,7 +73,7 @@ impl Options {
         report: &'a mut Report,
     ) -> Params<'a> {
         let missing = || Text { value: default.into(), span: world_begin };
-        let given = self.given.remove(&kind).map(|given| given.entity);
+        let given = self.given.remove(&kind).map(|(entity, _)| entity);
         let entity = given.unwrap_or_else(|| Entity { name: missing(), params: Vec::new() });
         Params::new(kind.keyword(), entity, files, report)
     }
@@ -105,8 +92,7 @@ impl Options {
             let usual = [EntityKind::Camera, EntityKind::Film, EntityKind::Sampler, EntityKind::Integrator];
             facts.missing_options = usual.into_iter().filter(|kind| !self.given.contains_key(kind)).collect();
         }
-        let camera = self.given.get(&EntityKind::Camera);
-        let camera = camera.map(|given| (given.entity.name.span, given.world_from_camera));
+        let camera_at = self.given.get(&EntityKind::Camera).map(|(entity, _)| entity.name.span);
         let film_params = &mut self.params(EntityKind::Film, "image", world_begin, files, report);
         let (film, output) = film::film(film_params, &load_options.film);
         let crop_window = film_params.given_place("cropwindow");
@@ -128,12 +114,10 @@ impl Options {
         if let Err(reason) = view_override.check() {
             report.override_error = Some(reason);
         }
-        let world_from_camera = match camera {
-            Some((_, world_from_camera)) => world_from_camera,
-            None => view_override.world_from_camera().unwrap_or(Transform::IDENTITY),
-        };
+        let given = facts.camera.map(|(_, world_from_camera)| world_from_camera);
+        let world_from_camera = given.or_else(|| view_override.world_from_camera());
+        let world_from_camera = world_from_camera.unwrap_or(Transform::IDENTITY);
         let params = &mut self.params(EntityKind::Camera, "perspective", world_begin, files, report);
-        let camera_at = camera.map(|(at, _)| at);
         let camera = camera::camera(params, world_from_camera, &film, view_override);
         let places = Places {
             camera: camera_at,

@@ -325,19 +325,11 @@ impl<'a> Params<'a> {
         self.rest_ignored = true;
     }
 
-    /// Takes the parameters that the constructor has not asked for.
-    pub fn take_rest(&mut self) -> Vec<Param> {
+    /// Takes the parameters that the constructor has not asked for and that `is_meant` accepts.
+    pub fn take_rest(&mut self, is_meant: impl Fn(&Param) -> bool) -> Vec<Param> {
         let asked = &self.asked;
-        let (known, rest) = std::mem::take(&mut self.params)
-            .into_iter()
-            .partition(|param| asked.iter().any(|(name, _)| *name == param.name.value));
-        self.params = known;
-        rest
-    }
-
-    /// Puts back parameters from `take_rest`.
-    pub fn put_back(&mut self, params: Vec<Param>) {
-        self.params.extend(params);
+        let is_asked = |param: &Param| asked.iter().any(|(name, _)| *name == param.name.value);
+        self.params.extract_if(.., |param| !is_asked(param) && is_meant(param)).collect()
     }
 
     /// The names asked for so far.

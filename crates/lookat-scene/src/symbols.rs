@@ -49,11 +49,6 @@ impl SymbolKind {
             SymbolKind::Include => "Include",
         }
     }
-
-    /// True if a definition lasts until the end of its block.
-    pub fn is_scoped(self) -> bool {
-        matches!(self, SymbolKind::Material | SymbolKind::FloatTexture | SymbolKind::SpectrumTexture)
-    }
 }
 
 /// A named thing. A name that is defined again is another symbol. The coordinate systems `camera` and `world`, which

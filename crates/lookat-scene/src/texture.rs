@@ -294,7 +294,14 @@ pub(crate) fn texture<T: Parameter>(
         "wrinkled" => patterns::wrinkled(params, ctm),
         "marble" => colors(params, ctm, patterns::marble),
         "windy" => patterns::windy(ctm),
-        _ => return not_rendered(params),
+        kind if params.is_known_kind(KINDS) => {
+            let message = format!(
+                "lookat does not support Texture \"{kind}\": parameters that name it keep their default"
+            );
+            params.unsupported(message);
+            return None;
+        }
+        _ => return params.unknown_kind(KINDS),
     };
     check(params, &texture);
     params.finish().then_some(texture)
@@ -312,18 +319,6 @@ fn colors<T: Parameter>(
         params.reject("", message, Some("declare it as \"spectrum\", and use it for color parameters"));
     }
     Texture::varying(texture)
-}
-
-fn not_rendered<T>(params: &mut Params) -> Option<T> {
-    if !params.is_known_kind(KINDS) {
-        return params.unknown_kind(KINDS);
-    }
-    let message = format!(
-        "lookat does not support Texture \"{}\": parameters that name it keep their default",
-        params.kind()
-    );
-    params.unsupported(message);
-    None
 }
 
 /// A number or a color.
@@ -421,6 +416,7 @@ impl Parameter for Vec3 {
 }
 
 /// The textures in scope. An unsupported texture has no value, and parameters that name it keep their default.
+#[derive(Clone)]
 pub(crate) struct Textures {
     pub float: Names<Option<Texture<f64>>>,
     pub spectrum: Names<Option<Texture<Vec3>>>,

@@ -11,14 +11,14 @@ use crate::symbols::SymbolKind;
 
 impl Params<'_> {
     /// The value of a name. Reports an undefined name.
-    pub fn find<'n, T>(&mut self, names: &'n Names<T>, name: &Text) -> Option<&'n T> {
+    pub fn find<'n, T: Clone>(&mut self, names: &'n Names<T>, name: &Text) -> Option<&'n T> {
         let found = names.find(name, self.report);
         self.failed |= found.is_none();
         found
     }
 
     /// A named texture. Reports a texture of the `other` value type, unless a missing file may define the right one.
-    pub fn find_texture<'n, T, U>(
+    pub fn find_texture<'n, T: Clone, U: Clone>(
         &mut self,
         names: &'n Names<T>,
         other: &Names<U>,

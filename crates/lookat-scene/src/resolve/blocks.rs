@@ -7,7 +7,7 @@ use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
 use crate::Transform;
 use crate::facts::{Block, BlockKind, BlockStart, OverlappingEnd};
 use crate::options::ResolvedOptions;
-use crate::resolve::{Resolver, Saved};
+use crate::resolve::{GraphicsState, Resolver};
 use crate::symbols::SymbolKind;
 
 /// The deepest nesting of blocks.
@@ -86,7 +86,7 @@ impl Resolver<'_> {
     pub(super) fn begin(&mut self, kind: BlockKind, at: Span, name: Option<Text>) -> bool {
         let few = self.blocks.open.len() < MAX_OPEN;
         if few {
-            let saved = Saved::new(&self.state, &self.definitions);
+            let saved = Box::new(self.state.clone());
             self.blocks.open.push(Open { start: BlockStart { kind, at }, saved, name });
         } else {
             let (begin, end) = kind.keywords();
@@ -171,15 +171,15 @@ impl Resolver<'_> {
     pub(super) fn restore(&mut self, Open { start, saved, name }: Open) {
         match start.kind {
             BlockKind::Transform => {
-                (self.state.ctm, self.state.at_start) = (saved.state.ctm, saved.state.at_start);
+                (self.state.ctm, self.state.at_start) = (saved.ctm, saved.at_start);
             }
-            BlockKind::Attribute => saved.restore(&mut self.state, &mut self.definitions),
+            BlockKind::Attribute => self.state = *saved,
             BlockKind::Object => {
                 if let Some(at) = self.blocks.early_end.take() {
                     let end = OverlappingEnd { keyword: "AttributeEnd", at, inner: start };
                     self.facts.overlapping_ends.push(end);
                 }
-                saved.restore(&mut self.state, &mut self.definitions);
+                self.state = *saved;
                 if let (Some(name), Some(object)) = (name, self.draft.open) {
                     self.draft.open = None;
                     self.define_object(name, object, start.at);
@@ -294,7 +294,7 @@ pub(crate) struct Blocks {
 pub(crate) struct Open {
     pub start: BlockStart,
     /// The state that its end restores.
-    pub saved: Box<Saved>,
+    pub saved: Box<GraphicsState>,
     /// The name of an object. `None` if the object is nested, which is an error.
     pub name: Option<Text>,
 }
