@@ -58,9 +58,9 @@ pub(crate) struct KeptText {
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) enum MeshKey {
     /// The lists of a directive.
-    Lists(Vec<(String, ParamType, List)>, Placement),
+    Lists(Vec<(String, ParamType, List)>, TransformBits),
     /// A file.
-    File(PathBuf, Stamp, Placement),
+    File(PathBuf, Stamp, TransformBits),
 }
 
 /// The text of a list.
@@ -72,7 +72,7 @@ pub(crate) enum List {
 }
 
 /// The bits of a transformation and of its inverse.
-pub(crate) type Placement = [[u64; 16]; 2];
+pub(crate) type TransformBits = [[u64; 16]; 2];
 
 /// A mesh, and what is reported about it.
 #[derive(Debug, Clone)]

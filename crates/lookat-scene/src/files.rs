@@ -35,8 +35,8 @@ pub(crate) struct Files<'a> {
     pub reuse: Option<Reuse<'a>>,
     /// The directory of the scene file.
     root: PathBuf,
-    /// The folders listed for missing files.
-    folders: RefCell<Folders>,
+    /// The folders listed for missing files, if files are on disk.
+    folders: Option<RefCell<Folders>>,
     /// All files read so far.
     inputs: RefCell<BTreeSet<PathBuf>>,
 }
@@ -49,7 +49,7 @@ impl<'a> Files<'a> {
             memory,
             reuse,
             root: parent(scene),
-            folders: RefCell::default(),
+            folders: matches!(access, Access::Open(_)).then(RefCell::default),
             inputs: RefCell::default(),
         }
     }
@@ -282,36 +282,29 @@ impl<'a> Files<'a> {
 
     /// The outermost missing folder of a path. `None` if files are not on disk.
     fn missing_folder<'p>(&self, path: &'p Path) -> Option<&'p Path> {
-        if let Access::Read(_) = self.access {
-            return None;
-        }
+        self.folders.as_ref()?;
         let folders = path.ancestors().skip(1).filter(|folder| !folder.as_os_str().is_empty());
         folders.take_while(|folder| !folder.exists()).last()
     }
 
     /// An existing file with a name similar to a missing scene file.
     pub fn meant_scene(&self, path: &Path) -> Option<String> {
-        if let Access::Read(_) = self.access {
-            return None;
-        }
+        let listed = self.folders.as_ref()?;
         let ended = format!("{}.pbrt", path.to_str()?);
         if Path::new(&ended).is_file() {
             return Some(ended);
         }
         let from = if path.is_absolute() { "/" } else { "" };
-        let meant = self.folders.borrow_mut().meant(path.to_str()?, &[PathBuf::from(from)])?;
+        let meant = listed.borrow_mut().meant(path.to_str()?, &[PathBuf::from(from)])?;
         Some(format!("{from}{meant}"))
     }
 
     /// An existing file with a name similar to a missing one. Files that the scene already uses count only if the
     /// names differ in case alone, because the files of a scene have similar names.
     fn meant(&self, name: &Text) -> Option<String> {
-        // Only folders on disk can be listed.
-        if let Access::Read(_) = self.access {
-            return None;
-        }
+        let listed = self.folders.as_ref()?;
         let folders = [self.folder(name.span), self.root.clone()];
-        let meant = self.folders.borrow_mut().meant(&name.value, &folders)?;
+        let meant = listed.borrow_mut().meant(&name.value, &folders)?;
         let is_known = |path: PathBuf| self.sources.files.iter().any(|source| source.path == path);
         let is_same = meant.to_lowercase() == name.value.to_lowercase();
         (is_same || !folders.iter().any(|folder| is_known(normal(&folder.join(&meant))))).then_some(meant)

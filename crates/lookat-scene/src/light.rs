@@ -373,14 +373,13 @@ fn warn_scaled(params: &mut Params, world_from_light: &Transform) {
     );
 }
 
-const GONIOMETRIC_WHERE_ONE: Key<Color> =
-    Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
+const WHERE_ONE: Key<Color> = Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
 const ALL_DIRECTIONS: Key<Name> = Key {
     meaning: "the picture of all directions: the first row is +y, the last -y, the columns go from +x through +z",
     ..MAP_NAME
 };
 
-const GONIOMETRIC_KEYS: Keys = &[&GONIOMETRIC_WHERE_ONE, &ALL_DIRECTIONS, &SCALE];
+const GONIOMETRIC_KEYS: Keys = &[&WHERE_ONE, &ALL_DIRECTIONS, &SCALE];
 
 /// pbrt-v3's CreateGoniometricLight.
 pub(super) fn goniometric(
@@ -388,7 +387,7 @@ pub(super) fn goniometric(
     world_from_light: Transform,
     pictures: &mut Pictures,
 ) -> Light {
-    let intensity = scaled(params, &GONIOMETRIC_WHERE_ONE);
+    let intensity = scaled(params, &WHERE_ONE);
     let file = map_name(params);
     if file.is_none() {
         no_map(params, "it has equal intensity in all directions");
@@ -399,19 +398,17 @@ pub(super) fn goniometric(
     }
 }
 
-const PROJECTION_WHERE_ONE: Key<Color> =
-    Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
 const FOV: Key<f64> = Key::float("fov", 45.0, "the angle of the shorter side of the picture")
     .within(Range::between(0.0, 180.0))
     .unit(Unit::Degrees);
 const SLIDE: Key<Name> = Key { meaning: "the picture, with its first row at the smallest y", ..MAP_NAME }
     .default_words("a white square");
 
-const PROJECTION_KEYS: Keys = &[&PROJECTION_WHERE_ONE, &FOV, &SLIDE, &SCALE];
+const PROJECTION_KEYS: Keys = &[&WHERE_ONE, &FOV, &SLIDE, &SCALE];
 
 /// pbrt-v3's CreateProjectionLight.
 pub(super) fn projection(params: &mut Params, world_from_light: Transform, pictures: &mut Pictures) -> Light {
-    let intensity = scaled(params, &PROJECTION_WHERE_ONE);
+    let intensity = scaled(params, &WHERE_ONE);
     let fov = params.take(&FOV);
     let file = map_name(params);
     if file.is_none() {

@@ -207,8 +207,15 @@ impl Loader<'_> {
                 self.append(std::mem::take(&mut rest), parsed.statements.last_mut());
             }
             directives += parsed.statements.len();
-            for statement in parsed.statements {
-                self.statement(statement);
+            for mut statement in parsed.statements {
+                let is_shape = matches!(statement.directive, Directive::Entity(EntityKind::Shape, _));
+                if let Some(params) = statement.directive.params_mut().filter(|_| !is_shape) {
+                    self.resolver.files.read_lists(params);
+                }
+                match statement.directive {
+                    Directive::Include { file, rest } => self.include(file, rest, statement.span),
+                    directive => self.resolver.apply(Statement { directive, ..statement }),
+                }
             }
         }
         self.open.pop();
@@ -242,17 +249,6 @@ impl Loader<'_> {
                     "parameters after an Include belong to the last directive of the included file, which takes no parameters",
                 )
             })),
-        }
-    }
-
-    fn statement(&mut self, mut statement: Statement) {
-        let is_shape = matches!(statement.directive, Directive::Entity(EntityKind::Shape, _));
-        if let Some(params) = statement.directive.params_mut().filter(|_| !is_shape) {
-            self.resolver.files.read_lists(params);
-        }
-        match statement.directive {
-            Directive::Include { file, rest } => self.include(file, rest, statement.span),
-            directive => self.resolver.apply(Statement { directive, ..statement }),
         }
     }
 

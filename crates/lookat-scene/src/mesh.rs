@@ -178,7 +178,7 @@ impl Mesh {
     }
 
     /// Transforms the arrays from object space to world space, in place.
-    fn place(mut self, transform: Transform) -> Self {
+    fn transformed(mut self, transform: Transform) -> Self {
         if transform != Transform::IDENTITY {
             for p in &mut self.positions {
                 *p = transform.point(DVec3::from(*p)).into();
@@ -269,7 +269,7 @@ pub(crate) fn triangle_mesh(
     check_indices(params, &mesh);
     check_lengths(params, &mesh, uv);
     mesh.uvs.truncate(mesh.positions.len());
-    let mesh = Arc::new(place(params, mesh, world_from_object)?);
+    let mesh = Arc::new(to_world_space(params, mesh, world_from_object)?);
     let flat = mesh.without_area();
     // Other messages are given when the mesh is made.
     if let (Some(reuse), Some(key)) = (params.files.reuse, params.mesh_key.take())
@@ -283,7 +283,7 @@ pub(crate) fn triangle_mesh(
 
 /// Transforms a mesh to world space. Reports coordinates out of range and triangles without an area.
 pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
-    let mesh = place(params, mesh, world_from_object)?;
+    let mesh = to_world_space(params, mesh, world_from_object)?;
     // Surfaces with poles always have triangles without area.
     if params.kind() != "nurbs" {
         note_flat(params, "indices", mesh.without_area(), mesh.triangles());
@@ -292,13 +292,13 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
 }
 
 /// Transforms a mesh to world space. Reports coordinates out of range.
-pub(crate) fn place(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
+pub(crate) fn to_world_space(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
     if !params.usable() {
         return None;
     }
     let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
     params.reserve(name, mesh.bytes())?.keep();
-    let mesh = mesh.place(world_from_object);
+    let mesh = mesh.transformed(world_from_object);
     for (name, values) in [("P", &mesh.positions), ("N", &mesh.normals), ("S", &mesh.tangents)] {
         if !in_range(values.as_flattened()) {
             let at = if params.kind() == "plymesh" { "filename" } else { name };

@@ -29,8 +29,8 @@ pub(crate) struct Params<'a> {
     /// The type of thing, such as `sphere`.
     kind: Text,
     params: Vec<Param>,
-    /// The names and types that the constructor has asked for.
-    asked: Vec<(&'static str, ParamType)>,
+    /// The names and types of the parameters that the constructor takes.
+    registered: Vec<(&'static str, ParamType)>,
     /// The places and types of the values taken.
     places: Vec<(&'static str, Span, ParamType)>,
     failed: bool,
@@ -52,7 +52,7 @@ impl<'a> Params<'a> {
             keyword,
             kind: entity.name,
             params: entity.params,
-            asked: Vec::new(),
+            registered: Vec::new(),
             places: Vec::new(),
             failed: false,
             rest_ignored: false,
@@ -111,9 +111,9 @@ impl<'a> Params<'a> {
     }
 
     /// Registers a parameter name with a type.
-    pub fn ask(&mut self, name: &'static str, ty: ParamType) {
-        if !self.asked.contains(&(name, ty)) {
-            self.asked.push((name, ty));
+    pub fn register(&mut self, name: &'static str, ty: ParamType) {
+        if !self.registered.contains(&(name, ty)) {
+            self.registered.push((name, ty));
         }
     }
 
@@ -226,7 +226,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// Reports something, unless it may come of a part that could not be read.
+    /// Reports a problem, unless an unreadable part may cause it.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         if !self.report.partial {
             self.report.push(diagnostic);
@@ -238,7 +238,7 @@ impl<'a> Params<'a> {
         self.remark(Severity::Warning, name, message, help);
     }
 
-    /// Gives a note about the value of a parameter, unless that may come of a part that could not be read.
+    /// Gives a note about the value of a parameter, unless an unreadable part may cause it.
     pub fn note(&mut self, name: &str, message: &str, help: &str) {
         self.remark(Severity::Note, name, message, help);
     }
@@ -283,7 +283,7 @@ impl<'a> Params<'a> {
         None
     }
 
-    /// Reads something that the directive does without: errors do not reject the directive.
+    /// Reads something optional: its errors do not reject the directive.
     pub fn without_rejection<R>(&mut self, read: impl FnOnce(&mut Self) -> R) -> R {
         let failed = std::mem::take(&mut self.failed);
         let result = read(self);
@@ -301,19 +301,19 @@ impl<'a> Params<'a> {
         self.report.partial && !self.was_taken(name)
     }
 
-    /// Ignores known parameters that the constructor has not asked for, without a warning.
+    /// Ignores known parameters that the constructor does not take, without a warning.
     pub fn ignore(&mut self, known: impl Iterator<Item = Parameter>) {
         for Parameter { name, ty, is_textured, .. } in known {
             if self.types(name).next().is_some() {
                 continue;
             }
-            self.ask(name, ty);
+            self.register(name, ty);
             if is_textured {
-                self.ask(name, ParamType::Texture);
+                self.register(name, ParamType::Texture);
             }
-            let asked = &self.asked;
+            let registered = &self.registered;
             let is_known = |param: &Param| {
-                asked.iter().any(|(asked, ty)| *asked == param.name.value && class(*ty) == class(param.ty))
+                registered.iter().any(|(name, ty)| *name == param.name.value && class(*ty) == class(param.ty))
             };
             self.params.retain(|param| param.name.value != name || !is_known(param));
         }
@@ -325,17 +325,17 @@ impl<'a> Params<'a> {
         self.rest_ignored = true;
     }
 
-    /// Takes the parameters that the constructor has not asked for and that `is_meant` accepts.
+    /// Takes the parameters that the constructor does not take and that `is_meant` accepts.
     pub fn take_rest(&mut self, is_meant: impl Fn(&Param) -> bool) -> Vec<Param> {
-        let asked = &self.asked;
-        let is_asked = |param: &Param| asked.iter().any(|(name, _)| *name == param.name.value);
-        self.params.extract_if(.., |param| !is_asked(param) && is_meant(param)).collect()
+        let registered = &self.registered;
+        let is_taken = |param: &Param| registered.iter().any(|(name, _)| *name == param.name.value);
+        self.params.extract_if(.., |param| !is_taken(param) && is_meant(param)).collect()
     }
 
-    /// The names asked for so far.
-    pub fn asked(&self) -> Vec<&'static str> {
+    /// The names registered so far, each once.
+    pub fn names(&self) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = Vec::new();
-        for (name, _) in &self.asked {
+        for (name, _) in &self.registered {
             if !names.contains(name) {
                 names.push(name);
             }
@@ -343,9 +343,9 @@ impl<'a> Params<'a> {
         names
     }
 
-    /// The names and types asked for. `None` if the rest is ignored.
+    /// The registered names and types. `None` if the rest is ignored.
     pub fn known(&self) -> Option<Vec<(&'static str, ParamType)>> {
-        (!self.rest_ignored).then(|| self.asked.clone())
+        (!self.rest_ignored).then(|| self.registered.clone())
     }
 
     /// Warns about unused parameters. True if the result of the constructor is usable.
@@ -358,9 +358,9 @@ impl<'a> Params<'a> {
         !self.failed && !self.report.partial
     }
 
-    /// The types asked for under a name.
+    /// The types registered under a name.
     fn types(&self, name: &str) -> impl Iterator<Item = ParamType> {
-        self.asked.iter().filter(move |(asked, _)| *asked == name).map(|(_, ty)| *ty)
+        self.registered.iter().filter(move |(taken, _)| *taken == name).map(|(_, ty)| *ty)
     }
 }
 
@@ -370,7 +370,7 @@ pub(crate) fn class(ty: ParamType) -> ParamType {
 }
 
 impl<'a> Params<'a> {
-    /// The bytes of a file that the rest does without. `None`, and a warning, where it cannot be read.
+    /// The bytes of an optional file. Warns of an unreadable one and returns `None`.
     pub fn file_if_readable(&mut self, name: &Text) -> Option<Charged> {
         match self.files.read_named(&name.value, name.span) {
             Ok((path, bytes)) => {

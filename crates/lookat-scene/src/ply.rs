@@ -21,7 +21,7 @@ use lookat_syntax::{Diagnostic, Text};
 use crate::Transform;
 use crate::cache::KeptMesh;
 use crate::files::Files;
-use crate::mesh::{Mesh, Oddities, note_flat, place};
+use crate::mesh::{Mesh, Oddities, note_flat, to_world_space};
 use crate::params::Params;
 use crate::ply::header::{Element, Format, Header};
 use crate::ply::stream::Stream;
@@ -241,7 +241,7 @@ impl PlyFiles {
         };
         let PlyMesh { mesh, oddities } = mesh;
         report_oddities(params, name, &oddities, mesh.triangles());
-        let mesh = Arc::new(place(params, mesh, world_from_object)?);
+        let mesh = Arc::new(to_world_space(params, mesh, world_from_object)?);
         let flat = mesh.without_area();
         if let (Some(reuse), Some(key)) = (params.files.reuse, key) {
             reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, oddities });

@@ -148,7 +148,7 @@ impl World {
             let object = objects.entry(Arc::as_ptr(&instance.object));
             let own =
                 *object.or_insert_with(|| around(instance.object.primitives.iter().filter_map(of_shape)));
-            own.map(|own| placed(own, &instance.world_from_object))
+            own.map(|own| transformed(own, &instance.world_from_object))
         });
         around(self.primitives.iter().filter_map(of_shape).chain(instances))
     }
@@ -159,7 +159,7 @@ fn of_shape(primitive: &Primitive) -> Option<Bounds> {
         Shape::TriangleMesh(mesh) => around(mesh.positions().iter().map(|point| [DVec3::from(*point); 2])),
         Shape::Quadric(quadric) => {
             let (low, high) = quadric.corners();
-            Some(placed([low, high], &quadric.world_from_object))
+            Some(transformed([low, high], &quadric.world_from_object))
         }
         Shape::Curve(curve) => {
             let points = curve.segments.iter().flatten();
@@ -169,7 +169,7 @@ fn of_shape(primitive: &Primitive) -> Option<Bounds> {
 }
 
 /// The box around a transformed box.
-fn placed([low, high]: Bounds, transform: &Transform) -> Bounds {
+fn transformed([low, high]: Bounds, transform: &Transform) -> Bounds {
     let (center, half) = ((low + high) / 2.0, (high - low) / 2.0);
     let extent = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| transform.vector(axis * half).abs());
     let (center, extent) = (transform.point(center), extent[0] + extent[1] + extent[2]);

@@ -27,26 +27,23 @@ pub enum SymbolKind {
 impl SymbolKind {
     /// The kind in words.
     pub fn name(self) -> &'static str {
-        match self {
-            SymbolKind::Material => "named material",
-            SymbolKind::FloatTexture => "float texture",
-            SymbolKind::SpectrumTexture => "spectrum texture",
-            SymbolKind::Object => "object",
-            SymbolKind::Medium => "medium",
-            SymbolKind::CoordinateSystem => "coordinate system",
-            SymbolKind::Include => "included file",
-        }
+        self.words().0
     }
 
     /// The directive that defines this kind, or includes the file.
     pub fn definer(self) -> &'static str {
+        self.words().1
+    }
+
+    fn words(self) -> (&'static str, &'static str) {
         match self {
-            SymbolKind::Material => "MakeNamedMaterial",
-            SymbolKind::FloatTexture | SymbolKind::SpectrumTexture => "Texture",
-            SymbolKind::Object => "ObjectBegin",
-            SymbolKind::Medium => "MakeNamedMedium",
-            SymbolKind::CoordinateSystem => "CoordinateSystem",
-            SymbolKind::Include => "Include",
+            SymbolKind::Material => ("named material", "MakeNamedMaterial"),
+            SymbolKind::FloatTexture => ("float texture", "Texture"),
+            SymbolKind::SpectrumTexture => ("spectrum texture", "Texture"),
+            SymbolKind::Object => ("object", "ObjectBegin"),
+            SymbolKind::Medium => ("medium", "MakeNamedMedium"),
+            SymbolKind::CoordinateSystem => ("coordinate system", "CoordinateSystem"),
+            SymbolKind::Include => ("included file", "Include"),
         }
     }
 }

@@ -80,7 +80,7 @@ pub(crate) fn synonym(word: &str) -> Option<&'static Synonym> {
     SYNONYMS.iter().find(|synonym| synonym.words.contains(&&plain[..]))
 }
 
-/// Directives of older versions that pbrt-v3 does without.
+/// True for directives of older versions that pbrt-v3 does not have.
 pub(crate) fn is_gone(word: &str) -> bool {
     matches!(word, "Renderer" | "VolumeIntegrator" | "SearchPath")
 }

@@ -129,7 +129,7 @@ impl Params<'_> {
             return warning;
         }
         let warning = Diagnostic::warning(at, format!("{what} has no parameter \"{name}\"; it is ignored"));
-        let names = self.asked();
+        let names = self.names();
         let left = || names.iter().copied().filter(|known| !self.was_taken(known));
         let is_left =
             |synonym: &Synonym| synonym.name.is_empty() || left().any(|known| known == synonym.name);

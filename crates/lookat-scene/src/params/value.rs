@@ -197,7 +197,7 @@ impl ParamValue for ColorTexture {
         let Some(name) = one!(params, key.name, &[ParamType::Texture], Strings) else {
             return Texture::Constant(params.spectrum(key.name, default));
         };
-        params.ask(key.name, ParamType::Rgb);
+        params.register(key.name, ParamType::Rgb);
         let known = params.textures.and_then(|textures| {
             params.find_texture(&textures.spectrum, &textures.float, &name).cloned().flatten()
         });
@@ -323,7 +323,7 @@ impl<T: ParamValue> Described for Key<T> {
 impl Params<'_> {
     /// Takes a parameter of one of the types. pbrt-v3 ignores a parameter of another type.
     fn take_of(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
-        self.ask(name, types[0]);
+        self.register(name, types[0]);
         let index = self.params.iter().rposition(|p| p.name.value == name && types.contains(&p.ty))?;
         let param = self.params.remove(index);
         self.places.push((name, param.values.span, param.ty));
@@ -349,7 +349,7 @@ impl Params<'_> {
         let Some(texture) = one!(self, name, &[ParamType::Texture], Strings) else {
             return one!(self, name, &[ParamType::Float], Numbers).map(Texture::Constant);
         };
-        self.ask(name, ParamType::Float);
+        self.register(name, ParamType::Float);
         let textures = self.textures?;
         self.find_texture(&textures.float, &textures.spectrum, &texture).cloned().flatten()
     }

@@ -345,7 +345,7 @@ impl Topology {
         Topology { faces, neighbors, starts }
     }
 
-    /// True if [`Topology::split`] meets the edge here for the first time.
+    /// True if this triangle is the first of the edge, in the order of [`Topology::split`].
     pub fn is_first(&self, face: usize, edge: usize) -> bool {
         let other = self.neighbors[face][edge];
         other == NONE || other as usize > face
