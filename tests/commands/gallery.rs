@@ -54,7 +54,7 @@ fn the_pages_show_every_scene() {
     let docs = project().join("docs");
     let [gallery, list] =
         ["gallery.md", "scenes.md"].map(|page| std::fs::read_to_string(docs.join(page)).unwrap());
-    let listed = |name: &str, says: &str| format!("| [{name}](../pbrt-scenes/{name}.pbrt) | {says} |\n");
+    let listed = |name: &str, says: &str| format!("- [{name}](../pbrt-scenes/{name}.pbrt): {says}\n");
     let (own, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|(name, _)| name.starts_with("gallery/"));
     for (name, says) in &others {
         assert!(list.contains(&listed(name, says)), "docs/scenes.md has no line {}", listed(name, says));
@@ -63,8 +63,9 @@ fn the_pages_show_every_scene() {
     // The gallery has a few of the others, too.
     let of_tests = others.iter().filter(|(name, _)| gallery.contains(&format!("/{name}.pbrt)")));
     for (name, says) in own.iter().chain(of_tests) {
-        let file = format!("gallery/{}.png", name.rsplit('/').next().unwrap());
-        let shown = format!("\n{says}\n\n[![{says}]({file})](../pbrt-scenes/{name}.pbrt)\n");
+        let short = name.rsplit('/').next().unwrap();
+        let file = format!("gallery/{short}.png");
+        let shown = format!("\n{says}\n\n[![{short}]({file})](../pbrt-scenes/{name}.pbrt)\n");
         assert!(gallery.contains(&shown), "docs/gallery.md does not show {name}: {shown}");
         assert!(docs.join(&file).is_file(), "no picture of {name}");
     }

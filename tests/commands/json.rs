@@ -1,5 +1,5 @@
-//! `docs/json.md` has a name for each member that `--json` prints, and tables that come from the doc comments of the structs.
-//! `UPDATE_EXPECTED=1` rewrites the tables.
+//! `docs/json.md` has a name for each member that `--json` prints, and lists that come from the doc comments of the structs.
+//! `UPDATE_EXPECTED=1` rewrites the lists.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -110,7 +110,7 @@ const SOURCES: [&str; 10] = [
 ];
 
 #[test]
-fn the_page_has_the_tables_of_the_structs() {
+fn the_page_has_the_members_of_the_structs() {
     let read = |name: &&str| std::fs::read_to_string(project().join("crates").join(name)).unwrap();
     let source: String = SOURCES.iter().map(read).collect();
     let file = project().join("docs/json.md");
@@ -120,7 +120,7 @@ fn the_page_has_the_tables_of_the_structs() {
         let (name, _) = after.split_once(" -->").unwrap();
         let (_, after) = after.split_once("<!-- end -->").unwrap();
         let rows = rows(&source, name);
-        made += &format!("{before}<!-- {name} -->\n| member | meaning |\n|---|---|\n{rows}<!-- end -->");
+        made += &format!("{before}<!-- {name} -->\n{rows}<!-- end -->");
         rest = after;
     }
     made += rest;
@@ -133,7 +133,7 @@ fn the_page_has_the_tables_of_the_structs() {
     }
 }
 
-/// A table row for each member of a struct, also for members of flattened structs: its name and its doc comment.
+/// A line for each member of a struct, also for members of flattened structs: its name and its doc comment.
 fn rows(source: &str, name: &str) -> String {
     let is_start = |line: &&str| {
         let declared = line.trim_start_matches("pub ").strip_prefix("struct ");
@@ -154,7 +154,7 @@ fn rows(source: &str, name: &str) -> String {
                 rows += &self::rows(source, inner);
             } else if !attributes.contains("(skip)") {
                 assert!(!meaning.is_empty(), "{name}::{member} has no doc comment");
-                rows += &format!("| `{}`{optional} | {} |\n", renamed.unwrap_or(member), meaning.join(" "));
+                rows += &format!("- `{}`{optional}: {}\n", renamed.unwrap_or(member), meaning.join(" "));
             }
             meaning.clear();
             attributes.clear();

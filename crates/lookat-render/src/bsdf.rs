@@ -12,10 +12,10 @@ use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::Vec3;
 use smallvec::SmallVec;
 
-pub(crate) use crate::bsdf::lobe::DeltaSample;
 use crate::frame::Frames;
 use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
-use lobe::{Kind, Lobe, Lobes, PointLobe};
+pub(crate) use lobe::BsdfSample;
+use lobe::{Lobe, LobeKind, Lobes, PointLobe};
 pub(crate) use material::most_lobes;
 
 /// Selects lobes by whether they are delta distributions.
@@ -29,7 +29,7 @@ pub(crate) enum LobeFilter {
 }
 
 impl LobeFilter {
-    fn holds(self, kind: Kind) -> bool {
+    fn holds(self, kind: LobeKind) -> bool {
         match self {
             LobeFilter::All => true,
             LobeFilter::NonDelta => !kind.is_delta(),
@@ -62,23 +62,7 @@ pub(crate) struct Bsdf<'s, S: Simd> {
     wo: Vec3x8<S>,
     /// `wo` in the shading frames.
     local_o: V3<f32x8<S>>,
-    slots: &'s [Slot<S>],
-}
-
-/// Sampled directions of incident light.
-pub(crate) struct BsdfSample<S: Simd> {
-    /// The lanes with a valid sample.
-    pub is_valid: mask64x8<S>,
-    pub wi: Vec3x8<S>,
-    /// The densities of `wi` by solid angle, more than 0. For delta samples: the probabilities of their directions.
-    pub pdf: f64x8<S>,
-    /// The factor for radiance from `wi`: the BSDF times the cosine over the density.
-    pub weight: Colors<S>,
-    /// The lanes with delta samples.
-    pub is_delta: mask64x8<S>,
-    /// The factor by which refraction scales radiance: the ratio of the squared indices of refraction. 1 for reflection.
-    /// Leaving the medium undoes it.
-    pub radiance_scale: f32x8<S>,
+    slots: &'s [LobeSlot<S>],
 }
 
 /// The largest number below 1.
@@ -92,7 +76,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         ns: Vec3x8<S>,
         frames: Frames<f32x8<S>>,
         wo: Vec3x8<S>,
-        slots: &'s mut Slots<S>,
+        slots: &'s mut LobeSlots<S>,
     ) -> Self {
         let local_o = frames.to_local(wo.narrow());
         let n = n.face_forward(wo);
@@ -108,7 +92,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
 
     /// The points with lobes of some kinds.
     #[inline(always)]
-    fn of(&self, holds: impl Fn(Kind) -> bool) -> mask64x8<S> {
+    fn of(&self, holds: impl Fn(LobeKind) -> bool) -> mask64x8<S> {
         let mut all = mask32x8::splat(self.local_o.z.token(), false);
         for slot in self.slots.iter().filter(|slot| holds(slot.lobe.kind)) {
             all |= slot.mask;
@@ -122,8 +106,8 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         Domain {
             n: self.n,
             ns: (-self.ns).keep_where(widen(self.local_o.z.simd_lt(0.0)), self.ns),
-            is_two_sided: self.of(Kind::transmits),
-            is_diffuse: !self.of(|kind| kind != Kind::Lambert),
+            is_two_sided: self.of(LobeKind::transmits),
+            is_diffuse: !self.of(|kind| kind != LobeKind::Lambert),
         }
     }
 
@@ -151,7 +135,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_delta()) {
                 let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i, above);
                 let (side, sampled) = match slot.lobe.kind {
-                    Kind::RoughGlass => (above | through, is_seen),
+                    LobeKind::RoughGlass => (above | through, is_seen),
                     kind if kind.transmits() => (through, !same_side),
                     _ => (above, same_side),
                 };
@@ -179,16 +163,16 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             let square = [to_f32(choice.rest).min(BELOW_ONE), to_f32(v).min(BELOW_ONE)];
             let none = mask32x8::splat(simd, false);
             let (mut local, mut radiance_scale, mut is_smooth) = (self.local_o, one, none);
-            let mut single: Option<(mask64x8<S>, DeltaSample<S>)> = None;
+            let mut delta: Option<(mask64x8<S>, BsdfSample<S>)> = None;
             for (number, slot) in self.slots.iter().enumerate() {
                 let own = choice.slot.simd_eq(number as f32);
                 if !own.any_true() {
                     continue;
                 }
                 if slot.lobe.kind.is_delta() {
-                    let sample = slot.lobe.single(self.ns, self.wo, choice.rest);
+                    let sample = slot.lobe.delta_sample(self.ns, self.wo, choice.rest);
                     let own = widen(own);
-                    single = Some(match single {
+                    delta = Some(match delta {
                         Some((others, all)) => (own | others, sample.keep_where(own, all)),
                         None => (own, sample),
                     });
@@ -202,43 +186,47 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             }
             let mut sample = self.non_delta(local, is_smooth, filter);
             sample.radiance_scale = radiance_scale;
-            if let Some((own, single)) = single {
-                sample.set_delta(own, single, choice.probability);
+            if let Some((own, mut delta)) = delta {
+                let pdf = to_f32(delta.pdf) * choice.probability;
+                delta.is_valid &= delta.weight.is_light() & widen(pdf.simd_gt(0.0));
+                delta.weight = delta.weight / pdf;
+                delta.pdf = to_f64(pdf);
+                sample = delta.keep_where(own, sample);
             }
             sample.is_valid &= widen(self.local_o.z.simd_ne(0.0));
             sample
         })
     }
 
-    /// All delta samples that [`Bsdf::sample`] chooses from at each point, in the order of the lobes, with the probability
-    /// of each choice.
+    /// All delta samples that [`Bsdf::sample`] chooses from at each point, in the order of the lobes. Their weights are not
+    /// divided by the probabilities.
     #[inline(never)]
-    pub fn delta_samples(&self) -> SmallVec<[DeltaSample<S>; 2]> {
+    pub fn delta_samples(&self) -> SmallVec<[BsdfSample<S>; 2]> {
         let simd = self.local_o.z.token();
         vectorized!(simd, {
             let all = probability(simd, self.slots, LobeFilter::Delta);
             let is_seen = widen(self.local_o.z.simd_ne(0.0));
-            let mut delta_samples: SmallVec<[DeltaSample<S>; 2]> = SmallVec::new();
+            let mut samples: SmallVec<[BsdfSample<S>; 2]> = SmallVec::new();
             for slot in self.slots.iter().filter(|slot| slot.lobe.kind.is_delta()) {
                 let mut own = widen(slot.mask) & is_seen;
                 // Glass reflects for small numbers, and refracts for large ones.
                 for u in [0.0, 1.0 - f64::EPSILON] {
-                    let mut single = slot.lobe.single(self.ns, self.wo, u.simd_into(simd));
-                    let rest = own & widen(single.probability.simd_lt(1.0));
-                    single.probability *= slot.probability / all;
-                    single.is_valid &= own & single.factor.is_light();
-                    for place in &mut delta_samples {
-                        let free = single.is_valid & !place.is_valid;
-                        *place = single.keep_where(free, *place);
-                        single.is_valid &= !free;
+                    let mut sample = slot.lobe.delta_sample(self.ns, self.wo, u.simd_into(simd));
+                    let rest = own & sample.pdf.simd_lt(1.0);
+                    sample.pdf = to_f64(to_f32(sample.pdf) * (slot.probability / all));
+                    sample.is_valid &= own & sample.weight.is_light();
+                    for earlier in &mut samples {
+                        let free = sample.is_valid & !earlier.is_valid;
+                        *earlier = sample.keep_where(free, *earlier);
+                        sample.is_valid &= !free;
                     }
-                    if single.is_valid.any_true() {
-                        delta_samples.push(single);
+                    if sample.is_valid.any_true() {
+                        samples.push(sample);
                     }
                     own = rest;
                 }
             }
-            delta_samples
+            samples
         })
     }
 
@@ -259,21 +247,6 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     }
 }
 
-impl<S: Simd> BsdfSample<S> {
-    /// Replaces the samples in the lanes `own` by delta samples. `probability`: the probability of their lobes.
-    #[inline(always)]
-    fn set_delta(&mut self, own: mask64x8<S>, single: DeltaSample<S>, probability: f32x8<S>) {
-        let pdf = single.probability * probability;
-        let is_valid = single.is_valid & single.factor.is_light() & widen(pdf.simd_gt(0.0));
-        self.is_valid = self.is_valid & !own | own & is_valid;
-        self.wi = single.wi.keep_where(own, self.wi);
-        self.pdf = own.select(to_f64(pdf), self.pdf);
-        self.weight = (single.factor / pdf).keep_where_wide(own, self.weight);
-        self.is_delta |= own;
-        self.radiance_scale = narrow(own).select(single.radiance_scale, self.radiance_scale);
-    }
-}
-
 /// The share of samples that lobes have alike, whatever they scatter: a lobe may scatter more than it seems to, or what it
 /// scatters may be brighter (defensive mixtures; Hesterberg, "Weighted average importance sampling and defensive mixture
 /// distributions", Technometrics 37(2), 1995).
@@ -281,7 +254,7 @@ const ALIKE: f32 = 0.25;
 
 /// Sets the probabilities of lobes by their albedo at an angle of cosine `cos_o`.
 #[inline(always)]
-fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
+fn weigh<S: Simd>(slots: &mut [LobeSlot<S>], cos_o: f32x8<S>) {
     if slots.len() < 2 {
         return;
     }
@@ -304,7 +277,7 @@ fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
 
 /// The probability that a sample of all lobes passes the filter.
 #[inline(always)]
-fn probability<S: Simd>(simd: S, slots: &[Slot<S>], filter: LobeFilter) -> f32x8<S> {
+fn probability<S: Simd>(simd: S, slots: &[LobeSlot<S>], filter: LobeFilter) -> f32x8<S> {
     if filter == LobeFilter::All {
         return splat_f32(simd, 1.0);
     }
@@ -315,7 +288,7 @@ fn probability<S: Simd>(simd: S, slots: &[Slot<S>], filter: LobeFilter) -> f32x8
     sum
 }
 
-fn of<S: Simd>(slots: &[Slot<S>], filter: LobeFilter) -> impl Iterator<Item = (usize, &Slot<S>)> {
+fn of<S: Simd>(slots: &[LobeSlot<S>], filter: LobeFilter) -> impl Iterator<Item = (usize, &LobeSlot<S>)> {
     slots.iter().enumerate().filter(move |(_, slot)| filter.holds(slot.lobe.kind))
 }
 
@@ -332,7 +305,7 @@ struct LobeChoice<S: Simd> {
 /// Chooses a lobe that passes the filter at each point: the first where the sum of probabilities exceeds `u` times the
 /// total, or the last.
 #[inline(always)]
-fn choose<S: Simd>(slots: &[Slot<S>], filter: LobeFilter, u: f64x8<S>) -> LobeChoice<S> {
+fn choose<S: Simd>(slots: &[LobeSlot<S>], filter: LobeFilter, u: f64x8<S>) -> LobeChoice<S> {
     let simd = u.token();
     let all = probability(simd, slots, filter);
     let mut rest = u * to_f64(all);
@@ -353,7 +326,7 @@ fn choose<S: Simd>(slots: &[Slot<S>], filter: LobeFilter, u: f64x8<S>) -> LobeCh
 
 /// A lobe and the points that have it.
 #[derive(Clone, Copy)]
-struct Slot<S: Simd> {
+struct LobeSlot<S: Simd> {
     pub lobe: Lobes<S>,
     /// The points that have the lobe.
     pub mask: mask32x8<S>,
@@ -362,17 +335,17 @@ struct Slot<S: Simd> {
 }
 
 /// The lobes of all points. The lobes of each point are in order. Few materials have more than six.
-pub(crate) struct Slots<S: Simd>(SmallVec<[Slot<S>; 6]>);
+pub(crate) struct LobeSlots<S: Simd>(SmallVec<[LobeSlot<S>; 6]>);
 
 /// The lobes of a material at a point.
 #[derive(Debug, Default)]
 pub(crate) struct PointLobes(SmallVec<[PointLobe; 8]>);
 
-impl<S: Simd> Slots<S> {
+impl<S: Simd> LobeSlots<S> {
     /// An empty list of lobes.
     #[inline(always)]
     pub fn new() -> Self {
-        Slots(SmallVec::new())
+        LobeSlots(SmallVec::new())
     }
 
     /// Adds the lobes of points that are alike, and have none yet.
@@ -396,7 +369,7 @@ impl<S: Simd> Slots<S> {
                 slot.lobe = lobe.keep_where(own, slot.lobe);
                 slot.mask |= own;
             }
-            None => self.0.push(Slot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
+            None => self.0.push(LobeSlot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
         }
         *from = at + 1;
     }

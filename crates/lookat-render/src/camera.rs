@@ -222,14 +222,21 @@ pub(crate) struct Viewer<'v> {
     pub spacing: f64,
 }
 
+/// The position of a camera sample on the film, in pixels, and the random numbers for its point on the lens (PBR 6.1).
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct CameraSample {
+    pub film: DVec2,
+    pub lens: DVec2,
+}
+
 /// The camera samples of a packet of rays.
 #[derive(Clone, Copy)]
 pub(crate) struct Views<'v> {
     pub of: Viewer<'v>,
-    /// For each sample, its film position and the random numbers for the lens.
-    pub places: &'v [(DVec2, DVec2)],
+    /// All samples of the batch.
+    pub camera_samples: &'v [CameraSample],
     /// The samples in the lanes of the packet.
-    pub samples: &'v [u16],
+    pub samples: [u16; LANES],
     /// Bits of the samples whose rays have not passed anything.
     pub direct: u64,
 }
@@ -238,16 +245,16 @@ impl Views<'_> {
     /// Origins and directions, of any length, of the neighbors of the rays to the right and below, through the same points of the lens.
     #[inline(always)]
     pub fn neighbors<S: Simd>(&self, simd: S) -> [(Vec3x8<S>, Vec3x8<S>); 2] {
-        let mut places = [[0.0; LANES]; 4];
+        let mut numbers = [[0.0; LANES]; 4];
         for (lane, sample) in self.samples.iter().enumerate() {
-            let (film, on_lens) = self.places[usize::from(*sample)];
-            for (own, place) in places.iter_mut().zip([film.x, film.y, on_lens.x, on_lens.y]) {
-                own[lane] = place;
+            let CameraSample { film, lens } = self.camera_samples[usize::from(*sample)];
+            for (own, number) in numbers.iter_mut().zip([film.x, film.y, lens.x, lens.y]) {
+                own[lane] = number;
             }
         }
-        let [x, y, u, v]: [f64x8<S>; 4] = places.map(
+        let [x, y, u, v]: [f64x8<S>; 4] = numbers.map(
             #[inline(always)]
-            |places| places.simd_into(simd),
+            |numbers| numbers.simd_into(simd),
         );
         let Viewer { camera, spacing } = self.of;
         let lines = |film| camera.lines(simd, film, Some([u, v]));

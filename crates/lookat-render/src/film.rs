@@ -1,5 +1,5 @@
 //! The film: exact sums of weighted samples in tiles of pixels. Samples count for all pixels that the filter reaches. One thread
-//! collects the samples of a tile in a frame of its own, and adds them to the tiles around when it is full.
+//! collects the samples of a tile in an image block of its own, and adds them to the tiles around when it is full.
 
 pub(crate) mod sum;
 
@@ -89,7 +89,7 @@ impl Tile {
 
     /// The samples taken in a pixel.
     pub fn count(&self, at: usize) -> u32 {
-        self.counts[self.sources.index(self.bounds.place(at))]
+        self.counts[self.sources.index(self.bounds.pixel(at))]
     }
 
     /// True if samples count for a pixel.
@@ -149,8 +149,8 @@ impl<'v> Film<'v> {
         let _ = self.scale.set(scale);
     }
 
-    /// Adds the samples of a frame.
-    pub fn add(&self, frame: &Frame) {
+    /// Adds the samples of an image block.
+    pub fn add(&self, frame: &ImageBlock) {
         let scale = self.scale();
         for at in self.tiles_of(frame.area.grown(self.filter.reach())) {
             let Tile { bounds, sources, counts, sums, pass, unfiltered, .. } = &mut *lock(&self.tiles[at]);
@@ -164,11 +164,11 @@ impl<'v> Film<'v> {
                     }
                 }
             }
-            for place in sources.intersection(frame.area).places() {
-                let at = frame.area.index(place);
-                counts[sources.index(place)] += frame.counts[at];
-                if bounds.contains(place) && !unfiltered.is_empty() && frame.counts[at] > 0 {
-                    unfiltered[bounds.index(place)].add(frame.unfiltered[at], frame.counts[at]);
+            for pixel in sources.intersection(frame.area).pixels() {
+                let at = frame.area.index(pixel);
+                counts[sources.index(pixel)] += frame.counts[at];
+                if bounds.contains(pixel) && !unfiltered.is_empty() && frame.counts[at] > 0 {
+                    unfiltered[bounds.index(pixel)].add(frame.unfiltered[at], frame.counts[at]);
                 }
             }
         }
@@ -196,10 +196,10 @@ impl<'v> Film<'v> {
         for at in self.tiles_of(reached) {
             let Tile { bounds, splats, .. } = &mut *lock(&self.tiles[at]);
             splats.resize(bounds.size(), Sum::default());
-            for place in bounds.intersection(reached).places() {
-                let weight = weights[0][(place[0] - reached.x0) as usize]
-                    * weights[1][(place[1] - reached.y0) as usize];
-                splats[bounds.index(place)] += Sum::new((value * weight).extend(0.0), self.scale());
+            for pixel in bounds.intersection(reached).pixels() {
+                let weight = weights[0][(pixel[0] - reached.x0) as usize]
+                    * weights[1][(pixel[1] - reached.y0) as usize];
+                splats[bounds.index(pixel)] += Sum::new((value * weight).extend(0.0), self.scale());
             }
         }
         true
@@ -269,12 +269,12 @@ impl<'v> Film<'v> {
             let tile = lock(tile);
             if with_errors && !tile.spreads.is_empty() {
                 errors.resize(crop.size(), PixelError::default());
-                for (own, place) in tile.bounds.places().enumerate() {
-                    errors[crop.index(place)] = self.scaled(self.error(&tile, own));
+                for (own, pixel) in tile.bounds.pixels().enumerate() {
+                    errors[crop.index(pixel)] = self.scaled(self.error(&tile, own));
                 }
             }
-            let pixel = |(own, place)| (crop.index(place), self.value(&tile, own));
-            tile.bounds.places().enumerate().map(pixel).collect::<Vec<_>>()
+            let value = |(own, pixel)| (crop.index(pixel), self.value(&tile, own));
+            tile.bounds.pixels().enumerate().map(value).collect::<Vec<_>>()
         };
         let mut image = develop(self.of, self.tiles.iter().flat_map(of_tile));
         if !errors.is_empty() {
@@ -367,7 +367,7 @@ impl Area {
     }
 
     /// The pixels of the area, row by row.
-    pub fn places(self) -> impl Iterator<Item = [i32; 2]> {
+    pub fn pixels(self) -> impl Iterator<Item = [i32; 2]> {
         (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| [x, y]))
     }
 
@@ -375,7 +375,7 @@ impl Area {
         (self.x0..self.x1).contains(&x) && (self.y0..self.y1).contains(&y)
     }
 
-    pub fn place(self, at: usize) -> [i32; 2] {
+    pub fn pixel(self, at: usize) -> [i32; 2] {
         [self.x0 + (at % self.width()) as i32, self.y0 + (at / self.width()) as i32]
     }
 
@@ -428,7 +428,7 @@ const BLOCK: i32 = 4;
 
 /// The samples of an area, added up by the pixels around that they count for: block by block, in double precision.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Frame {
+pub(crate) struct ImageBlock {
     /// The sources.
     pub area: Area,
     reach: [u32; 2],
@@ -443,7 +443,7 @@ pub(crate) struct Frame {
     weights: [Vec<f64>; 2],
 }
 
-impl Frame {
+impl ImageBlock {
     /// Makes a frame for an area, without samples.
     pub fn restart(&mut self, film: &Film, area: Area) {
         self.area = area;
@@ -564,22 +564,22 @@ mod tests {
         let bright = ([4, 5], DVec2::new(0.9, 0.3));
         let places: Vec<([i32; 2], DVec2, f64)> = film
             .sources()
-            .places()
+            .pixels()
             .map(|source| (source, DVec2::new(0.25, 0.5), 3.0))
             .chain([(bright.0, bright.1, 100.0)])
             .collect();
-        let mut frame = Frame::default();
+        let mut frame = ImageBlock::default();
         frame.restart(&film, film.sources());
         for (source, place, value) in &places {
             frame.add(&film.filter, *source, *place, DVec3::splat(*value).extend(1.0));
         }
         film.add(&frame);
         let image = film.develop(false).rgb().unwrap();
-        for (place, found) in film.crop().places().zip(image) {
+        for (pixel, found) in film.crop().pixels().zip(image) {
             let mut sum = [0.0; 2];
             for ([x, y], square, value) in &places {
                 let off =
-                    [f64::from(place[0] - x) + 0.5 - square.x, f64::from(place[1] - y) + 0.5 - square.y];
+                    [f64::from(pixel[0] - x) + 0.5 - square.x, f64::from(pixel[1] - y) + 0.5 - square.y];
                 let mitchell = |x: f64| match x.abs() {
                     x if x < 1.0 => 7.0 * x.powi(3) - 12.0 * x * x + 16.0 / 3.0,
                     x if x < 2.0 => -7.0 / 3.0 * x.powi(3) + 12.0 * x * x - 20.0 * x + 32.0 / 3.0,
@@ -591,10 +591,10 @@ mod tests {
             let expected = (sum[0] / sum[1]).max(0.0) as f32;
             assert!(
                 (found[0] - expected).abs() < 1e-5 * expected.max(1.0),
-                "{place:?}: {found:?} {expected}"
+                "{pixel:?}: {found:?} {expected}"
             );
-            let is_far = place[0].abs_diff(4) > 2 || place[1].abs_diff(5) > 2;
-            assert!(!is_far || found == [3.0; 3], "{place:?}");
+            let is_far = pixel[0].abs_diff(4) > 2 || pixel[1].abs_diff(5) > 2;
+            assert!(!is_far || found == [3.0; 3], "{pixel:?}");
         }
     }
 
@@ -642,7 +642,7 @@ mod tests {
             PixelFilter \"box\" WorldBegin Shape \"sphere\" WorldEnd",
         );
         let film = Film::new(&scene.view, Keeps::Sums);
-        let mut frame = Frame::default();
+        let mut frame = ImageBlock::default();
         frame.restart(&film, film.sources());
         frame.add(&film.filter, [3, 4], DVec2::splat(0.5), DVec3::splat(2.0).extend(1.0));
         film.add(&frame);

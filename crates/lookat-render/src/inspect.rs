@@ -57,26 +57,26 @@ pub struct Elements {
     pub curve_pieces: usize,
     /// Object instances.
     pub instances: usize,
-    /// Nodes of the BVH, each with up to eight children. 0 if a single leaf holds all elements.
+    /// Nodes of the BVH, each with up to eight children.
     pub nodes: usize,
     /// The most nodes on a path from the root to a leaf.
     pub depth: usize,
-    /// The bytes of the nodes and of the contents of the leaves.
+    /// Bytes of nodes and leaves.
     pub bytes: usize,
 }
 
 /// The materials in use, and the number of materials with each feature.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Surfaces {
-    /// The type of each material, in the order of the first shapes that use them.
+    /// The type of each material.
     pub kinds: Vec<&'static str>,
     /// The most lobes of a material.
     pub most_lobes: usize,
-    /// Materials with specular lobes, such as mirrors and smooth glass.
+    /// Materials with specular lobes.
     pub specular: usize,
     /// Materials that need texture coordinates.
     pub coordinates: usize,
-    /// Materials with filtered textures, which need the distance to neighboring camera rays.
+    /// Materials with filtered textures.
     pub footprints: usize,
     /// Materials with bump mapping.
     pub bumps: usize,

@@ -5,25 +5,26 @@ pub(crate) mod direct;
 mod lighting;
 pub(crate) mod path;
 pub(crate) mod path_batch;
+pub(crate) mod path_record;
 mod profiler;
 mod replay;
 pub(crate) mod world;
 
 use std::ops::Range;
 
-use arrayvec::ArrayVec;
 use fearless_simd::Simd;
 use lookat_scene::Integrator;
 
+use crate::bsdf::LobeFilter;
 use crate::camera::Viewer;
 pub(crate) use crate::integrator::replay::{Segment, segments, stage_profiles};
-pub(crate) use crate::integrator::world::{MAX_PASSED, Supervisor, Tracer};
+pub(crate) use crate::integrator::world::{Supervisor, Tracer};
 use crate::light::LightTable;
 use crate::number::LANES;
 use crate::sampler::{CAMERA_NUMBERS, Streams};
-use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
-use path_batch::PathBatch;
+use lighting::{LightSamples, Lighting};
+use path_batch::{CameraPackets, PathBatch};
 pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
 use world::{Sees, World};
@@ -40,8 +41,8 @@ impl<'s> SceneIntegrator<'s> {
         let world = World::new(traceable);
         match *integrator {
             Integrator::Path { max_depth, roulette_threshold, light_choice } => {
-                let rest = (max_depth, roulette_threshold);
-                SceneIntegrator::Path(path::Paths::new(world, lights, light_choice, rest))
+                let lighting = Lighting::new(world, lights, LightSamples::One(light_choice), LobeFilter::All);
+                SceneIntegrator::Path(path::Paths { lighting, max_depth, roulette_threshold })
             }
             Integrator::DirectLighting { strategy, max_depth } => {
                 SceneIntegrator::Direct(direct::Direct::new(world, lights, strategy, max_depth))
@@ -55,8 +56,8 @@ impl<'s> SceneIntegrator<'s> {
     /// The world that the integrator traces rays in.
     pub fn world(&self) -> &World<'s> {
         match self {
-            SceneIntegrator::Path(path) => &path.world,
-            SceneIntegrator::Direct(direct) => &direct.world,
+            SceneIntegrator::Path(path) => &path.lighting.world,
+            SceneIntegrator::Direct(direct) => &direct.lighting.world,
             SceneIntegrator::Ambient(ambient) => &ambient.world,
         }
     }
@@ -70,7 +71,7 @@ impl<'s> SceneIntegrator<'s> {
         tracer: &mut Tracer,
         streams: &mut Streams,
         batch: &mut PathBatch,
-        rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
+        packets: &CameraPackets<S>,
         camera: Viewer,
     ) {
         let (surfaces, numbers, sees) = match self {
@@ -78,7 +79,15 @@ impl<'s> SceneIntegrator<'s> {
             SceneIntegrator::Direct(direct) => (direct.surfaces(), direct.numbers(), Sees::Materials),
             SceneIntegrator::Ambient(_) => (1, 0, Sees::Nothing),
         };
-        self.world().start_paths(simd, tracer, rays, (surfaces > 0, sees), batch);
+        let world = self.world();
+        let hits = world.nearest_of(simd, tracer, &packets.rays, &packets.active);
+        for (packet, hits) in hits.into_iter().enumerate() {
+            let mut paths = packets.paths(simd, packet, hits);
+            world.add_emitted(simd, tracer, &paths, sees, batch);
+            if surfaces > 0 {
+                world.continue_paths(simd, tracer, &mut paths, (0, sees), batch);
+            }
+        }
         while let Some((depth, count)) = batch.begin_surface() {
             for first in (0..count).step_by(LANES) {
                 if !tracer.should_continue() {
@@ -88,20 +97,20 @@ impl<'s> SceneIntegrator<'s> {
                     profiler.enter(Stage::Shading);
                     profiler.count(LANES.min(count - first) as u64);
                 });
-                let paths = batch.packet(simd, first, count.min(first + LANES));
+                let paths = &batch.packet(simd, first, count.min(first + LANES));
                 // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
                 let before = CAMERA_NUMBERS.wrapping_add(depth.wrapping_mul(numbers));
                 streams.choose(simd, &paths.samples, before);
-                let at = ((depth == 0).then_some(camera), depth);
+                let camera = (depth == 0).then_some(camera);
                 match self {
                     SceneIntegrator::Path(path) => {
-                        path.surface(simd, tracer, streams, &paths, at, batch);
+                        path.surface(simd, tracer, streams, paths, (camera, depth), batch);
                     }
                     SceneIntegrator::Direct(direct) => {
-                        direct.surface(simd, tracer, streams, &paths, at, batch);
+                        direct.surface(simd, tracer, streams, paths, (camera, depth), batch);
                     }
                     SceneIntegrator::Ambient(ambient) => {
-                        ambient.surface(simd, tracer, streams, &paths, batch);
+                        ambient.surface(simd, tracer, streams, paths, batch);
                     }
                 }
             }

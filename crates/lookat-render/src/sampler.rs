@@ -28,15 +28,21 @@ pub(crate) fn of_single_pixels(sampler: Sampler) -> Sampler {
     }
 }
 
-/// A camera sample: a seed, a pixel, and which of its samples.
-pub(crate) type Sample = (u64, [i32; 2], u32);
+/// One of the samples of a pixel.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample {
+    pub seed: u64,
+    pub pixel: [i32; 2],
+    /// The index among the samples of the pixel.
+    pub index: u32,
+}
 
 /// Numbers for camera samples of any pixels, eight of which are had at a time. Each call takes the next dimensions.
 #[derive(Debug, Clone)]
 pub(crate) struct Streams {
     samples: Vec<Sample>,
     /// For each sample, the seed of its pattern and its index in the pattern.
-    places: Vec<(u64, u32)>,
+    sequences: Vec<(u64, u32)>,
     /// The current points, and the samples that they belong to.
     points: Points,
     chosen: [u16; LANES],
@@ -68,7 +74,7 @@ impl Streams {
             indices: [0; LANES],
             shuffled: Shuffled::default(),
         };
-        Streams { samples: Vec::new(), places: Vec::new(), points, chosen: [0; LANES], dimension: 0 }
+        Streams { samples: Vec::new(), sequences: Vec::new(), points, chosen: [0; LANES], dimension: 0 }
     }
 
     /// Starts other samples at their first dimension.
@@ -77,8 +83,8 @@ impl Streams {
         self.points.pixel_bits = sobol::pixel_bits(sampler.samples_per_pixel);
         self.samples.clear();
         self.samples.extend(samples);
-        self.places.clear();
-        self.places.extend(samples.iter().map(|sample| self.points.place(*sample)));
+        self.sequences.clear();
+        self.sequences.extend(samples.iter().map(|sample| self.points.sequence(*sample)));
     }
 
     /// Selects some of the samples, at dimension `dimension`.
@@ -87,7 +93,7 @@ impl Streams {
         for lane in 0..LANES {
             let sample = *samples.get(lane).unwrap_or(&samples[0]);
             self.chosen[lane] = sample;
-            (self.points.seeds[lane], self.points.indices[lane]) = self.places[usize::from(sample)];
+            (self.points.seeds[lane], self.points.indices[lane]) = self.sequences[usize::from(sample)];
         }
         self.points.shuffle(simd);
         self.dimension = dimension;
@@ -144,13 +150,13 @@ impl Streams {
 
 impl Points {
     /// The seed of a sample's pattern, and its number in that.
-    fn place(&self, sample: Sample) -> (u64, u32) {
+    fn sequence(&self, sample: Sample) -> (u64, u32) {
         match self.kind {
-            SamplerKind::Sobol { .. } => sobol::place(sample, self.pixel_bits),
+            SamplerKind::Sobol { .. } => sobol::sequence(sample, self.pixel_bits),
             SamplerKind::Random | SamplerKind::Stratified { .. } => {
-                let (seed, pixel, index) = sample;
+                let Sample { seed, pixel, index } = sample;
                 let [x, y] = pixel.map(|at| u64::from(at.cast_unsigned()));
-                (of_place(seed, x | y << 32), index)
+                (of_position(seed, x | y << 32), index)
             }
         }
     }
@@ -218,10 +224,11 @@ impl Points {
             let mut nested = *self;
             nested.count = self.count.saturating_mul(count);
             let mut is_numbered = [true; LANES];
-            for (lane, (seed, pixel, index)) in samples.into_iter().enumerate() {
+            for (lane, Sample { seed, pixel, index }) in samples.into_iter().enumerate() {
                 let index = u64::from(index) * u64::from(count) + u64::from(k);
                 is_numbered[lane] = index <= u64::from(u32::MAX);
-                (nested.seeds[lane], nested.indices[lane]) = nested.place((seed, pixel, index as u32));
+                (nested.seeds[lane], nested.indices[lane]) =
+                    nested.sequence(Sample { seed, pixel, index: index as u32 });
             }
             // Of cells there may be more than samples.
             let needed = match self.kind {
@@ -244,7 +251,7 @@ impl Points {
             };
             for lane in (0..LANES).filter(|lane| !is_numbered[*lane]) {
                 // More than can be numbered: independent ones.
-                let (seed, index) = Points { kind: SamplerKind::Random, ..*self }.place(samples[lane]);
+                let (seed, index) = Points { kind: SamplerKind::Random, ..*self }.sequence(samples[lane]);
                 let own = u64::from(index) << 32 | u64::from(k);
                 let seed = mix(of_dimension(seed, dimension) ^ own);
                 (x[lane], y[lane]) = (unit(mix(seed)), unit(mix(!seed)));
@@ -321,9 +328,9 @@ fn permute(mut i: u32, n: u32, seed: u32) -> u32 {
     }
 }
 
-/// The seed of a pixel or of another place.
-fn of_place(seed: u64, place: u64) -> u64 {
-    mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ place)
+/// The seed of a pixel or of another position.
+fn of_position(seed: u64, position: u64) -> u64 {
+    mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ position)
 }
 
 /// Chooses the scramble of one dimension of a pixel.

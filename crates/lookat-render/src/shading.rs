@@ -7,7 +7,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3};
 use lookat_scene::{Material, MaterialKind, Primitive, Shape, Texture};
 
-use crate::bsdf::{PointLobes, Slots};
+use crate::bsdf::{LobeSlots, PointLobes};
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::number::prefetch;
@@ -231,7 +231,7 @@ impl<S: Simd> Shaded<S> {
         scene: &Traceable,
         found: &[Option<RayHit>; LANES],
         views: Option<&Views>,
-        slots: &mut Slots<S>,
+        slots: &mut LobeSlots<S>,
     ) {
         let simd = self.is_open.token();
         vectorized!(simd, {
@@ -304,7 +304,7 @@ impl<'s> Materials<'s> {
         simd: S,
         primitives: &[u32; LANES],
         is_hit: mask64x8<S>,
-        slots: &mut Slots<S>,
+        slots: &mut LobeSlots<S>,
     ) -> mask64x8<S> {
         let mut is_open = 0;
         let of = |lane: usize| self.number(primitives[lane]);

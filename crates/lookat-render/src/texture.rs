@@ -13,7 +13,7 @@ use lookat_scene::{Bilerp, LUMINANCE, Mapping, Texture, Transform, Value, Varyin
 
 use crate::number::{Colors, LANES, Vec2x8, Vec3x8, set_lanes, splat_f32, to_f32, to_f64, vectorized};
 use crate::warp::{angle, longitude_latitude};
-use noise::{PointInSpace, Sum};
+use noise::{OctaveSum, PointInSpace};
 
 /// The points where a texture is evaluated.
 #[derive(Clone, Copy)]
@@ -67,8 +67,10 @@ impl<S: Simd> TexturePoint<S> {
                 Varying::Uv(mapping) => T::from_rgb(self.fractions(mapping, active)),
                 Varying::Checkerboard(board) => checkerboard::checkerboard(self, board, active),
                 Varying::Dots(dots) => checkerboard::dots(self, dots, active),
-                Varying::Fbm(octaves) => T::gray(noise::octaves(self, Sum::Fbm, octaves, active)),
-                Varying::Wrinkled(octaves) => T::gray(noise::octaves(self, Sum::Turbulence, octaves, active)),
+                Varying::Fbm(octaves) => T::gray(noise::octaves(self, OctaveSum::Fbm, octaves, active)),
+                Varying::Wrinkled(octaves) => {
+                    T::gray(noise::octaves(self, OctaveSum::Turbulence, octaves, active))
+                }
                 Varying::Windy { texture_from_world } => {
                     T::gray(PointInSpace::new(self, texture_from_world).windy(active))
                 }

@@ -11,8 +11,9 @@ use lookat_scene::{MaterialKind, PixelBounds, Primitive, View, syntax::Span};
 use rayon::prelude::*;
 
 use crate::camera::CameraRays;
+use crate::integrator::world::pass_interfaces;
 use crate::prepare::{Prepared, corners_of_shape};
-use crate::ray::{ElementId, Ray};
+use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::Surface;
 use crate::traceable::Traceable;
 pub use lights::{LightFacts, LightPlace};
@@ -21,8 +22,6 @@ pub use lights::{LightFacts, LightPlace};
 const PROBES: u32 = 4096;
 /// The steps of the R2 sequence (Roberts 2018).
 const R2: DVec2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_3);
-/// The most surfaces without a material that a probe ray passes.
-const MOST_PASSED: usize = 100;
 
 /// Facts about a view. Positions are in world space, depths are z in camera space.
 #[derive(Debug, Clone)]
@@ -133,16 +132,13 @@ fn probe_hit<'s>(
     film: DVec2,
 ) -> Option<ProbeHit<'s>> {
     let mut ray = camera.ray(film, DVec2::splat(0.5));
-    for _ in 0..MOST_PASSED {
-        let hit = traceable.nearest(&ray)?;
-        let surface = Surface::new(traceable, &ray, &hit);
-        if !traceable.is_passed(&hit) || surface.primitive.emission.is_some() {
-            let depth = depth(view, surface.p - camera.eye);
-            return Some(ProbeHit { ray, surface, depth });
-        }
-        ray = surface.spawn_ray(ray.d);
-    }
-    None
+    let mut found = traceable.nearest(&ray);
+    let passes =
+        |hit: &Hit| traceable.is_passed(hit) && traceable.primitive(hit.element.primitive).emission.is_none();
+    pass_interfaces(traceable, &mut ray, &mut found, passes, |_, _| {});
+    let surface = Surface::new(traceable, &ray, &found?);
+    let depth = depth(view, surface.p - camera.eye);
+    Some(ProbeHit { ray, surface, depth })
 }
 
 /// The `i`-th place of the R2 sequence in a crop window, in pixels.

@@ -48,9 +48,9 @@ pub struct Comparison<'a> {
     beyond_max: Vec<&'static str>,
     /// True if the exit status is 1.
     differs: bool,
-    /// The result of the [noise tests](comparing.md#the-tests), or null.
+    /// Result of the [noise tests](comparing.md#the-tests), or null.
     noise: Option<Noise>,
-    /// Why there is no result of the noise tests, or null.
+    /// Why there is none, or null.
     noise_unknown: Option<String>,
     #[serde(skip)]
     names: [&'a str; 2],
@@ -90,9 +90,9 @@ struct Noise {
     differing_tiles: Vec<NoiseTest>,
     /// For each `channel`: number of `pixels`, `ratio` of the differences to the noise, `p`.
     pixels: Vec<PixelNoise>,
-    /// The smallest difference of the mean that the tests would find.
+    /// Smallest difference of the mean that the tests would find.
     visible_in_mean: f64,
-    /// The smallest difference of a tile that the tests would find.
+    /// Smallest difference of a tile that the tests would find.
     visible_in_tile: f64,
     /// The differences found, the worst of each kind, in words.
     #[serde(skip)]
@@ -103,7 +103,7 @@ struct Noise {
 struct NoiseTest {
     /// `red`, `green` or `blue`.
     channel: &'static str,
-    /// The left edge of the window.
+    /// Left edge of the window.
     x: i32,
     /// Its top edge.
     y: i32,

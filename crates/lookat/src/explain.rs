@@ -169,7 +169,7 @@ struct Use {
     kind: Option<&'static str>,
     /// The parameter, or null.
     parameter: Option<&'static str>,
-    /// The meaning of the type or the parameter.
+    /// Its meaning.
     meaning: &'static str,
     /// Other necessary changes, or what to write instead.
     advice: &'static str,
@@ -381,7 +381,7 @@ struct TypeFacts {
     /// What a scene writes after a directive without types.
     #[serde(skip_serializing_if = "Option::is_none")]
     arguments: Option<&'static str>,
-    /// Of a type: whether pbrt-v3 uses it if a scene lacks the directive.
+    /// Of a type: whether a scene that lacks the directive gets it.
     #[serde(skip_serializing_if = "Option::is_none")]
     default: Option<bool>,
     /// What it is.
@@ -391,7 +391,7 @@ struct TypeFacts {
     instead: Option<Option<&'static str>>,
     /// Its parameters.
     parameters: Vec<ParameterFacts>,
-    /// About the word of another program that led to it.
+    /// About another program's word for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     remark: Option<String>,
 }
@@ -437,9 +437,9 @@ pub struct ParameterFacts {
     meaning: &'static str,
     /// `rendered`; `none`: it cannot change the picture; `ignored`: lookat ignores it; `own`: pbrt-v3 does not have it.
     effect: &'static str,
-    /// Words of other programs for the parameter, in lower case and without `_` and `-`.
+    /// Other programs' words for it, in lower case, without `_` and `-`.
     synonyms: Vec<&'static str>,
-    /// About the word of another program that led to it.
+    /// About another program's word for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     remark: Option<String>,
 }

@@ -27,23 +27,23 @@ pub struct Needs {
     film: Film,
     /// The camera.
     camera: Camera,
-    /// The integrator's `name`, and `depth`: the most surfaces of a path.
+    /// Its `name`, and `depth`: the most surfaces of a path.
     integrator: Named,
     /// Sample dimensions.
     numbers: Numbers,
-    /// The contents of the world.
+    /// Contents of the world.
     world: Elements,
-    /// The contents of each object that has instances.
+    /// Contents of each instanced object.
     objects: Vec<Elements>,
     /// True if a mesh may have holes.
     has_cutouts: bool,
-    /// False if the world is so small that rays test every shape without a BVH.
+    /// False if the world has too few shapes for a BVH.
     asks_tree: bool,
-    /// The materials, or null if the integrator does not use them.
+    /// The materials, or null if the integrator ignores them.
     surfaces: Option<Surfaces>,
     /// The kinds of all lights.
     lights: Vec<&'static str>,
-    /// Number of skies that only BSDF samples find.
+    /// Infinite lights of constant radiance.
     constant_skies: usize,
     /// How a surface chooses lights.
     light_choice: &'static str,
@@ -70,7 +70,7 @@ struct Film {
     samples_per_pixel: u32,
     /// Samples in total.
     samples: u64,
-    /// The name of the filter.
+    /// Name of the filter.
     filter: &'static str,
     /// True if a sample counts for several pixels.
     shares_samples: bool,
@@ -104,7 +104,7 @@ struct Numbers {
     film: u32,
     /// Dimensions of the lens.
     lens: u32,
-    /// The dimensions at each surface: what they are `of`, how many `numbers`, and the range of surfaces, `from` (included) `to` (excluded).
+    /// At each surface: what the dimensions are `of`, how many `numbers`, and at which surfaces, `from` (included) `to` (excluded).
     surface: Vec<AtSurface>,
     /// The most dimensions of a sample.
     most: u64,
@@ -134,7 +134,7 @@ struct Memory {
     pictures: usize,
     /// Pictures.
     picture_bytes: usize,
-    /// The text of the scene. A file that is included twice counts once.
+    /// The scene's text. A file included twice counts once.
     text: u64,
     /// The smallest `--max-memory` for `render` without options.
     render: u64,

@@ -12,19 +12,19 @@ use crate::readable::{digits, percent, quoted};
 /// The light of a picture and its tone mapping, as JSON.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct JsonLight {
-    /// The median luminance, without exposure.
+    /// Median luminance, without exposure.
     median: f32,
-    /// The largest luminance, without exposure.
+    /// Largest luminance, without exposure.
     largest: f32,
-    /// The share of the pixels without light.
+    /// Share of black pixels.
     black: f64,
-    /// The share of the pixels with a channel above 1 after exposure and tone curve.
+    /// Share of the pixels with a channel above 1 after exposure and tone curve.
     clipped: f64,
     /// Number of infinite or NaN pixels.
     not_finite_pixels: u64,
-    /// The exposure of this file, in stops.
+    /// Exposure of this file, in stops.
     exposure: f64,
-    /// The exposure that shows the picture, if it is nearly black or overexposed.
+    /// A better exposure, if the picture is nearly black or overexposed.
     #[serde(skip_serializing_if = "Option::is_none")]
     advised_exposure: Option<f64>,
 }

@@ -287,22 +287,21 @@ fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
 pub struct SceneResult<'a> {
     /// The scene file, as you named it.
     pub scene: String,
-    /// Errors, warnings and notes in reading order, one for each problem.
+    /// Errors, warnings and notes in reading order.
     pub diagnostics: Vec<JsonDiagnostic<'a>>,
-    /// `check --fast`: the number of references to mesh and picture files that were not read.
+    /// `check --fast`: number of references to files that were not read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unread: Option<usize>,
-    /// `inspect`, unless the scene has errors: what the scene needs and, in `view`, what the picture shows.
+    /// `inspect`, unless the scene has errors: what the scene needs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needs: Option<Needs>,
     /// `render`: the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub picture: Option<JsonPicture>,
-    /// `render --turntable` and `--animate`: the finished pictures, in order, instead of `picture`.
+    /// `render --turntable` and `--animate`: the finished pictures, instead of `picture`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<JsonPicture>,
-    /// `render`: why there is no picture, if the scene is not the reason; beside `picture`, why the picture is not in the place that you
-    /// named (status 2). A missing scene file (status 2) is in `diagnostics`.
+    /// `render`: why there is no picture although the scene is fine, or why it is not where you wanted it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }
@@ -331,7 +330,7 @@ pub struct JsonDiagnostic<'a> {
     message: &'a str,
     /// Places, each with a `text` (or ""). The first is the place of the problem.
     labels: Vec<JsonLabel<'a>>,
-    /// All other places of the same problem, in reading order.
+    /// Other places of the same problem, in reading order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     places: Vec<JsonPlace>,
     /// What to do.

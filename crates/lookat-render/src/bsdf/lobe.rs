@@ -4,16 +4,16 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::fresnel::{conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upward};
-use crate::number::{Colors, V3, Vec3x8, narrow, splat_f32, to_f32, to_f64, widen};
+use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64};
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
 /// The kind of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum LobeKind {
     /// PBR 8.3.
     Lambert,
     /// PBR 8.3: to the other side.
@@ -35,24 +35,24 @@ pub(super) enum Kind {
     Glass,
 }
 
-impl Kind {
+impl LobeKind {
     /// True for delta lobes.
     #[inline]
     pub fn is_delta(self) -> bool {
-        matches!(self, Kind::Mirror(_) | Kind::Refraction | Kind::Glass)
+        matches!(self, LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass)
     }
 
     /// True for non-delta lobes that scatter to the other side. Rough glass scatters to both sides.
     #[inline]
     pub fn transmits(self) -> bool {
-        matches!(self, Kind::LambertTransmission | Kind::RoughGlass)
+        matches!(self, LobeKind::LambertTransmission | LobeKind::RoughGlass)
     }
 }
 
 /// A way of scattering light: at one point, of a color and a number, or at eight.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lobe<C, N> {
-    pub kind: Kind,
+    pub kind: LobeKind,
     /// The factor of the lobe, at least 0: mostly a reflectance or a transmittance.
     pub color: C,
     /// For conductors: index of refraction and absorption coefficient. For substrates: the colors of the base and of the
@@ -74,7 +74,7 @@ type Directions<S> = V3<f32x8<S>>;
 impl<S: Simd> Lobes<S> {
     /// Lobes whose only parameter is a color.
     #[inline(always)]
-    pub fn new(kind: Kind, color: Colors<S>) -> Self {
+    pub fn new(kind: LobeKind, color: Colors<S>) -> Self {
         let simd = color.x.token();
         let (black, one) = (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0));
         Lobe { kind, color, colors: [black; 2], roughness: [one; 2], eta: one }
@@ -137,14 +137,14 @@ impl<S: Simd> Lobes<S> {
     #[inline(always)]
     pub fn albedo(&self, cos_o: f32x8<S>) -> Colors<S> {
         match self.kind {
-            Kind::Lambert | Kind::OrenNayar | Kind::LambertTransmission => self.color,
-            Kind::Microfacet(fresnel) | Kind::Mirror(fresnel) => self.fresnel(fresnel, cos_o),
-            Kind::Refraction => self.color - self.color * dielectric(cos_o, self.eta),
-            Kind::Substrate => {
+            LobeKind::Lambert | LobeKind::OrenNayar | LobeKind::LambertTransmission => self.color,
+            LobeKind::Microfacet(fresnel) | LobeKind::Mirror(fresnel) => self.fresnel(fresnel, cos_o),
+            LobeKind::Refraction => self.color - self.color * dielectric(cos_o, self.eta),
+            LobeKind::Substrate => {
                 let [base, coat] = self.colors;
                 self.color * (base - base * coat + schlick(coat, cos_o.abs()))
             }
-            Kind::Glass | Kind::RoughGlass => {
+            LobeKind::Glass | LobeKind::RoughGlass => {
                 let [reflectance, transmittance] = self.colors;
                 transmittance + (reflectance - transmittance) * dielectric(cos_o, self.eta)
             }
@@ -158,20 +158,20 @@ impl<S: Simd> Lobes<S> {
         let simd = wi.z.token();
         let none = splat_f32(simd, 0.0);
         match self.kind {
-            Kind::Lambert | Kind::LambertTransmission => {
+            LobeKind::Lambert | LobeKind::LambertTransmission => {
                 (self.color * splat_f32(simd, FRAC_1_PI), cosine(wi))
             }
-            Kind::OrenNayar => {
+            LobeKind::OrenNayar => {
                 let [a, b] = self.roughness;
                 (self.color * (FRAC_1_PI * (a + b * oren_nayar(wo, wi))), cosine(wi))
             }
-            Kind::Microfacet(fresnel) => {
+            LobeKind::Microfacet(fresnel) => {
                 let (wh, is_valid) = half(wo, wi);
                 let (value, pdf) = self.facets().reflection(wo, wi, wh);
                 let value = is_valid.select(value, none);
                 (self.fresnel(fresnel, wi.dot(upward(wh))) * value, is_valid.select(pdf, none))
             }
-            Kind::RoughGlass => {
+            LobeKind::RoughGlass => {
                 let [reflectance, transmittance] = self.colors;
                 let (wh, is_valid) = half(wo, wi);
                 let wh = upward(wh);
@@ -187,7 +187,7 @@ impl<S: Simd> Lobes<S> {
                 let same_side = (wo.z * wi.z).simd_gt(0.0);
                 (reflected.keep_where(above, transmitted), same_side.select(reflected_pdf, transmitted_pdf))
             }
-            Kind::Substrate => {
+            LobeKind::Substrate => {
                 let [base, coat] = self.colors;
                 let (wh, is_valid) = half(wo, wi);
                 let (_, pdf) = self.facets().reflection(wo, wi, wh);
@@ -198,7 +198,9 @@ impl<S: Simd> Lobes<S> {
                 let sum = sum.keep_where(is_valid, Colors::splat(simd, Vec3::ZERO));
                 (self.color * sum, 0.5 * (cosine(wi) + is_valid.select(pdf, none)))
             }
-            Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (Colors::splat(simd, Vec3::ZERO), none),
+            LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass => {
+                (Colors::splat(simd, Vec3::ZERO), none)
+            }
         }
     }
 
@@ -212,10 +214,10 @@ impl<S: Simd> Lobes<S> {
     ) -> (Directions<S>, mask32x8<S>) {
         let all = mask32x8::splat(u.token(), true);
         match self.kind {
-            Kind::Lambert | Kind::OrenNayar => (cosine_direction(wo.z, [u, v]), all),
-            Kind::LambertTransmission => (cosine_direction(-wo.z, [u, v]), all),
-            Kind::Microfacet(_) => self.facets().reflected(wo, [u, v]),
-            Kind::RoughGlass => {
+            LobeKind::Lambert | LobeKind::OrenNayar => (cosine_direction(wo.z, [u, v]), all),
+            LobeKind::LambertTransmission => (cosine_direction(-wo.z, [u, v]), all),
+            LobeKind::Microfacet(_) => self.facets().reflected(wo, [u, v]),
+            LobeKind::RoughGlass => {
                 let wh = self.facets().visible_normal(wo, [u, v]);
                 let share = self.reflected_share(dielectric(wo.dot(wh).copysign(wo.z), self.eta));
                 let is_reflected = fine.simd_lt(share);
@@ -224,13 +226,13 @@ impl<S: Simd> Lobes<S> {
                 let is_valid = is_reflected & has_above | !is_reflected & has_through;
                 (above.keep_where(is_reflected, through), is_valid)
             }
-            Kind::Substrate => {
+            LobeKind::Substrate => {
                 let is_coat = u.simd_ge(0.5);
                 let u = [is_coat.select(2.0 * u - 1.0, 2.0 * u), v];
                 let (reflected, is_valid) = self.facets().reflected(wo, u);
                 (reflected.keep_where(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
             }
-            Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (wo, !all),
+            LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass => (wo, !all),
         }
     }
 
@@ -250,8 +252,8 @@ impl<S: Simd> Lobes<S> {
     pub fn radiance_scale(&self, cos_o: f32x8<S>, cos_i: f32x8<S>) -> f32x8<S> {
         let one = splat_f32(cos_o.token(), 1.0);
         let ratio = match self.kind {
-            Kind::RoughGlass => (cos_o * cos_i).simd_lt(0.0).select(ratio(cos_o, self.eta), one),
-            Kind::Refraction | Kind::Glass => ratio(cos_o, self.eta),
+            LobeKind::RoughGlass => (cos_o * cos_i).simd_lt(0.0).select(ratio(cos_o, self.eta), one),
+            LobeKind::Refraction | LobeKind::Glass => ratio(cos_o, self.eta),
             _ => one,
         };
         1.0 / (ratio * ratio)
@@ -302,34 +304,52 @@ pub(super) enum Fresnel {
     Conductor,
 }
 
-/// Directions of lobes that have only single ones.
+/// Sampled directions of incident light.
 #[derive(Clone, Copy)]
-pub(crate) struct DeltaSample<S: Simd> {
+pub(crate) struct BsdfSample<S: Simd> {
+    /// The lanes with a valid sample.
     pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
-    /// Radiance from `wi` times this comes along `wo`.
-    pub factor: Colors<S>,
-    /// The probability of this direction among the directions of the lobe.
-    pub probability: f32x8<S>,
+    /// The densities of `wi` by solid angle, more than 0. For delta samples: the probabilities of their directions.
+    pub pdf: f64x8<S>,
+    /// The factor for radiance from `wi`: the BSDF times the cosine over the density.
+    pub weight: Colors<S>,
+    /// The lanes with delta samples.
+    pub is_delta: mask64x8<S>,
     /// The factor by which refraction scales radiance: the ratio of the squared indices of refraction. 1 for reflection.
+    /// Leaving the medium undoes it.
     pub radiance_scale: f32x8<S>,
 }
 
-impl<S: Simd> Lobes<S> {
-    /// One of the single directions at points with shading normals `n`.
+impl<S: Simd> BsdfSample<S> {
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
     #[inline(always)]
-    pub fn single(&self, n: Vec3x8<S>, wo: Vec3x8<S>, u: f64x8<S>) -> DeltaSample<S> {
+    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
+        BsdfSample {
+            is_valid: mask & self.is_valid | !mask & others.is_valid,
+            wi: self.wi.keep_where(mask, others.wi),
+            pdf: mask.select(self.pdf, others.pdf),
+            weight: self.weight.keep_where_wide(mask, others.weight),
+            is_delta: mask & self.is_delta | !mask & others.is_delta,
+            radiance_scale: narrow(mask).select(self.radiance_scale, others.radiance_scale),
+        }
+    }
+}
+
+impl<S: Simd> Lobes<S> {
+    /// One of the directions of a delta lobe at points with shading normals `n`. The weight is not divided by the
+    /// probability of the direction.
+    #[inline(always)]
+    pub fn delta_sample(&self, n: Vec3x8<S>, wo: Vec3x8<S>, u: f64x8<S>) -> BsdfSample<S> {
         let cos = n.dot(wo);
         match self.kind {
-            Kind::Mirror(fresnel) => mirrored(n, wo, self.fresnel(fresnel, to_f32(cos))),
-            Kind::Glass => {
+            LobeKind::Mirror(fresnel) => mirrored(n, wo, self.fresnel(fresnel, to_f32(cos))),
+            LobeKind::Glass => {
                 let share = dielectric(to_f32(cos), self.eta);
                 let [reflectance, transmittance] = self.colors;
-                let reflected = DeltaSample { probability: share, ..mirrored(n, wo, reflectance * share) };
-                let refracted = DeltaSample {
-                    probability: 1.0 - share,
-                    ..self.refracted(n, wo, transmittance * (1.0 - share))
-                };
+                let reflected = BsdfSample { pdf: to_f64(share), ..mirrored(n, wo, reflectance * share) };
+                let transmitted = self.refracted(n, wo, transmittance * (1.0 - share));
+                let refracted = BsdfSample { pdf: to_f64(1.0 - share), ..transmitted };
                 reflected.keep_where(u.simd_lt(to_f64(share)), refracted)
             }
             _ => self.refracted(n, wo, self.color - self.fresnel(Fresnel::Dielectric, to_f32(cos))),
@@ -338,46 +358,38 @@ impl<S: Simd> Lobes<S> {
 
     /// Light that a smooth boundary refracts.
     #[inline(always)]
-    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> DeltaSample<S> {
+    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> BsdfSample<S> {
         let (eta, cos) = (to_f64(self.eta), n.dot(wo));
         let (n, cos) = ((-n).keep_where(cos.simd_lt(0.0), n), (cos, cos.abs()));
         let ratio = cos.0.simd_gt(0.0).select(eta, 1.0 / eta);
         let along = (n * cos.1 - wo) * (1.0 / ratio);
         let squared = 1.0 - along.length_squared();
         let radiance_scale = self.radiance_scale(to_f32(cos.0), to_f32(cos.0));
-        DeltaSample {
+        BsdfSample {
             is_valid: squared.simd_gt(0.0),
             wi: (along - n * squared.max(0.0).sqrt()).normalize(),
-            factor: factor * radiance_scale,
-            probability: splat_f32(radiance_scale.token(), 1.0),
             radiance_scale,
+            ..delta(factor * radiance_scale)
         }
     }
 }
 
 #[inline(always)]
-fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> DeltaSample<S> {
-    let one = splat_f32(factor.x.token(), 1.0);
-    DeltaSample {
-        is_valid: widen(one.simd_gt(0.0)),
-        wi: (n * (2.0 * n.dot(wo)) - wo).normalize(),
-        factor,
-        probability: one,
-        radiance_scale: one,
-    }
+fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> BsdfSample<S> {
+    BsdfSample { wi: (n * (2.0 * n.dot(wo)) - wo).normalize(), ..delta(factor) }
 }
 
-impl<S: Simd> DeltaSample<S> {
-    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
-    #[inline(always)]
-    pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
-        let own = narrow(mask);
-        DeltaSample {
-            is_valid: mask & self.is_valid | !mask & others.is_valid,
-            wi: self.wi.keep_where(mask, others.wi),
-            factor: self.factor.keep_where(own, others.factor),
-            probability: own.select(self.probability, others.probability),
-            radiance_scale: own.select(self.radiance_scale, others.radiance_scale),
-        }
+/// A delta sample of probability 1, without a direction.
+#[inline(always)]
+fn delta<S: Simd>(weight: Colors<S>) -> BsdfSample<S> {
+    let simd = weight.x.token();
+    let all = bits(simd, 0xff);
+    BsdfSample {
+        is_valid: all,
+        wi: Vec3x8::splat(simd, DVec3::ZERO),
+        pdf: 1.0.simd_into(simd),
+        weight,
+        is_delta: all,
+        radiance_scale: splat_f32(simd, 1.0),
     }
 }

@@ -9,14 +9,14 @@ use lookat_scene::{
     Uber,
 };
 
-use super::lobe::{Kind, Lobes};
+use super::lobe::{LobeKind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness};
 use crate::bsdf::lobe::Fresnel;
-use crate::bsdf::{PointLobes, Slots};
+use crate::bsdf::{LobeSlots, PointLobes};
 use crate::number::{Colors, LANES, baseline, bits, narrow, splat_f32, to_f32, vectorized};
 use crate::texture::TexturePoint;
 
-impl<S: Simd> Slots<S> {
+impl<S: Simd> LobeSlots<S> {
     /// Adds the lobes of a material at points, which have none yet.
     pub fn build(&mut self, material: &MaterialKind, at: &TexturePoint<S>, points: mask64x8<S>) {
         Builder { at, slots: self, from: 0 }.add(material, Colors::splat(points.token(), Vec3::ONE), points);
@@ -27,7 +27,7 @@ impl PointLobes {
     /// The lobes of a material without textures.
     pub fn new(material: &MaterialKind) -> Self {
         baseline!(simd => {
-            let mut slots = Slots::new();
+            let mut slots = LobeSlots::new();
             slots.build(material, &TexturePoint::splat(simd, DVec3::ZERO, [0.0; 2]), bits(simd, 1));
             slots.first()
         })
@@ -71,7 +71,7 @@ fn bound(material: &MaterialKind) -> MostLobes {
 /// Collects the lobes of a material, at points that are active.
 struct Builder<'a, S: Simd> {
     at: &'a TexturePoint<S>,
-    slots: &'a mut Slots<S>,
+    slots: &'a mut LobeSlots<S>,
     /// The lobes so far are in slots before this one.
     from: usize,
 }
@@ -88,7 +88,7 @@ impl<S: Simd> Builder<'_, S> {
                 MaterialKind::Glass(glass) => self.glass(glass, weight, active),
                 MaterialKind::Mirror(mirror) => {
                     let color = weight * self.share(&mirror.kr, active);
-                    self.push(Lobes::new(Kind::Mirror(Fresnel::Perfect), color), active);
+                    self.push(Lobes::new(LobeKind::Mirror(Fresnel::Perfect), color), active);
                 }
                 MaterialKind::Metal(metal) => self.metal(metal, weight, active),
                 MaterialKind::Substrate(layers) => self.substrate(layers, weight, active),
@@ -121,20 +121,20 @@ impl<S: Simd> Builder<'_, S> {
         let reflectance = weight * self.share(&matte.kd, active);
         let sigma = at_least(self.at.value(&matte.sigma, active), 0.0).min(90.0);
         let is_smooth = sigma.simd_eq(0.0);
-        self.push(Lobes::new(Kind::Lambert, reflectance), active & is_smooth);
+        self.push(Lobes::new(LobeKind::Lambert, reflectance), active & is_smooth);
         let rough = active & !is_smooth;
         if rough.any_true() {
             let squared = sigma.to_radians() * sigma.to_radians();
             let a = 1.0 - squared / (2.0 * (squared + 0.33));
             let b = 0.45 * squared / (squared + 0.09);
             let roughness = [to_f32(a), to_f32(b)];
-            self.push(Lobes { roughness, ..Lobes::new(Kind::OrenNayar, reflectance) }, rough);
+            self.push(Lobes { roughness, ..Lobes::new(LobeKind::OrenNayar, reflectance) }, rough);
         }
     }
 
     #[inline(always)]
     fn plastic(&mut self, plastic: &Plastic, weight: Colors<S>, active: mask64x8<S>) {
-        self.push(Lobes::new(Kind::Lambert, weight * self.share(&plastic.kd, active)), active);
+        self.push(Lobes::new(LobeKind::Lambert, weight * self.share(&plastic.kd, active)), active);
         // pbrt-v3 has the inside out: the light comes from what has an index of 1.5.
         let eta = splat_f32(active.token(), (1.0 / PLASTIC) as f32);
         let reflectance = weight * self.share(&plastic.ks, active);
@@ -150,7 +150,7 @@ impl<S: Simd> Builder<'_, S> {
         eta: f32x8<S>,
         active: mask64x8<S>,
     ) {
-        let lobe = Lobes::new(Kind::Microfacet(Fresnel::Dielectric), reflectance);
+        let lobe = Lobes::new(LobeKind::Microfacet(Fresnel::Dielectric), reflectance);
         self.push(Lobes { roughness, eta, ..lobe }, active);
     }
 
@@ -159,8 +159,8 @@ impl<S: Simd> Builder<'_, S> {
         let reflect = weight * self.share(&translucent.reflect, active);
         let transmit = weight * self.share(&translucent.transmit, active);
         let (kd, ks) = (self.share(&translucent.kd, active), self.share(&translucent.ks, active));
-        self.push(Lobes::new(Kind::Lambert, reflect * kd), active);
-        self.push(Lobes::new(Kind::LambertTransmission, transmit * kd), active);
+        self.push(Lobes::new(LobeKind::Lambert, reflect * kd), active);
+        self.push(Lobes::new(LobeKind::LambertTransmission, transmit * kd), active);
         let roughness = self.alpha(&translucent.roughness, active);
         let eta = f64x8::splat(active.token(), PLASTIC);
         self.rough_dielectric([reflect * ks, transmit * ks], roughness, eta, active);
@@ -179,14 +179,14 @@ impl<S: Simd> Builder<'_, S> {
         let one = splat_f32(active.token(), 1.0);
         self.refraction(transmittance, one, active & is_alike);
         let (active, eta) = (active & !is_alike, to_f32(eta));
-        let lobe = Lobes::new(Kind::RoughGlass, larger(reflectance, transmittance));
+        let lobe = Lobes::new(LobeKind::RoughGlass, larger(reflectance, transmittance));
         let colors = [reflectance, transmittance];
         self.push(Lobes { colors, roughness, eta, ..lobe }, active);
     }
 
     #[inline(always)]
     fn refraction(&mut self, transmittance: Colors<S>, eta: f32x8<S>, active: mask64x8<S>) {
-        self.push(Lobes { eta, ..Lobes::new(Kind::Refraction, transmittance) }, active);
+        self.push(Lobes { eta, ..Lobes::new(LobeKind::Refraction, transmittance) }, active);
     }
 
     #[inline(always)]
@@ -196,7 +196,7 @@ impl<S: Simd> Builder<'_, S> {
         let is_smooth = |texture: &Texture<f64>| self.at.value(texture, active).simd_eq(0.0);
         let v = glass.roughness.v.as_ref().unwrap_or(&glass.roughness.u);
         let is_smooth = is_smooth(&glass.roughness.u) & is_smooth(v);
-        let lobe = Lobes::new(Kind::Glass, larger(colors[0], colors[1]));
+        let lobe = Lobes::new(LobeKind::Glass, larger(colors[0], colors[1]));
         self.push(Lobes { colors, eta: to_f32(eta), ..lobe }, active & is_smooth);
         let rough = active & !is_smooth;
         if rough.any_true() {
@@ -208,7 +208,7 @@ impl<S: Simd> Builder<'_, S> {
     fn metal(&mut self, metal: &Metal, weight: Colors<S>, active: mask64x8<S>) {
         let colors = [self.at.value(&metal.eta, active), self.at.value(&metal.k, active)];
         let roughness = self.alpha(&metal.roughness, active);
-        let lobe = Lobes::new(Kind::Microfacet(Fresnel::Conductor), weight);
+        let lobe = Lobes::new(LobeKind::Microfacet(Fresnel::Conductor), weight);
         self.push(Lobes { colors, roughness, ..lobe }, active);
     }
 
@@ -217,7 +217,7 @@ impl<S: Simd> Builder<'_, S> {
         let colors = [self.share(&substrate.kd, active), self.share(&substrate.ks, active)];
         let active = active & (colors[0].is_light() | colors[1].is_light());
         let roughness = self.alpha(&substrate.roughness, active);
-        self.push(Lobes { colors, roughness, ..Lobes::new(Kind::Substrate, weight) }, active);
+        self.push(Lobes { colors, roughness, ..Lobes::new(LobeKind::Substrate, weight) }, active);
     }
 
     #[inline(always)]
@@ -226,14 +226,14 @@ impl<S: Simd> Builder<'_, S> {
         let opacity = self.share(&uber.opacity, active);
         self.refraction(weight * not_negative(white - opacity), white.x, active);
         let weight = weight * opacity;
-        self.push(Lobes::new(Kind::Lambert, weight * self.share(&uber.kd, active)), active);
+        self.push(Lobes::new(LobeKind::Lambert, weight * self.share(&uber.kd, active)), active);
         let eta = to_f32(self.index(&uber.eta, active));
         let glossy = weight * self.share(&uber.ks, active);
         let is_glossy = active & glossy.is_light();
         if is_glossy.any_true() {
             self.glossy(glossy, self.alpha(&uber.roughness, is_glossy), eta, is_glossy);
         }
-        let mirror = Lobes::new(Kind::Mirror(Fresnel::Dielectric), weight * self.share(&uber.kr, active));
+        let mirror = Lobes::new(LobeKind::Mirror(Fresnel::Dielectric), weight * self.share(&uber.kr, active));
         self.push(Lobes { eta, ..mirror }, active);
         self.refraction(weight * self.share(&uber.kt, active), eta, active);
     }

@@ -9,8 +9,8 @@ use lookat_scene::{
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::Slots;
-use super::lobe::{Kind, Lobes};
+use super::LobeSlots;
+use super::lobe::{LobeKind, Lobes};
 use super::*;
 use crate::number::Colors;
 use crate::number::{LANES, set_lanes};
@@ -152,7 +152,7 @@ impl Point<'_> {
 
     /// Does something with the BSDF.
     fn ask<S: Simd, T>(&self, simd: S, ask: impl FnOnce(&Bsdf<S>) -> T) -> T {
-        let mut slots = Slots::new();
+        let mut slots = LobeSlots::new();
         slots.add(simd, &PointLobes::new(self.material.kind()), bits(simd, 0xff));
         let n = Vec3x8::splat(simd, frame().z());
         ask(&Bsdf::new(n, n, Frames::from_z(n.narrow()), Vec3x8::splat(simd, self.wo()), &mut slots))
@@ -478,10 +478,10 @@ fn extreme_parameters_scatter_numbers() {
 }
 
 /// Lambert lobes of these reflectances, seen from the normal.
-fn weighed<S: Simd>(simd: S, reflectances: &[f32]) -> Slots<S> {
-    let (mut slots, mut from) = (Slots::new(), 0);
+fn weighed<S: Simd>(simd: S, reflectances: &[f32]) -> LobeSlots<S> {
+    let (mut slots, mut from) = (LobeSlots::new(), 0);
     for color in reflectances {
-        let lobe = Lobes::new(Kind::Lambert, Colors::splat(simd, Vec3::splat(*color)));
+        let lobe = Lobes::new(LobeKind::Lambert, Colors::splat(simd, Vec3::splat(*color)));
         slots.push(lobe, mask32x8::splat(simd, true), &mut from);
     }
     weigh(&mut slots.0, splat_f32(simd, 1.0));

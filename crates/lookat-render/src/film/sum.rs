@@ -243,17 +243,17 @@ impl Film<'_> {
         };
         for tile in &self.tiles {
             let tile = lock(tile);
-            for (place, count) in tile.sources.places().zip(&tile.counts) {
-                all.counts[sources.index(place)] = *count;
+            for (pixel, count) in tile.sources.pixels().zip(&tile.counts) {
+                all.counts[sources.index(pixel)] = *count;
             }
-            for (own, place) in tile.bounds.places().enumerate() {
-                all.sums[crop.index(place)] = tile.so_far(own);
+            for (own, pixel) in tile.bounds.pixels().enumerate() {
+                all.sums[crop.index(pixel)] = tile.so_far(own);
             }
             if !tile.splats.is_empty() {
                 all.splats.resize(crop.size(), Sum::default());
             }
-            for (splats, place) in tile.splats.iter().zip(tile.bounds.places()) {
-                all.splats[crop.index(place)] = *splats;
+            for (splats, pixel) in tile.splats.iter().zip(tile.bounds.pixels()) {
+                all.splats[crop.index(pixel)] = *splats;
             }
         }
         all

@@ -5,11 +5,12 @@ use std::f32::consts::PI;
 use fearless_simd::{Simd, prelude::*};
 use glam::Vec3;
 
-use crate::bsdf::Slots;
+use crate::bsdf::LobeSlots;
 use crate::frame::Frames;
-use crate::integrator::path_batch::{PathBatch, PathPacket};
+use crate::integrator::path_batch::PathBatch;
+use crate::integrator::path_record::PathRecord;
 use crate::integrator::world::{Tracer, World};
-use crate::number::{first_lanes, narrow, set_lanes, splat_f32, to_f32, vectorized};
+use crate::number::{narrow, set_lanes, splat_f32, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::warp::{
     square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
@@ -30,13 +31,11 @@ impl Ambient<'_> {
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        paths: &PathPacket<S>,
+        paths: &PathRecord<S>,
         batch: &mut PathBatch,
     ) {
         vectorized!(simd, {
-            let active = first_lanes(simd, paths.samples.len());
-            let hits = (&paths.rays, &paths.hits);
-            let surfaces = self.world.plain(simd, hits, active, &mut Slots::new()).surfaces;
+            let surfaces = self.world.plain(simd, paths, &mut LobeSlots::new()).surfaces;
             let n = surfaces.n.face_forward(-paths.rays.d);
             let frames = Frames::from_z(n.narrow());
             let mut sum = splat_f32(simd, 0.0);
@@ -56,11 +55,11 @@ impl Ambient<'_> {
                     (local, local.z / square_to_uniform_hemisphere_pdf())
                 };
                 let rays = surfaces.spawn_ray(frames.to_world(local).widen().normalize());
-                let blocked = self.world.occluded(simd, tracer, &rays, (active, true));
+                let blocked = self.world.occluded(simd, tracer, &rays, paths.active, true);
                 sum = narrow(blocked).select(sum, sum + value);
             }
             let mean = sum / self.samples as f32;
-            for lane in set_lanes(active) {
+            for lane in set_lanes(paths.active) {
                 batch.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane]);
             }
         })

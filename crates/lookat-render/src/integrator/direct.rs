@@ -8,15 +8,15 @@ use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::SampleDimensions;
 use super::profiler::Stage;
-use crate::bsdf::{Bsdf, BsdfSample, DeltaSample, LobeFilter, Slots};
-use crate::camera::{Viewer, Views};
+use crate::bsdf::{BsdfSample, LobeFilter};
+use crate::camera::Viewer;
 use crate::integrator::lighting::{LightSamples, Lighting, Vertices, directions, most_samples};
-use crate::integrator::path_batch::{PathBatch, PathPacket, TracedRays};
+use crate::integrator::path_batch::PathBatch;
+use crate::integrator::path_record::PathRecord;
 use crate::integrator::world::{Sees, Tracer, World};
 use crate::light::LightTable;
-use crate::number::{first_lanes, narrow, splat_f32, widen};
+use crate::number::{narrow, to_f32, vectorized, widen};
 use crate::sampler::Streams;
-use crate::shading::Shaded;
 
 /// The light sampler for one light per surface. pbrt-v3 uses equal probabilities.
 pub(crate) const CHOICE: LightChoice = LightChoice::Spatial;
@@ -63,8 +63,7 @@ pub(crate) fn dimensions(
 
 /// A scene with direct lighting.
 pub(crate) struct Direct<'s> {
-    pub(in crate::integrator) world: World<'s>,
-    lighting: Lighting<'s>,
+    pub(super) lighting: Lighting<'s>,
     /// The number of sample dimensions for the light at a surface.
     numbers: u32,
     /// True if one BSDF direction is sampled beside the light.
@@ -76,9 +75,9 @@ impl<'s> Direct<'s> {
     pub fn new(world: World<'s>, lights: &'s LightTable, strategy: DirectStrategy, max_depth: u32) -> Self {
         let is_one = strategy == DirectStrategy::One;
         let sampled = if is_one { LightSamples::One(CHOICE) } else { LightSamples::Each(strategy) };
-        let lighting = Lighting::new(&world, lights, sampled, LobeFilter::NonDelta);
+        let lighting = Lighting::new(world, lights, sampled, LobeFilter::NonDelta);
         let (numbers, has_direction) = (numbers(lights, strategy), is_one && lights.has_extended());
-        Direct { world, lighting, numbers, has_direction, max_depth }
+        Direct { lighting, numbers, has_direction, max_depth }
     }
 
     /// The most surfaces of a path with direct light.
@@ -98,80 +97,65 @@ impl<'s> Direct<'s> {
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        paths: &PathPacket<S>,
+        paths: &PathRecord<S>,
         (camera, depth): (Option<Viewer>, u32),
         batch: &mut PathBatch,
     ) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let PathPacket { rays, hits, samples, direct, .. } = paths;
-                let active = first_lanes(simd, samples.len());
-                let views = camera.map(|of| Views { of, places: &batch.places, samples, direct: *direct });
-                let mut slots = Slots::new();
-                let shaded =
-                    self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
-                let Shaded { surfaces, frames, .. } = &shaded;
-                let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, *frames, -rays.d, &mut slots);
-                tracer.profile(|profiler| profiler.enter(Stage::Lights));
-                let receivers = &self.lighting.receivers(surfaces, bsdf, active);
-                let sampler = &self.lighting.sampler(simd, receivers);
-                let vertices =
-                    Vertices { simd, lighting: &self.lighting, world: &self.world, bsdf, receivers, sampler };
-                let smooth = active & bsdf.has(LobeFilter::NonDelta);
-                if smooth.any_true() {
-                    let mut light = vertices.direct(tracer, streams, smooth);
-                    if self.has_direction {
-                        let u = streams.next_2d(simd);
-                        light = light + vertices.by_direction(tracer, u, smooth);
+        vectorized!(simd, {
+            self.lighting.at_hits(
+                simd,
+                tracer,
+                paths,
+                camera,
+                batch,
+                #[inline(always)]
+                |tracer: &mut Tracer, vertices: &Vertices<S>, batch: &mut PathBatch| {
+                    let Vertices { bsdf, .. } = vertices;
+                    let smooth = paths.active & bsdf.has(LobeFilter::NonDelta);
+                    if smooth.any_true() {
+                        let mut light = vertices.direct(tracer, streams, smooth);
+                        if self.has_direction {
+                            let u = streams.next_2d(simd);
+                            light = light + vertices.by_direction(tracer, u, smooth);
+                        }
+                        batch.add_where(paths, light, smooth);
+                    } else {
+                        streams.skip(self.numbers);
+                        tracer.profile(|profiler| profiler.enter(Stage::Scattering));
                     }
-                    batch.add(samples, paths.throughput * light, smooth);
-                } else {
-                    streams.skip(self.numbers);
-                    tracer.profile(|profiler| profiler.enter(Stage::Scattering));
-                }
-                let specular = active & bsdf.has(LobeFilter::Delta);
-                if depth + 1 >= self.max_depth || !specular.any_true() {
-                    return;
-                }
-                let (share, mut delta_samples) = (paths.carried, bsdf.delta_samples());
-                let mut least = share;
-                for single in &delta_samples {
-                    least = narrow(single.is_valid).select(least.min(share * single.probability), least);
-                }
-                let is_branched = least.simd_gt(LEAST_SHARE) & mask32x8::splat(simd, depth < MOST_BRANCHED);
-                let chosen = specular & !widen(is_branched);
-                if let Some(first) = delta_samples.first_mut().filter(|_| chosen.any_true()) {
-                    let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::Delta);
-                    let BsdfSample { is_valid, wi, weight: factor, radiance_scale, .. } = sample;
-                    let probability = splat_f32(simd, 1.0);
-                    *first = DeltaSample { is_valid, wi, factor, probability, radiance_scale }
-                        .keep_where(chosen, *first);
-                }
-                for (branch, single) in delta_samples.iter().enumerate() {
-                    // The first holds what is chosen, too.
-                    let own = if branch == 0 { specular } else { specular & !chosen };
-                    let active = own & single.is_valid;
-                    if !active.any_true() {
-                        continue;
+                    let specular = paths.active & bsdf.has(LobeFilter::Delta);
+                    if depth + 1 >= self.max_depth || !specular.any_true() {
+                        return;
                     }
-                    let rays = surfaces.spawn_ray(single.wi);
-                    let hits = self.world.nearest(simd, tracer, &rays, active);
-                    let throughput = paths.throughput * single.factor;
-                    let carried = share * single.probability;
-                    let traced = &mut TracedRays { rays, hits, throughput, carried, branch };
-                    self.world.add_emitted(simd, tracer, traced, samples, (active, Sees::Materials), batch);
-                    self.world.continue_paths(
-                        simd,
-                        tracer,
-                        traced,
-                        samples,
-                        (active, active, Sees::Materials),
-                        batch,
-                    );
-                }
-            },
-        )
+                    let (share, mut delta_samples) = (paths.carried, bsdf.delta_samples());
+                    let mut least = share;
+                    for sample in &delta_samples {
+                        let own = narrow(sample.is_valid);
+                        least = own.select(least.min(share * to_f32(sample.pdf)), least);
+                    }
+                    let is_branched =
+                        least.simd_gt(LEAST_SHARE) & mask32x8::splat(simd, depth < MOST_BRANCHED);
+                    let chosen = specular & !widen(is_branched);
+                    if let Some(first) = delta_samples.first_mut().filter(|_| chosen.any_true()) {
+                        let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::Delta);
+                        *first = BsdfSample { pdf: 1.0.simd_into(simd), ..sample }.keep_where(chosen, *first);
+                    }
+                    for (branch, sample) in delta_samples.iter().enumerate() {
+                        // The first holds what is chosen, too.
+                        let own = if branch == 0 { specular } else { specular & !chosen };
+                        let mut scattered = vertices.scattered(sample, own);
+                        if !scattered.active.any_true() {
+                            continue;
+                        }
+                        scattered.carried = share * to_f32(sample.pdf);
+                        let world = &self.lighting.world;
+                        scattered.hits = world.nearest(simd, tracer, &scattered.rays, scattered.active);
+                        world.add_emitted(simd, tracer, &scattered, Sees::Materials, batch);
+                        world.continue_paths(simd, tracer, &mut scattered, (branch, Sees::Materials), batch);
+                    }
+                },
+            )
+        })
     }
 }
 

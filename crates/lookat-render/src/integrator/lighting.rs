@@ -4,18 +4,22 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
 use lookat_scene::{DirectStrategy, LightChoice};
 
+use super::path_batch::PathBatch;
+use super::path_record::PathRecord;
 use super::profiler::Stage;
 use super::world::World;
-use crate::bsdf::{Bsdf, LobeFilter};
+use crate::bsdf::{Bsdf, BsdfSample, LobeFilter, LobeSlots};
+use crate::camera::Viewer;
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, LightHits, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
 use crate::number::{Colors, Vec2x8, bits, groups, set_lanes, to_f32, vectorized};
 use crate::sampler::Streams;
-use crate::surface::Surfaces;
-use crate::trace::rays::{Hits, Rays, WORLD};
+use crate::shading::Shaded;
+use crate::trace::rays::{Hits, WORLD};
 
-/// The lights of a scene, and how surfaces sample them.
+/// A world, its lights, and how surfaces sample them.
 pub(in crate::integrator) struct Lighting<'s> {
+    pub world: World<'s>,
     table: &'s LightTable,
     /// The number in the world of the element that each light is, see [`World::number`].
     numbers: Vec<f64>,
@@ -35,27 +39,17 @@ pub(in crate::integrator) struct Lighting<'s> {
 #[derive(Clone, Copy)]
 pub(in crate::integrator) struct Vertices<'v, S: Simd> {
     pub simd: S,
-    pub lighting: &'v Lighting<'v>,
-    pub world: &'v World<'v>,
+    lighting: &'v Lighting<'v>,
+    /// The paths to the vertices.
+    pub paths: &'v PathRecord<S>,
     pub bsdf: &'v Bsdf<'v, S>,
-    pub receivers: &'v Receivers<'v, S>,
-    /// The light sampler.
-    pub sampler: &'v LightSampler<'v, S>,
-}
-
-/// BSDF directions from path vertices.
-#[derive(Clone, Copy)]
-pub(in crate::integrator) struct Directions<S: Simd> {
-    pub rays: Rays<S>,
-    /// Densities by solid angle.
-    pub pdf: f64x8<S>,
-    /// The delta samples.
-    pub is_delta: mask64x8<S>,
+    receivers: &'v Receivers<'v, S>,
+    sampler: &'v LightSampler<'v, S>,
 }
 
 impl<'s> Lighting<'s> {
     /// `filter`: the lobes that BSDF directions are sampled from.
-    pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, filter: LobeFilter) -> Self {
+    pub fn new(world: World<'s>, table: &'s LightTable, lights: LightSamples, filter: LobeFilter) -> Self {
         let chosen_triangles = match lights {
             LightSamples::One(choice) => {
                 table.prepare(choice);
@@ -74,34 +68,56 @@ impl<'s> Lighting<'s> {
             directions: [false, true].map(|has_lune| f64::from(directions(table, lights, has_lune))),
             filter,
             has_lunes: world.materials.has_normals && table.has_skies(),
+            world,
         }
     }
 
-    /// The receivers of light at the surfaces.
+    /// Shades the hits of paths, and calls `does` with their vertices. `camera`: what has sent the rays, if these are camera
+    /// rays.
     #[inline(always)]
-    pub fn receivers<'v, S: Simd>(
+    pub fn at_hits<S: Simd>(
         &self,
-        surfaces: &'v Surfaces<S>,
-        bsdf: &Bsdf<S>,
-        active: mask64x8<S>,
-    ) -> Receivers<'v, S> {
+        simd: S,
+        tracer: &mut Tracer,
+        paths: &PathRecord<S>,
+        camera: Option<Viewer>,
+        batch: &mut PathBatch,
+        does: impl FnOnce(&mut Tracer, &Vertices<S>, &mut PathBatch),
+    ) {
+        let mut slots = LobeSlots::new();
+        let views = camera.map(|of| paths.views(of, &batch.camera_samples));
+        let shaded = self.world.shaded(simd, tracer, paths, views.as_ref(), &mut slots);
+        let Shaded { surfaces, frames, .. } = &shaded;
+        let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, *frames, -paths.rays.d, &mut slots);
+        tracer.profile(|profiler| profiler.enter(Stage::Lights));
         let domain = bsdf.domain();
-        let lunes =
-            if self.has_lunes { Lunes::new(&domain, active & bsdf.has(LobeFilter::NonDelta)) } else { None };
-        Receivers { surfaces, domain, lunes }
-    }
-
-    /// A light sampler for the surfaces.
-    #[inline(always)]
-    pub fn sampler<'v, S: Simd>(&'v self, simd: S, at: &'v Receivers<'v, S>) -> LightSampler<'v, S> {
-        match self.samples {
-            LightSamples::One(choice) => LightSampler::new(simd, self.table, choice, at),
-            LightSamples::Each(_) => LightSampler::of_triangles(simd, self.table, at),
-        }
+        let smooth = paths.active & bsdf.has(LobeFilter::NonDelta);
+        let lunes = if self.has_lunes { Lunes::new(&domain, smooth) } else { None };
+        let receivers = &Receivers { surfaces, domain, lunes };
+        let sampler = &match self.samples {
+            LightSamples::One(choice) => LightSampler::new(simd, self.table, choice, receivers),
+            LightSamples::Each(_) => LightSampler::of_triangles(simd, self.table, receivers),
+        };
+        does(tracer, &Vertices { simd, lighting: self, paths, bsdf, receivers, sampler }, batch);
     }
 }
 
 impl<S: Simd> Vertices<'_, S> {
+    /// The paths that go on along sampled directions. Their rays are not traced yet.
+    #[inline(always)]
+    pub fn scattered(&self, sample: &BsdfSample<S>, active: mask64x8<S>) -> PathRecord<S> {
+        let BsdfSample { is_valid, wi, pdf, weight, is_delta, radiance_scale } = *sample;
+        PathRecord {
+            active: active & is_valid,
+            rays: self.receivers.surfaces.spawn_ray(wi),
+            throughput: self.paths.throughput * weight,
+            carried: self.paths.carried * radiance_scale,
+            pdf,
+            is_delta,
+            ..PathRecord::new(self.simd, self.paths.rays, self.paths.samples, active)
+        }
+    }
+
     /// Direct light from light samples. Ends the profiler stage of lights.
     #[inline(never)]
     pub fn direct(&self, tracer: &mut Tracer, streams: &mut Streams, active: mask64x8<S>) -> Colors<S> {
@@ -227,15 +243,13 @@ impl<S: Simd> Vertices<'_, S> {
     /// The light found by one direction sampled from each BSDF.
     #[inline(never)]
     pub fn by_direction(&self, tracer: &mut Tracer, u: Vec2x8<S>, active: mask64x8<S>) -> Colors<S> {
-        let Vertices { simd, lighting, bsdf, receivers, .. } = *self;
+        let Vertices { simd, lighting, bsdf, .. } = *self;
         vectorized!(simd, {
             let sample = bsdf.sample(u, lighting.filter);
             // What lies in single directions counts in full where the path goes on there.
-            let asked = active & sample.is_valid & !sample.is_delta;
-            let (rays, is_delta) = (receivers.surfaces.spawn_ray(sample.wi), sample.is_delta);
-            let directions = Directions { rays, pdf: sample.pdf, is_delta };
-            let light = self.found_light(tracer, &directions, asked);
-            (sample.weight * light).keep_where_wide(asked, Colors::splat(simd, Vec3::ZERO))
+            let scattered = self.scattered(&sample, active & !sample.is_delta);
+            let light = self.found_light(tracer, &scattered);
+            (sample.weight * light).keep_where_wide(scattered.active, Colors::splat(simd, Vec3::ZERO))
         })
     }
 
@@ -243,13 +257,13 @@ impl<S: Simd> Vertices<'_, S> {
     /// lights.
     #[inline(never)]
     fn sampled_light(&self, tracer: &mut Tracer, u: Vec2x8<S>, chosen: &Chosen<S>) -> Colors<S> {
-        let Vertices { simd, lighting, world, bsdf, .. } = *self;
+        let Vertices { simd, lighting, bsdf, .. } = *self;
         vectorized!(simd, {
             let sample = self.sample(u, chosen);
             let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, lighting.filter);
             let reflected = f_cos * sample.li;
             let mut active = chosen.is_valid & sample.is_valid & reflected.is_light();
-            active &= !world.occluded(simd, tracer, &sample.shadow, (active, true));
+            active &= !lighting.world.occluded(simd, tracer, &sample.shadow, active, true);
             let is_sky = chosen.light.simd_ge(lighting.table.first_sky as f64);
             let other = pdf * self.directions();
             // Small probabilities and densities are no `f32`.
@@ -307,56 +321,46 @@ impl<S: Simd> Vertices<'_, S> {
 
     /// The MIS-weighted light that rays find. Rays that cannot find an emitter are only tested for occlusion of the sky.
     #[inline(never)]
-    pub fn found_light(
-        &self,
-        tracer: &mut Tracer,
-        directions: &Directions<S>,
-        active: mask64x8<S>,
-    ) -> Colors<S> {
-        let Vertices { simd, lighting, world, .. } = *self;
+    pub fn found_light(&self, tracer: &mut Tracer, scattered: &PathRecord<S>) -> Colors<S> {
+        let Vertices { simd, lighting: Lighting { world, table, .. }, .. } = *self;
+        let PathRecord { rays, active, .. } = scattered;
         vectorized!(simd, {
             let mut found = Colors::splat(simd, Vec3::ZERO);
-            let may_meet = tracer.scene.emitters.may_be_hit(simd, &directions.rays) & active;
+            let may_meet = tracer.scene.emitters.may_be_hit(simd, rays) & *active;
             if may_meet.any_true() {
-                let hits = world.nearest(simd, tracer, &directions.rays, may_meet);
-                found = self.light_of(tracer, directions, &hits, may_meet);
+                let hits = world.nearest(simd, tracer, rays, may_meet);
+                found = self.light_of(tracer, &PathRecord { hits, active: may_meet, ..*scattered });
             }
-            let rest = active & !may_meet;
-            if lighting.table.has_skies() && rest.any_true() {
-                let is_free = rest & !world.occluded(simd, tracer, &directions.rays, (rest, false));
-                let nothing = Hits::none(simd);
-                let sky = self.light_of(tracer, directions, &nothing, is_free);
-                found = sky.keep_where_wide(is_free, found);
+            let rest = *active & !may_meet;
+            if table.has_skies() && rest.any_true() {
+                let is_free = rest & !world.occluded(simd, tracer, rays, rest, false);
+                let escaped = PathRecord { hits: Hits::none(simd), active: is_free, ..*scattered };
+                found = self.light_of(tracer, &escaped).keep_where_wide(is_free, found);
             }
             found
         })
     }
 
-    /// The MIS-weighted light of the hits of rays.
+    /// The MIS-weighted light of the hits of paths.
     #[inline(never)]
-    pub fn light_of(
-        &self,
-        tracer: &Tracer,
-        directions: &Directions<S>,
-        hits: &Hits<S>,
-        active: mask64x8<S>,
-    ) -> Colors<S> {
-        let Vertices { simd, lighting: Lighting { table, .. }, world, receivers, .. } = *self;
+    pub fn light_of(&self, tracer: &Tracer, scattered: &PathRecord<S>) -> Colors<S> {
+        let Vertices { simd, lighting: Lighting { table, world, .. }, receivers, .. } = *self;
+        let PathRecord { active, rays, hits, is_delta, .. } = scattered;
         vectorized!(simd, {
             let black = Colors::splat(simd, Vec3::ZERO);
             let mut found = black;
             let count = self.directions();
-            let pdf = directions.pdf * count;
+            let pdf = scattered.pdf * count;
             // What lies in single directions counts in full.
-            let all = directions.is_delta.select(1.0.simd_into(simd), count);
-            let is_lit = hits.emits & active;
+            let all = is_delta.select(1.0.simd_into(simd), count);
+            let is_lit = hits.emits & *active;
             if is_lit.any_true() {
                 let none: f64x8<S> = 0.0.simd_into(simd);
                 let (mut light, mut density, mut of_light) = (none, none, 0);
-                let (d, by_triangle) = (directions.rays.d, self.by_triangle());
+                let (d, by_triangle) = (rays.d, self.by_triangle());
                 let mut on_light = LightHits { is_valid: is_lit, d, p: d, n: d, triangle: none, by_triangle };
                 for lane in set_lanes(is_lit) {
-                    let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
+                    let (ray, Some(hit)) = world.one(rays, hits, lane) else { continue };
                     let surface = tracer.surface(&ray, &hit);
                     found.set_lane(lane, surface.le(-ray.d));
                     if let Some(number) = table.of_element(surface.element) {
@@ -375,16 +379,15 @@ impl<S: Simd> Vertices<'_, S> {
                 let triangle = on_light.triangle;
                 let other = density * self.samples_of((light, triangle), is_lit);
                 let weight = to_f32(weights(bits(simd, 0), pdf, other));
-                found = (found * weight).keep_where_wide(!directions.is_delta, found);
+                found = (found * weight).keep_where_wide(!*is_delta, found);
             }
-            let is_free = active & !hits.is_hit();
+            let is_free = *active & !hits.is_hit();
             if table.has_skies() && is_free.any_true() {
                 let mut sum = black;
                 for sky in table.first_sky..table.len() {
-                    let (radiance, density) =
-                        table.sky(simd, sky, receivers.lunes.as_ref(), directions.rays.d);
+                    let (radiance, density) = table.sky(simd, sky, receivers.lunes.as_ref(), rays.d);
                     // Most often nothing else finds it.
-                    let weighed = density.simd_gt(0.0) & !directions.is_delta & is_free;
+                    let weighed = density.simd_gt(0.0) & !*is_delta & is_free;
                     let mut own = radiance;
                     if weighed.any_true() {
                         let light = ((sky as f64).simd_into(simd), 0.0.simd_into(simd));

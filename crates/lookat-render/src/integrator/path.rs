@@ -5,20 +5,19 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, f32x8, mask64x8};
+use fearless_simd::Simd;
 use lookat_scene::LightChoice;
 
 use super::SampleDimensions;
-use super::profiler::Stage;
-use crate::bsdf::{Bsdf, LobeFilter, Slots};
-use crate::camera::{Viewer, Views};
-use crate::integrator::lighting::{Directions, LightSamples, Lighting, Vertices};
-use crate::integrator::path_batch::{PathBatch, PathPacket, TracedRays};
-use crate::integrator::world::{Sees, Tracer, World};
+use crate::bsdf::LobeFilter;
+use crate::camera::Viewer;
+use crate::integrator::lighting::{Lighting, Vertices};
+use crate::integrator::path_batch::PathBatch;
+use crate::integrator::path_record::PathRecord;
+use crate::integrator::world::{Sees, Tracer};
 use crate::light::LightTable;
-use crate::number::{Colors, bits, first_lanes, set_lanes};
+use crate::number::{bits, set_lanes, vectorized};
 use crate::sampler::Streams;
-use crate::shading::Shaded;
 
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
 const FIRST_ROULETTE: u32 = 4;
@@ -54,24 +53,12 @@ pub(crate) fn dimensions(max_depth: u32, lights: &LightTable, choice: LightChoic
 
 /// A scene with path tracing.
 pub(crate) struct Paths<'s> {
-    pub(in crate::integrator) world: World<'s>,
-    lighting: Lighting<'s>,
+    pub(super) lighting: Lighting<'s>,
     pub max_depth: u32,
-    roulette_threshold: f64,
+    pub(super) roulette_threshold: f64,
 }
 
-impl<'s> Paths<'s> {
-    pub fn new(
-        world: World<'s>,
-        lights: &'s LightTable,
-        choice: LightChoice,
-        (max_depth, roulette_threshold): (u32, f64),
-    ) -> Self {
-        let sampled = LightSamples::One(choice);
-        let lighting = Lighting::new(&world, lights, sampled, LobeFilter::All);
-        Paths { world, lighting, max_depth, roulette_threshold }
-    }
-
+impl Paths<'_> {
     /// Adds direct light to a packet of paths at a surface, and continues the paths.
     #[inline(never)]
     pub(super) fn surface<S: Simd>(
@@ -79,86 +66,52 @@ impl<'s> Paths<'s> {
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        paths: &PathPacket<S>,
+        paths: &PathRecord<S>,
         (camera, depth): (Option<Viewer>, u32),
         batch: &mut PathBatch,
     ) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let PathPacket { rays, hits, samples, direct, .. } = paths;
-                let mut active = first_lanes(simd, samples.len());
-                let views = camera.map(|of| Views { of, places: &batch.places, samples, direct: *direct });
-                let mut slots = Slots::new();
-                let shaded =
-                    self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
-                let Shaded { surfaces, frames, .. } = &shaded;
-                let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, *frames, -rays.d, &mut slots);
-                tracer.profile(|profiler| profiler.enter(Stage::Lights));
-                let receivers = &self.lighting.receivers(surfaces, bsdf, active);
-                let sampler = &self.lighting.sampler(simd, receivers);
-                let vertices =
-                    Vertices { simd, lighting: &self.lighting, world: &self.world, bsdf, receivers, sampler };
-                active &= bsdf.has(LobeFilter::All);
-                let smooth = active & bsdf.has(LobeFilter::NonDelta);
-                let light = vertices.direct(tracer, streams, smooth);
-                batch.add(samples, paths.throughput * light, active);
-                let is_last = depth + 1 >= self.max_depth;
-                if is_last && !tracer.may_find_light() {
-                    return;
-                }
-                let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::All);
-                active &= sample.is_valid;
-                let mut throughput = paths.throughput * sample.weight;
-                let radiance_scale = paths.carried * sample.radiance_scale;
-                let directions = Directions {
-                    rays: surfaces.spawn_ray(sample.wi),
-                    pdf: sample.pdf,
-                    is_delta: sample.is_delta,
-                };
-                if is_last {
-                    let light = vertices.found_light(tracer, &directions, active);
-                    batch.add(samples, throughput * light, active);
-                    return;
-                }
-                if !roulette(self.max_depth).is_empty() {
-                    active = self.roulette(simd, streams, (&mut throughput, radiance_scale), depth, active);
-                }
-                let found = self.world.nearest(simd, tracer, &directions.rays, active);
-                let light = vertices.light_of(tracer, &directions, &found, active);
-                batch.add(samples, throughput * light, active);
-                let traced = &mut TracedRays {
-                    rays: directions.rays,
-                    hits: found,
-                    throughput,
-                    carried: radiance_scale,
-                    branch: 0,
-                };
-                self.world.continue_paths(
-                    simd,
-                    tracer,
-                    traced,
-                    samples,
-                    (active, sample.is_delta, Sees::All),
-                    batch,
-                );
-            },
-        )
+        vectorized!(simd, {
+            self.lighting.at_hits(
+                simd,
+                tracer,
+                paths,
+                camera,
+                batch,
+                #[inline(always)]
+                |tracer: &mut Tracer, vertices: &Vertices<S>, batch: &mut PathBatch| {
+                    let Vertices { bsdf, .. } = vertices;
+                    let active = paths.active & bsdf.has(LobeFilter::All);
+                    let light = vertices.direct(tracer, streams, active & bsdf.has(LobeFilter::NonDelta));
+                    batch.add_where(paths, light, active);
+                    let is_last = depth + 1 >= self.max_depth;
+                    if is_last && !tracer.may_find_light() {
+                        return;
+                    }
+                    let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::All);
+                    let mut scattered = vertices.scattered(&sample, active);
+                    if is_last {
+                        batch.add(&scattered, vertices.found_light(tracer, &scattered));
+                        return;
+                    }
+                    if !roulette(self.max_depth).is_empty() {
+                        self.roulette(simd, streams, &mut scattered, depth);
+                    }
+                    scattered.hits =
+                        self.lighting.world.nearest(simd, tracer, &scattered.rays, scattered.active);
+                    batch.add(&scattered, vertices.light_of(tracer, &scattered));
+                    self.lighting.world.continue_paths(simd, tracer, &mut scattered, (0, Sees::All), batch);
+                },
+            )
+        })
     }
 
-    /// Plays Russian roulette, and returns the paths that continue.
+    /// Plays Russian roulette, and ends paths.
     #[inline(always)]
-    fn roulette<S: Simd>(
-        &self,
-        simd: S,
-        streams: &mut Streams,
-        (throughput, radiance_scale): (&mut Colors<S>, f32x8<S>),
-        depth: u32,
-        active: mask64x8<S>,
-    ) -> mask64x8<S> {
+    fn roulette<S: Simd>(&self, simd: S, streams: &mut Streams, paths: &mut PathRecord<S>, depth: u32) {
+        let PathRecord { throughput, carried: radiance_scale, .. } = paths;
         let mut asked = 0;
         if depth + 1 > FIRST_ROULETTE {
-            for lane in set_lanes(active) {
+            for lane in set_lanes(paths.active) {
                 let strength = f64::from(throughput.lane(lane).max_element() / radiance_scale[lane]);
                 asked |= u64::from(strength < self.roulette_threshold) << lane;
             }
@@ -171,7 +124,7 @@ impl<'s> Paths<'s> {
             ended |= u64::from(numbers[lane] < end) << lane;
             throughput.set_lane(lane, own / (1.0 - end) as f32);
         }
-        active & !bits(simd, ended)
+        paths.active &= !bits(simd, ended);
     }
 }
 

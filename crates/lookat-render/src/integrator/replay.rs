@@ -22,12 +22,9 @@ fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer,
         match stage {
             Stage::CameraRays => drop(black_box(world.nearest_of(simd, tracer, rays, active))),
             Stage::BounceRays => drop(black_box(world.nearest(simd, tracer, &rays[0], active[0]))),
-            _ => drop(black_box(world.occluded(
-                simd,
-                tracer,
-                &rays[0],
-                (active[0], stage == Stage::ShadowRays),
-            ))),
+            _ => {
+                black_box(world.occluded(simd, tracer, &rays[0], active[0], stage == Stage::ShadowRays));
+            }
         }
     }
     started.elapsed()

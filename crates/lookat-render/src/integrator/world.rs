@@ -6,8 +6,9 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::Vec3;
 
+use super::path_record::PathRecord;
 use super::profiler::{Profiler, Stage};
-use crate::bsdf::Slots;
+use crate::bsdf::LobeSlots;
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::light::LightTable;
@@ -124,14 +125,15 @@ impl<'s> World<'s> {
         simd: S,
         tracer: &mut Tracer,
         rays: &Rays<S>,
-        (active, is_shadow): (mask64x8<S>, bool),
+        active: mask64x8<S>,
+        is_shadow: bool,
     ) -> mask64x8<S> {
         vectorized!(simd, {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
             tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
             let met = match &self.aggregate {
-                Aggregate::List(list, _) => list.occluded(simd, rays, (active, is_shadow)),
-                Aggregate::Tree(tree) => tree.occluded(simd, rays, (active, is_shadow)),
+                Aggregate::List(list, _) => list.occluded(simd, rays, active, is_shadow),
+                Aggregate::Tree(tree) => tree.occluded(simd, rays, active, is_shadow),
             };
             tracer.profile(Profiler::end_rays);
             met
@@ -143,12 +145,11 @@ impl<'s> World<'s> {
     pub fn plain<S: Simd>(
         &self,
         simd: S,
-        (rays, hits): (&Rays<S>, &Hits<S>),
-        active: mask64x8<S>,
-        slots: &mut Slots<S>,
+        PathRecord { rays, hits, active, .. }: &PathRecord<S>,
+        slots: &mut LobeSlots<S>,
     ) -> Shaded<S> {
         vectorized!(simd, {
-            let is_hit = hits.is_hit() & active;
+            let is_hit = hits.is_hit() & *active;
             let (surfaces, primitives) = match &self.aggregate {
                 Aggregate::List(_, sheets) => sheets.at(simd, (rays, hits), is_hit),
                 Aggregate::Tree(tree) => tree.at(simd, (rays, hits), is_hit),
@@ -165,15 +166,14 @@ impl<'s> World<'s> {
         &self,
         simd: S,
         tracer: &Tracer,
-        (rays, hits): (&Rays<S>, &Hits<S>),
+        paths: &PathRecord<S>,
         views: Option<&Views>,
-        active: mask64x8<S>,
-        slots: &mut Slots<S>,
+        slots: &mut LobeSlots<S>,
     ) -> Shaded<S> {
-        let mut shaded = self.plain(simd, (rays, hits), active, slots);
+        let mut shaded = self.plain(simd, paths, slots);
         if shaded.is_open.any_true() {
             let found = array::from_fn(|lane| match shaded.is_open.to_bitmask() >> lane & 1 {
-                1 => Some(self.one(rays, hits, lane)).and_then(|(ray, hit)| Some((ray, hit?))),
+                1 => Some(self.one(&paths.rays, &paths.hits, lane)).and_then(|(ray, hit)| Some((ray, hit?))),
                 _ => None,
             });
             shaded.paint(tracer.scene, &found, views, slots);
@@ -201,53 +201,78 @@ impl<'s> World<'s> {
         }
     }
 
-    /// Continues rays straight through surfaces without a material. Where `is_full`, `add` receives the emission that rays
-    /// see on their way. Returns the rays that have passed anything, as bits.
+    /// Continues rays straight through surfaces without a material. `add` receives the emission that delta rays see on
+    /// their way.
     #[inline(always)]
     pub fn pass<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        rays: &mut Rays<S>,
-        hits: &mut Hits<S>,
-        (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
+        paths: &mut PathRecord<S>,
+        sees: Sees,
         mut add: impl FnMut(usize, Vec3),
-    ) -> u64 {
-        let (mut all, mut escaped) = (0, 0);
-        for lane in set_lanes(active & hits.is_hit()) {
-            let (mut ray, mut found) = self.one(rays, hits, lane);
-            let is_full = is_full.to_bitmask() >> lane & 1 == 1;
-            let mut passed = 0;
-            while let Some(hit) = found.filter(|hit| tracer.scene.is_passed(hit)) {
-                ray = tracer.surface(&ray, &hit).spawn_ray(ray.d);
-                passed += 1;
-                // Nothing more is seen by then.
-                found = if passed > MAX_PASSED { None } else { tracer.nearest(&ray) };
-                if is_full && sees != Sees::Nothing && passed <= MAX_PASSED {
-                    match &found {
-                        Some(hit) => add(lane, tracer.emitted(&ray, hit, sees == Sees::All)),
-                        None => escaped |= 1 << lane,
-                    }
-                }
-            }
-            if passed > 0 {
-                all |= 1 << lane;
-                rays.o.set_lane(lane, ray.o);
-                hits.set_lane(lane, found.as_ref(), tracer.scene.labels);
+    ) {
+        if !self.materials.has_passed {
+            return;
+        }
+        let (mut passed, mut escaped) = (0, 0);
+        for lane in set_lanes(paths.active & paths.hits.is_hit()) {
+            let (mut ray, mut found) = self.one(&paths.rays, &paths.hits, lane);
+            let adds = sees != Sees::Nothing && paths.is_delta.to_bitmask() >> lane & 1 == 1;
+            let scene = tracer.scene;
+            let surfaces = pass_interfaces(
+                scene,
+                &mut ray,
+                &mut found,
+                |hit| scene.is_passed(hit),
+                |ray, found| match found {
+                    _ if !adds => {}
+                    Some(hit) => add(lane, tracer.emitted(ray, hit, sees == Sees::All)),
+                    None => escaped |= 1 << lane,
+                },
+            );
+            tracer.rays += u64::from(surfaces.min(MAX_PASSED));
+            if surfaces > 0 {
+                passed |= 1 << lane;
+                paths.rays.o.set_lane(lane, ray.o);
+                paths.hits.set_lane(lane, found.as_ref(), tracer.scene.labels);
             }
         }
         if escaped != 0 {
-            let light = tracer.lights.background(simd, rays.d);
+            let light = tracer.lights.background(simd, paths.rays.d);
             for lane in set_lanes(bits(simd, escaped)) {
                 add(lane, light.lane(lane));
             }
         }
-        all
+        paths.has_passed = bits(simd, passed);
     }
 }
 
 /// The most surfaces without a material that a ray passes through in a row.
-pub(crate) const MAX_PASSED: u32 = 1000;
+const MAX_PASSED: u32 = 1000;
+
+/// Continues a ray straight through interfaces, surfaces that `passes` accepts, and returns their number. `see` receives the
+/// ray and its nearest hit behind each.
+pub(crate) fn pass_interfaces(
+    scene: &Traceable,
+    ray: &mut Ray,
+    found: &mut Option<Hit>,
+    passes: impl Fn(&Hit) -> bool,
+    mut see: impl FnMut(&Ray, Option<&Hit>),
+) -> u32 {
+    let mut passed = 0;
+    while let Some(hit) = found.filter(&passes) {
+        *ray = Surface::new(scene, ray, &hit).spawn_ray(ray.d);
+        passed += 1;
+        if passed > MAX_PASSED {
+            *found = None;
+            break;
+        }
+        *found = scene.nearest(ray);
+        see(ray, found.as_ref());
+    }
+    passed
+}
 
 /// Decides whether sampling continues.
 pub(crate) trait Supervisor: Sync {
@@ -325,12 +350,6 @@ impl<'s> Tracer<'s> {
             self.rays += count(*active);
         }
         self.profile(|profiler| profiler.begin_rays(stage, rays, active));
-    }
-
-    /// The nearest hit.
-    pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
-        self.rays += 1;
-        self.scene.nearest(ray)
     }
 
     /// The surface at a hit of `ray`. Apart from the search for it, because large values are best not moved.

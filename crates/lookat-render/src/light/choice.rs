@@ -10,7 +10,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use lookat_scene::LightChoice;
 use smallvec::SmallVec;
 
-use super::tree::{Place, Step};
+use super::tree::{Receiver, Step};
 use super::{LightTable, Receivers, SceneLight};
 use crate::light::tree::Leaves;
 use crate::number::{Colors, LANES, Vec3x8, bits, set_lanes, strength, vectorized};
@@ -341,7 +341,7 @@ struct TreeSampler<'v, S: Simd> {
     beside: &'v [usize],
     /// The estimates of these, and of the entries of the tree's cut.
     estimates: Vec<f64x8<S>>,
-    places: [Place; LANES],
+    receivers: [Receiver; LANES],
     total: f64x8<S>,
 }
 
@@ -384,9 +384,9 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
         let [two_sided, diffuse] =
             [at.domain.is_two_sided, at.domain.is_diffuse].map(|mask| mask.to_bitmask());
         let (n, ns) = (at.domain.n.narrow(), at.domain.ns.narrow());
-        let places = from_fn(
+        let receivers = from_fn(
             #[inline(always)]
-            |lane| Place {
+            |lane| Receiver {
                 p: at.surfaces.p.lane(lane),
                 n: n.lane(lane),
                 ns: ns.lane(lane),
@@ -394,7 +394,7 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
                 is_diffuse: diffuse >> lane & 1 == 1,
             },
         );
-        TreeSampler { leaves, beside, estimates, places, total }
+        TreeSampler { leaves, beside, estimates, receivers, total }
     }
 
     /// A light for each of the points that are active, by a number.
@@ -425,8 +425,8 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
         }
         // Side by side, because each step waits for the one before.
         while steps.iter().any(|step| !step.is_done()) {
-            for (step, place) in steps.iter_mut().zip(&self.places) {
-                self.leaves.tree.go_on(simd, place, step);
+            for (step, receiver) in steps.iter_mut().zip(&self.receivers) {
+                self.leaves.tree.descend(simd, receiver, step);
             }
         }
         for (lane, step) in steps.iter().enumerate() {
@@ -447,7 +447,7 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
         for lane in set_lanes(active) {
             let number = light[lane] as usize;
             estimate[lane] = match self.leaves.find(number, triangle[lane] as usize) {
-                Some(leaf) => match self.leaves.tree.find(simd, &self.places[lane], leaf) {
+                Some(leaf) => match self.leaves.tree.find(simd, &self.receivers[lane], leaf) {
                     Some((entry, below)) => self.estimates[self.beside.len() + entry][lane] * below,
                     None => 0.0,
                 },

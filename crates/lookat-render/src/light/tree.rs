@@ -15,7 +15,7 @@ use super::{Receivers, SceneLight};
 use crate::bsdf::Domain;
 pub(super) use crate::light::tree::split::Emitter;
 use crate::number::{Vec3x8, narrow, prefetch, splat_f32, to_f64};
-pub(super) use node::Place;
+pub(super) use node::Receiver;
 use node::{Emission, FAINT, FAR, LEAF, LEAST_SPREAD, NONE, Node, Normals, WIDTH};
 use split::NumberedEmitter;
 
@@ -191,7 +191,7 @@ impl LightTree {
 
     /// Descends to a child. Does nothing at leaves.
     #[inline(always)]
-    pub fn go_on<S: Simd>(&self, simd: S, at: &Place, step: &mut Step) {
+    pub fn descend<S: Simd>(&self, simd: S, at: &Receiver, step: &mut Step) {
         if step.child & LEAF == 0 {
             let node = &self.nodes[step.child as usize];
             let (slot, u, probability) = pick(&node.weights(simd, at), step.u);
@@ -201,7 +201,7 @@ impl LightTree {
 
     /// The entry of the cut that holds a leaf, and the probability with which this leaf is chosen below it.
     #[inline(always)]
-    pub fn find<S: Simd>(&self, simd: S, at: &Place, leaf: usize) -> Option<(usize, f64)> {
+    pub fn find<S: Simd>(&self, simd: S, at: &Receiver, leaf: usize) -> Option<(usize, f64)> {
         let mut place = self.places[leaf];
         let mut probability = 1.0;
         if place == NONE {

@@ -88,9 +88,9 @@ impl Adaptive {
     /// The weight of the estimate of a pixel by the samples of this pass, in samples per pixel: the harmonic mean over the
     /// sources that its filter reaches. It is known before the samples are taken, so that no sample decides its own weight.
     /// 0 if a source has no samples.
-    fn count_of(&self, place: [i32; 2], counts: &[u32]) -> f64 {
+    fn count_of(&self, pixel: [i32; 2], counts: &[u32]) -> f64 {
         let (mut all, mut inverse) = (0.0, 0.0);
-        for (at, weight) in self.around(place) {
+        for (at, weight) in self.around(pixel) {
             if counts[at] < self.goals[at] || self.goals[at] == self.counts[at] {
                 return 0.0;
             }
@@ -143,14 +143,14 @@ impl Policy for Adaptive {
     }
 
     fn jobs(&self, tile: &Tile, _moments: &Vec<Moments>) -> Vec<Job> {
-        let job = |place| {
-            let at = self.sources.index(place);
+        let job = |pixel| {
+            let at = self.sources.index(pixel);
             let indices = self.counts[at]..self.goals[at];
             // All sources count alike, however many samples they have: else the filter would be another one where noise is uneven.
             let weight = if self.is_by_need { f64::from(indices.len().max(1) as u32).recip() } else { 1.0 };
-            Job { weight, ..Job::new(self.pattern, place, indices) }
+            Job { weight, ..Job::new(self.pattern, pixel, indices) }
         };
-        tile.sources.places().map(job).collect()
+        tile.sources.pixels().map(job).collect()
     }
 
     fn note(&self, jobs: &[Job], _tile: &Tile, moments: &mut Vec<Moments>) {
@@ -164,10 +164,10 @@ impl Policy for Adaptive {
         let counts = counts(film, self.sources);
         film.tiles.par_iter().for_each(|tile| {
             let Tile { bounds, sums, pass, .. } = &mut *lock(tile);
-            for ((place, sum), pass) in bounds.places().zip(sums).zip(pass) {
+            for ((pixel, sum), pass) in bounds.pixels().zip(sums).zip(pass) {
                 let pass = std::mem::take(pass);
                 *sum += if self.is_by_need {
-                    Sum::new(pass.weighted(film.scale()) * self.count_of(place, &counts), film.scale())
+                    Sum::new(pass.weighted(film.scale()) * self.count_of(pixel, &counts), film.scale())
                 } else {
                     pass
                 };
@@ -181,8 +181,8 @@ fn counts(film: &Film, sources: Area) -> Vec<u32> {
     let mut counts = vec![0; sources.size()];
     for tile in &film.tiles {
         let tile = lock(tile);
-        for (place, count) in tile.sources.places().zip(&tile.counts) {
-            counts[sources.index(place)] = *count;
+        for (pixel, count) in tile.sources.pixels().zip(&tile.counts) {
+            counts[sources.index(pixel)] = *count;
         }
     }
     counts
@@ -193,8 +193,8 @@ fn variances(film: &Film, sources: Area, states: &[Vec<Moments>]) -> Vec<f64> {
     let mut variances = vec![0.0; sources.size()];
     for (tile, moments) in film.tiles.iter().zip(states) {
         let tile = lock(tile);
-        for ((place, count), moments) in tile.sources.places().zip(&tile.counts).zip(moments) {
-            variances[sources.index(place)] = moments.variance(*count);
+        for ((pixel, count), moments) in tile.sources.pixels().zip(&tile.counts).zip(moments) {
+            variances[sources.index(pixel)] = moments.variance(*count);
         }
     }
     variances
@@ -293,9 +293,9 @@ impl Around {
     }
 }
 
-/// The places so near to one of a row or column.
-fn reach(place: usize, end: usize) -> std::ops::RangeInclusive<usize> {
-    place.saturating_sub(REACH)..=(place + REACH).min(end - 1)
+/// The pixels so near to one of a row or column.
+fn reach(at: usize, end: usize) -> std::ops::RangeInclusive<usize> {
+    at.saturating_sub(REACH)..=(at + REACH).min(end - 1)
 }
 
 /// The data for sharing samples out by classes.

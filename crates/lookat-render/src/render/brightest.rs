@@ -7,10 +7,10 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{PixelBounds, View};
 
 use super::control::Control;
-use super::sample::{Context, Job, Pattern};
+use super::sample::{Context, Job, JobSample, Pattern};
 use super::{Progress, Settings, Stop};
 use crate::film::{Film, Keeps};
-use crate::integrator::path_batch::PATHS;
+use crate::integrator::path_record::PATHS;
 use crate::integrator::{Profiler, Segment, segments};
 use crate::number::luminance;
 use crate::prepare::Prepared;
@@ -127,7 +127,7 @@ impl Context<'_> {
         (pattern, pixel): (Pattern, [i32; 2]),
         indices: Range<u32>,
     ) -> Option<()> {
-        let places: ArrayVec<_, PATHS> = indices.clone().map(|index| (0, index)).collect();
-        self.sample_places(worker, &mut [Job::new(pattern, pixel, indices)], &places).then_some(())
+        let taken: ArrayVec<_, PATHS> = indices.clone().map(|index| JobSample { job: 0, index }).collect();
+        self.sample_jobs(worker, &mut [Job::new(pattern, pixel, indices)], &taken).then_some(())
     }
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use super::{Progress, Statistics};
 use crate::film::{Film, lock};
-use crate::integrator::path_batch::PATHS;
+use crate::integrator::path_record::PATHS;
 use crate::integrator::{Profiler, Stage, Supervisor, Tracer};
 use crate::number::LANES;
 

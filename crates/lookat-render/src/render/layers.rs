@@ -16,7 +16,7 @@ use super::rounds;
 use super::sample::{Context, Worker, corner_of};
 use super::settings::Settings;
 use crate::film::{Area, Tile, lock};
-use crate::integrator::MAX_PASSED;
+use crate::integrator::world::pass_interfaces;
 use crate::prepare::Prepared;
 use crate::shading;
 use crate::shading::Materials;
@@ -42,15 +42,15 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
         }
         let (bounds, mut values) = of_film(&lock(tile));
         if layers.has_any(Layers::OF_POINTS) {
-            bounds.places().zip(&mut values).for_each(|(place, values)| context.look(view, place, values));
+            bounds.pixels().zip(&mut values).for_each(|(pixel, values)| context.look(view, pixel, values));
         }
         let has_means = layers.has_any(Layers::OF_SAMPLES);
         if has_means && !context.average(worker, &passes, bounds, &mut values) {
             return false;
         }
         for (plane, (layer, axis, _)) in lock(&planes).iter_mut().zip(&channels) {
-            for (place, values) in bounds.places().zip(&values) {
-                plane[film.crop().index(place)] =
+            for (pixel, values) in bounds.pixels().zip(&values) {
+                plane[film.crop().index(pixel)] =
                     values[*layer as usize][*axis].clamp(f32::MIN.into(), f32::MAX.into()) as f32;
             }
         }
@@ -93,15 +93,11 @@ impl Prepared {
 
 impl Context<'_> {
     /// Looks through the middle of a pixel and of the lens, for the first surface with a material.
-    fn look(&self, view: &View, place: [i32; 2], values: &mut Values) {
+    fn look(&self, view: &View, pixel: [i32; 2], values: &mut Values) {
         let scene = &self.prepared.traceable;
-        let mut ray = self.camera.ray(corner_of(place) + 0.5, DVec2::splat(0.5));
-        let (mut found, mut passed) = (scene.nearest(&ray), 0);
-        while let Some(hit) = found.filter(|hit| scene.is_passed(hit)) {
-            ray = Surface::new(scene, &ray, &hit).spawn_ray(ray.d);
-            passed += 1;
-            found = if passed > MAX_PASSED { None } else { scene.nearest(&ray) };
-        }
+        let mut ray = self.camera.ray(corner_of(pixel) + 0.5, DVec2::splat(0.5));
+        let mut found = scene.nearest(&ray);
+        pass_interfaces(scene, &mut ray, &mut found, |hit| scene.is_passed(hit), |_, _| {});
         let Some(hit) = found else { return };
         let surface = Surface::new(scene, &ray, &hit);
         let shape = hit.element.primitive;

@@ -194,8 +194,8 @@ impl Policy for Fixed {
     }
 
     fn jobs(&self, tile: &Tile, _state: &()) -> Vec<Job> {
-        let job = |place| self.pass.as_ref().map(|pass| Job::new(pass.pattern, place, pass.samples.clone()));
-        tile.sources.places().filter_map(job).collect()
+        let job = |pixel| self.pass.as_ref().map(|pass| Job::new(pass.pattern, pixel, pass.samples.clone()));
+        tile.sources.pixels().filter_map(job).collect()
     }
 
     fn end(&mut self, film: &Film, _states: &mut [()], is_whole: bool) {

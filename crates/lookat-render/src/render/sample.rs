@@ -11,16 +11,17 @@ use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Sampler, SamplerKind, View};
 
 use super::control::{Control, Meter};
-use crate::camera::{CameraRays, Viewer};
-use crate::film::{Film, Frame, Scale};
+use crate::camera::{CameraRays, CameraSample, Viewer};
+use crate::film::{Film, ImageBlock, Scale};
 use crate::integrator::{
     SceneIntegrator, Stage, Tracer,
-    path_batch::{PATHS, PathBatch},
+    path_batch::{CameraPackets, PathBatch},
+    path_record::PATHS,
 };
-use crate::number::{LANES, side_by_side, vectorized};
+use crate::number::{LANES, first_lanes, side_by_side, vectorized};
 use crate::prepare::{Brightest, Prepared};
 use crate::sampler::{Sample, Streams};
-use crate::trace::{MOST_PACKETS, rays::Rays};
+use crate::trace::rays::Rays;
 
 /// The context of all samples of a rendering.
 pub(super) struct Context<'a> {
@@ -69,7 +70,7 @@ pub(super) struct Pattern {
 #[derive(Debug, Clone)]
 pub(super) struct Job {
     pub pattern: Pattern,
-    pub place: [i32; 2],
+    pub pixel: [i32; 2],
     /// The indices of the samples in the pattern.
     pub indices: Range<u32>,
     /// The weight of each sample.
@@ -79,8 +80,8 @@ pub(super) struct Job {
 }
 
 impl Job {
-    pub fn new(pattern: Pattern, place: [i32; 2], indices: Range<u32>) -> Job {
-        Job { pattern, place, indices, weight: 1.0, samples: Samples::default() }
+    pub fn new(pattern: Pattern, pixel: [i32; 2], indices: Range<u32>) -> Job {
+        Job { pattern, pixel, indices, weight: 1.0, samples: Samples::default() }
     }
 
     /// True if all samples were taken.
@@ -131,13 +132,13 @@ impl SampleBounds {
 }
 
 impl Context<'_> {
-    /// Adds the radiance of a sample, which lies at `square` in the unit square of its pixel, to those of its job and to a frame.
+    /// Adds the radiance of a sample, which lies at `square` in the unit square of its pixel, to those of its job and to an image block.
     #[inline(always)]
     pub(super) fn add(
         &self,
         (square, mut radiance): (DVec2, Vec3),
-        frame: Option<&mut Frame>,
-        Job { pattern, place: source, weight, samples, .. }: &mut Job,
+        frame: Option<&mut ImageBlock>,
+        Job { pattern, pixel: source, weight, samples, .. }: &mut Job,
     ) {
         if !radiance.is_finite() {
             samples.rejected += 1;
@@ -178,11 +179,11 @@ impl Context<'_> {
         let sampler = Sampler { kind: SamplerKind::SOBOL, samples_per_pixel: 1 };
         let pattern = Pattern { sampler, seed: 0, is_watched: true };
         let [width, height] = self.film.of.resolution.map(u64::from);
-        let place = |at: u64| {
+        let pixel = |at: u64| {
             let [x, y] = [at % u64::from(PROBES), at / u64::from(PROBES)];
             [x * width, y * height].map(|at| (at / u64::from(PROBES)) as i32)
         };
-        let jobs = (0..u64::from(PROBES).pow(2)).map(|at| Job::new(pattern, place(at), 0..1));
+        let jobs = (0..u64::from(PROBES).pow(2)).map(|at| Job::new(pattern, pixel(at), 0..1));
         let mut jobs: Vec<Job> = jobs.collect();
         self.sample_all(&mut Worker::new(self), &mut Meter::silent(self.control), &mut jobs);
         let squares: f64 = jobs.iter().map(|job| job.samples.squares).sum();
@@ -198,8 +199,14 @@ impl Context<'_> {
     }
 }
 
-/// A sample of a job: the job's number, and which of the pattern.
-type Place = (usize, u32);
+/// A sample of a job.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct JobSample {
+    /// The number of the job.
+    pub job: usize,
+    /// The index of the sample in the pattern.
+    pub index: u32,
+}
 
 /// Takes samples, and what is used again for one batch of them after the other.
 pub(super) struct Worker<'a> {
@@ -209,7 +216,7 @@ pub(super) struct Worker<'a> {
     /// The position of each sample in the unit square of its pixel.
     pub squares: [DVec2; PATHS],
     /// The block of film that samples are added to. `None` if no picture is made.
-    pub frame: Option<Frame>,
+    pub frame: Option<ImageBlock>,
 }
 
 impl<'a> Worker<'a> {
@@ -232,22 +239,20 @@ impl Context<'_> {
         let Some(Job { indices, .. }) = jobs.first() else { return };
         let (mut number, mut index) = (0, indices.start);
         loop {
-            let mut places: ArrayVec<Place, PATHS> = ArrayVec::new();
-            while places.len() < meter.batch() && number < jobs.len() {
+            let mut taken: ArrayVec<JobSample, PATHS> = ArrayVec::new();
+            while taken.len() < meter.batch() && number < jobs.len() {
                 if index < jobs[number].indices.end {
-                    places.push((number, index));
+                    taken.push(JobSample { job: number, index });
                     index += 1;
                 } else {
                     number += 1;
                     index = jobs.get(number).map_or(0, |job| job.indices.start);
                 }
             }
-            if places.is_empty() {
+            if taken.is_empty() {
                 return;
             }
-            if !self.sample_places(worker, jobs, &places)
-                || !meter.add(places.len() as u32, worker.tracer.rays)
-            {
+            if !self.sample_jobs(worker, jobs, &taken) || !meter.add(taken.len() as u32, worker.tracer.rays) {
                 return;
             }
         }
@@ -257,15 +262,15 @@ impl Context<'_> {
     ///
     /// A batch that is broken off is dropped as a whole, with the samples that are finished. To keep those would prefer short paths, which
     /// are darker than long ones. So each pixel has the first samples of its pattern, slow or fast.
-    pub(super) fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) -> bool {
+    pub(super) fn sample_jobs(&self, worker: &mut Worker, jobs: &mut [Job], taken: &[JobSample]) -> bool {
         worker.tracer.profile(|profiler| profiler.enter(Stage::Camera));
-        let sample = |(number, index): &Place| {
-            let Job { pattern, place, .. } = &jobs[*number];
-            (pattern.seed, *place, *index)
+        let sample = |JobSample { job, index }: &JobSample| {
+            let Job { pattern, pixel, .. } = &jobs[*job];
+            Sample { seed: pattern.seed, pixel: *pixel, index: *index }
         };
-        let samples: ArrayVec<Sample, PATHS> = places.iter().map(sample).collect();
-        let sampler = &jobs[places[0].0].pattern.sampler;
-        debug_assert!(places.iter().all(|(number, _)| jobs[*number].pattern.sampler == *sampler));
+        let samples: ArrayVec<Sample, PATHS> = taken.iter().map(sample).collect();
+        let sampler = &jobs[taken[0].job].pattern.sampler;
+        debug_assert!(taken.iter().all(|sample| jobs[sample.job].pattern.sampler == *sampler));
         worker.streams.restart(sampler, &samples);
         worker.batch.clear();
         side_by_side!(self.prepared.traceable.level, simd => self.take(simd, worker, &samples));
@@ -273,17 +278,17 @@ impl Context<'_> {
         if worker.tracer.is_stopped {
             return false;
         }
-        side_by_side!(self.prepared.traceable.level, simd => self.add_all(simd, worker, jobs, places));
+        side_by_side!(self.prepared.traceable.level, simd => self.add_all(simd, worker, jobs, taken));
         true
     }
 
-    /// Adds samples to their jobs and to the frame.
+    /// Adds samples to their jobs and to the image block.
     #[inline(never)]
-    fn add_all<S: Simd>(&self, simd: S, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) {
+    fn add_all<S: Simd>(&self, simd: S, worker: &mut Worker, jobs: &mut [Job], taken: &[JobSample]) {
         vectorized!(simd, {
-            for (at, (number, _)) in places.iter().enumerate() {
+            for (at, JobSample { job, .. }) in taken.iter().enumerate() {
                 let sample = (worker.squares[at], worker.batch.radiance[at]);
-                self.add(sample, worker.frame.as_mut(), &mut jobs[*number]);
+                self.add(sample, worker.frame.as_mut(), &mut jobs[*job]);
             }
         });
     }
@@ -291,37 +296,48 @@ impl Context<'_> {
     /// Takes samples.
     #[inline(always)]
     fn take<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample]) {
-        let mut packets: ArrayVec<Rays<S>, MOST_PACKETS> = ArrayVec::new();
-        let mut numbers: ArrayVec<_, MOST_PACKETS> = ArrayVec::new();
-        for first in (0..samples.len()).step_by(LANES) {
-            let (own, rays) = self.camera_rays(simd, worker, samples, first);
-            packets.push(rays);
-            numbers.push(own);
-        }
+        let packets = &self.camera_packets(simd, worker, samples);
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
         let Worker { tracer, streams, batch, .. } = worker;
-        let rays = (&packets[..], &numbers[..]);
-        self.integrator.li(simd, tracer, streams, batch, rays, viewer);
+        self.integrator.li(simd, tracer, streams, batch, packets, viewer);
     }
 
-    /// The camera rays of up to eight samples, from one on, and the numbers of these samples.
-    #[inline(never)]
-    pub(super) fn camera_rays<S: Simd>(
+    /// The camera rays of samples, by eights.
+    #[inline(always)]
+    pub(super) fn camera_packets<S: Simd>(
         &self,
         simd: S,
         worker: &mut Worker,
         samples: &[Sample],
-        first: usize,
-    ) -> (ArrayVec<u16, LANES>, Rays<S>) {
+    ) -> CameraPackets<S> {
+        let mut packets = CameraPackets::new();
+        for first in (0..samples.len()).step_by(LANES) {
+            let count = LANES.min(samples.len() - first);
+            let own = std::array::from_fn(|lane| (first + lane.min(count - 1)) as u16);
+            packets.rays.push(self.camera_rays(simd, worker, samples, (first, own)));
+            packets.active.push(first_lanes(simd, count));
+            packets.samples.push(own);
+        }
+        packets
+    }
+
+    /// The camera rays of up to eight samples, from one on.
+    #[inline(never)]
+    fn camera_rays<S: Simd>(
+        &self,
+        simd: S,
+        worker: &mut Worker,
+        samples: &[Sample],
+        (first, own): (usize, [u16; LANES]),
+    ) -> Rays<S> {
         vectorized!(simd, {
             let samples = &samples[first..samples.len().min(first + LANES)];
-            let numbers: ArrayVec<u16, LANES> = (first as u16..).take(samples.len()).collect();
             let streams = &mut worker.streams;
-            streams.choose(simd, &numbers, 0);
+            streams.choose(simd, &own, 0);
             let mut film = streams.next_2d(simd);
-            for (lane, (_, place, _)) in samples.iter().enumerate() {
+            for (lane, Sample { pixel, .. }) in samples.iter().enumerate() {
                 let square = DVec2::new(film[0][lane], film[1][lane]);
-                (film[0][lane], film[1][lane]) = (corner_of(*place) + square).into();
+                (film[0][lane], film[1][lane]) = (corner_of(*pixel) + square).into();
                 worker.squares[first + lane] = square;
             }
             let camera = &self.camera;
@@ -329,12 +345,13 @@ impl Context<'_> {
             // Nothing else asks for these.
             if self.integrator.world().materials.has_textures {
                 for lane in 0..samples.len() {
-                    let on_lens = on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
-                    worker.batch.places[first + lane] = (DVec2::new(film[0][lane], film[1][lane]), on_lens);
+                    let lens = on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
+                    let film = DVec2::new(film[0][lane], film[1][lane]);
+                    worker.batch.camera_samples[first + lane] = CameraSample { film, lens };
                 }
             }
             let (o, d) = camera.rays(simd, film, on_lens);
-            (numbers, Rays::new(o, d))
+            Rays::new(o, d)
         })
     }
 }

@@ -162,8 +162,8 @@ impl Policy for Target {
     }
 
     fn jobs(&self, tile: &Tile, part: &TileState) -> Vec<Job> {
-        let place = |source: &u32| tile.sources.place(*source as usize);
-        let job = |source| Job::new(self.pattern(), place(source), self.before..self.count);
+        let pixel = |source: &u32| tile.sources.pixel(*source as usize);
+        let job = |source| Job::new(self.pattern(), pixel(source), self.before..self.count);
         part.sources.iter().map(job).collect()
     }
 
@@ -220,7 +220,7 @@ fn judge(film: &Film, parts: &mut [TileState], rule: &StopRule, count: u32) {
         for active in &mut part.active {
             let standard_error = film.error(&tile, active.at).standard_error.into();
             let value = tile.sums[active.at].mean(film.scale());
-            let around = seen[sources.index(tile.bounds.place(active.at))];
+            let around = seen[sources.index(tile.bounds.pixel(active.at))];
             active.excess = rule.excess(&Estimate { value, standard_error, count, around });
         }
         part.active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
@@ -230,14 +230,14 @@ fn judge(film: &Film, parts: &mut [TileState], rule: &StopRule, count: u32) {
     for (tile, part) in film.tiles.iter().zip(&*parts) {
         let bounds = lock(tile).bounds;
         for active in &part.active {
-            is_asked[sources.index(bounds.place(active.at))] =
+            is_asked[sources.index(bounds.pixel(active.at))] =
                 SampleBounds { least: Vec3::ZERO, most: Vec3::ZERO };
         }
     }
     let is_asked = around(&is_asked, sources, reach);
     film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
         let own = lock(tile).sources;
-        let is_asked = |at: &u32| is_asked[sources.index(own.place(*at as usize))] != SampleBounds::EMPTY;
+        let is_asked = |at: &u32| is_asked[sources.index(own.pixel(*at as usize))] != SampleBounds::EMPTY;
         part.sources.retain(is_asked);
     });
 }
@@ -247,20 +247,19 @@ fn all_sample_bounds(film: &Film, parts: &[TileState]) -> Vec<SampleBounds> {
     let mut all = vec![SampleBounds::EMPTY; film.sources().size()];
     for (tile, part) in film.tiles.iter().zip(parts) {
         let own = lock(tile).sources;
-        own.places()
+        own.pixels()
             .zip(&part.sample_bounds)
-            .for_each(|(place, sample_bounds)| all[film.sources().index(place)] = *sample_bounds);
+            .for_each(|(pixel, sample_bounds)| all[film.sources().index(pixel)] = *sample_bounds);
     }
     all
 }
 
 /// For each pixel of an area the bounds of those up to so many pixels away, across and down.
 fn around(sample_bounds: &[SampleBounds], area: Area, [across, down]: [u32; 2]) -> Vec<SampleBounds> {
-    let union = |from: &[SampleBounds], at: usize, (place, end, step): (usize, usize, usize), reach: u32| {
+    let union = |from: &[SampleBounds], at: usize, (own, end, step): (usize, usize, usize), reach: u32| {
         let reach = reach as usize;
-        let near = place.saturating_sub(reach)..=(place + reach).min(end - 1);
-        near.map(|other| from[at + other * step - place * step])
-            .fold(SampleBounds::EMPTY, SampleBounds::union)
+        let near = own.saturating_sub(reach)..=(own + reach).min(end - 1);
+        near.map(|other| from[at + other * step - own * step]).fold(SampleBounds::EMPTY, SampleBounds::union)
     };
     let (width, height) = (area.width(), area.height());
     let all = 0..sample_bounds.len();
@@ -279,16 +278,16 @@ fn count_outliers(film: &Film, parts: &[TileState]) -> u64 {
     let mut pixels = vec![SampleBounds::EMPTY; crop.size()];
     for tile in &film.tiles {
         let tile = lock(tile);
-        for (place, sum) in tile.bounds.places().zip(&tile.sums) {
+        for (pixel, sum) in tile.bounds.pixels().zip(&tile.sums) {
             let value = Vec3::splat(bright(sum.mean(film.scale()).as_vec3()) as f32);
-            pixels[crop.index(place)] = SampleBounds { least: value, most: value };
+            pixels[crop.index(pixel)] = SampleBounds { least: value, most: value };
         }
     }
     let around = around(&pixels, crop, [1, 1]);
-    let is_outlier = |(place, around): &([i32; 2], &SampleBounds)| {
-        bright(sample_bounds[sources.index(*place)].most) > OUTLIER * f64::from(around.most.x.max(0.0))
+    let is_outlier = |(pixel, around): &([i32; 2], &SampleBounds)| {
+        bright(sample_bounds[sources.index(*pixel)].most) > OUTLIER * f64::from(around.most.x.max(0.0))
     };
-    crop.places().zip(&around).filter(is_outlier).count() as u64
+    crop.pixels().zip(&around).filter(is_outlier).count() as u64
 }
 
 #[cfg(test)]
@@ -301,10 +300,10 @@ mod tests {
             let area = Area { x0: -5, y0: 7, x1: width - 5, y1: 7 + height };
             let number = |[x, y]: [i32; 2]| Vec3::new(x as f32, y as f32, 0.0);
             let sample_bounds: Vec<SampleBounds> =
-                area.places().map(|at| SampleBounds { least: number(at), most: number(at) }).collect();
-            for (found, [x, y]) in around(&sample_bounds, area, reach).iter().zip(area.places()) {
+                area.pixels().map(|at| SampleBounds { least: number(at), most: number(at) }).collect();
+            for (found, [x, y]) in around(&sample_bounds, area, reach).iter().zip(area.pixels()) {
                 let is_near = |[a, b]: &[i32; 2]| a.abs_diff(x) <= reach[0] && b.abs_diff(y) <= reach[1];
-                let all = area.places().filter(is_near).map(|at| sample_bounds[area.index(at)]);
+                let all = area.pixels().filter(is_near).map(|at| sample_bounds[area.index(at)]);
                 assert_eq!(*found, all.fold(SampleBounds::EMPTY, SampleBounds::union));
             }
         }

@@ -1,7 +1,7 @@
 //! Sobol' points, scrambled after Owen.
 //!
 //! Each pair of dimensions takes the first two dimensions of the sequence, a (0, 2)-sequence, in an order of its own: [`ORDERS`]. So no
-//! pair leaves gaps, however few samples there are, and a pair and the place on the film lie well in four dimensions.
+//! pair leaves gaps, however few samples there are, and a pair and the position on the film lie well in four dimensions.
 //!
 //! The pixels of aligned squares of 4 x 4 share scrambles, so that the errors of neighbors cancel. Each takes the sequence with a shift of its
 //! own, by bits: [`SHIFTS`]. However many samples have been taken, those of a square of 2 x 2 or 4 x 4 pixels are a net, too, as those of
@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 use fearless_simd::{Simd, f64x8, prelude::*, u32x8};
 use lookat_scene::MAX_SAMPLES;
 
-use super::{Sample, lowbias, mix, of_place, owen_scramble_rev, reversed, units};
+use super::{Sample, lowbias, mix, of_position, owen_scramble_rev, reversed, units};
 use crate::number::LANES;
 
 /// Bits of an index: 2^16 samples share their scrambles.
@@ -65,13 +65,13 @@ pub(super) fn pixel_bits(count: u32) -> u32 {
 }
 
 /// The seed that chooses the scrambles of a sample, and the number of the sample among those with the same seed.
-pub(super) fn place((seed, pixel, index): Sample, pixel_bits: u32) -> (u64, u32) {
+pub(super) fn sequence(Sample { seed, pixel, index }: Sample, pixel_bits: u32) -> (u64, u32) {
     let bits = BITS - pixel_bits;
     let [x, y] = pixel.map(|at| spread(at.cast_unsigned()));
     let pixel = x | y << 1;
-    let seed = of_place(seed, pixel >> pixel_bits);
+    let seed = of_position(seed, pixel >> pixel_bits);
     // Samples beyond those that can be numbered have other scrambles.
-    let seed = if index >> bits == 0 { seed } else { of_place(seed, u64::from(index >> bits)) };
+    let seed = if index >> bits == 0 { seed } else { of_position(seed, u64::from(index >> bits)) };
     (seed, ((pixel << bits) as u32 | index & ((1 << bits) - 1)) & MASK)
 }
 
@@ -103,8 +103,8 @@ pub(super) struct Shuffled {
 /// dimensions of later surfaces gains less than 2 % in eight scenes. After many choices it does harm: behind eight panes of glass, the means
 /// of 8 x 8 pixels had 2.8 times the error of independent samples with all dimensions shared, and have 0.66 times the error with these.
 ///
-/// Nor do they share the place on the film. What the filter makes of an edge rises across one pixel and falls across the next. So samples
-/// at complementary places in the two have more noise: 4 to 6 % at 16 samples with a triangle, a gaussian and Mitchell's filter.
+/// Nor do they share the position on the film. What the filter makes of an edge rises across one pixel and falls across the next. So samples
+/// at complementary positions in the two have more noise: 4 to 6 % at 16 samples with a triangle, a gaussian and Mitchell's filter.
 fn is_shared(dimension: u32) -> bool {
     (FIRST_SHARED..FIRST_SHARED + SHIFTS.len() as u32).contains(&dimension)
 }
@@ -215,7 +215,7 @@ pub(super) const FIRST_SHARED: u32 = 2;
 /// Scrambling of Digital (t, s)-Sequences", 2002).
 ///
 /// Found by a search, column by column, with 40 candidates kept: in the mean over 4 to 4,096 samples, the points that share an elementary
-/// interval in four dimensions with another one are few, for the pair with the place on the film (which counts three times) and with each
+/// interval in four dimensions with another one are few, for the pair with the position on the film (which counts three times) and with each
 /// pair found before whose dimension is at most seven away. The search began with the pairs of a light and of a lens.
 #[rustfmt::skip]
 pub(super) static ORDERS: [[u16; 16]; 64] = [
@@ -294,7 +294,7 @@ mod tests {
     /// The pairs of some dimensions, of so many samples of a pixel.
     fn points(pixel: [i32; 2], dimension: u32, count: u32) -> Vec<[f64; 2]> {
         let of = |index| {
-            let (seed, index) = place((7, pixel, index), pixel_bits(count));
+            let (seed, index) = sequence(Sample { seed: 7, pixel, index }, pixel_bits(count));
             let samples = ([seed; LANES], [index; LANES]);
             baseline!(simd => {
                 let first = Shuffled::new(simd, 0, samples, (1 << pixel_bits(count)) - 1);
@@ -346,7 +346,7 @@ mod tests {
         }
     }
 
-    /// However many samples there are so far, those of aligned squares of pixels are nets, too; not their places on the film.
+    /// However many samples there are so far, those of aligned squares of pixels are nets, too; not their positions on the film.
     #[test]
     fn squares_of_pixels_are_nets() {
         let of_square = |dimension, pixels: u32, bits: u32| -> Vec<[f64; 2]> {
@@ -378,10 +378,10 @@ mod tests {
         assert_eq!(pixel_bits(ALONE), 0);
     }
 
-    /// A filter weighs samples by their places on the film. So that what it weighs stays even, places and each pair are even together: of
-    /// the intervals in four dimensions that could hold one sample each, more do than with the places of another pixel.
+    /// A filter weighs samples by their positions on the film. So that what it weighs stays even, positions and each pair are even together: of
+    /// the intervals in four dimensions that could hold one sample each, more do than with the positions of another pixel.
     #[test]
-    fn pairs_and_places_on_the_film_are_even_together() {
+    fn pairs_and_positions_on_the_film_are_even_together() {
         for bits in [4, 6, 8] {
             let shares = [[1, 1], [700, 1]].map(|pixel| {
                 let film = points(pixel, 0, 1 << bits);

@@ -28,7 +28,7 @@ fn streams(kind: SamplerKind, count: u32, pixel: [i32; 2]) -> impl Iterator<Item
 
 fn of_sample(sampler: &Sampler, pixel: [i32; 2], index: u32) -> Stream {
     let mut streams = Streams::new();
-    streams.restart(sampler, &[(7, pixel, index)]);
+    streams.restart(sampler, &[Sample { seed: 7, pixel, index }]);
     baseline!(simd => streams.choose(simd, &[0], 0));
     Stream(streams)
 }

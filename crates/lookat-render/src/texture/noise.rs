@@ -149,7 +149,7 @@ impl<S: Simd> PointInSpace<S> {
 
     /// The sum of octaves, of which there are so many at most, each so high by the one before.
     #[inline(never)]
-    pub fn sum(&self, sum: Sum, (most, roughness): (u32, f64), active: mask64x8<S>) -> f64x8<S> {
+    pub fn sum(&self, sum: OctaveSum, (most, roughness): (u32, f64), active: mask64x8<S>) -> f64x8<S> {
         vectorized!(active.token(), {
             let all = |x: f64| f64x8::splat(active.token(), x);
             let [whole, last] = self.octaves(most, active);
@@ -161,13 +161,13 @@ impl<S: Simd> PointInSpace<S> {
                 let noise = if open.any_true() { noise(self.p * all(frequency), open) } else { all(0.0) };
                 heights += height
                     * match sum {
-                        Sum::Fbm => noise * share,
-                        Sum::Turbulence => lerp(all(MEAN), noise.abs(), share),
+                        OctaveSum::Fbm => noise * share,
+                        OctaveSum::Turbulence => lerp(all(MEAN), noise.abs(), share),
                     };
                 frequency *= LACUNARITY;
                 height *= roughness;
             }
-            if let Sum::Turbulence = sum {
+            if let OctaveSum::Turbulence = sum {
                 // As pbrt-v3 has it, with the last octave counted once more.
                 for lane in set_lanes(active) {
                     heights[lane] += MEAN * roughness.powi(whole[lane] as i32);
@@ -181,14 +181,14 @@ impl<S: Simd> PointInSpace<S> {
     /// Waves, high where the wind is strong.
     #[inline(always)]
     pub fn windy(&self, active: mask64x8<S>) -> f64x8<S> {
-        let strength = self.scaled(0.1).sum(Sum::Fbm, (3, 0.5), active);
-        strength.abs() * self.sum(Sum::Fbm, (6, 0.5), active)
+        let strength = self.scaled(0.1).sum(OctaveSum::Fbm, (3, 0.5), active);
+        strength.abs() * self.sum(OctaveSum::Fbm, (6, 0.5), active)
     }
 }
 
 /// The summand of a sum of octaves.
 #[derive(Clone, Copy)]
-pub(super) enum Sum {
+pub(super) enum OctaveSum {
     /// Noise.
     Fbm,
     /// Absolute values of noise.
@@ -204,7 +204,7 @@ const MEAN: f64 = 0.2;
 #[inline(always)]
 pub(super) fn octaves<S: Simd>(
     at: &TexturePoint<S>,
-    sum: Sum,
+    sum: OctaveSum,
     octaves: &Octaves,
     active: mask64x8<S>,
 ) -> f64x8<S> {
@@ -235,7 +235,7 @@ pub(super) fn marble<S: Simd>(at: &TexturePoint<S>, marble: &Marble, active: mas
     vectorized!(active.token(), {
         let octaves = &marble.octaves;
         let at = PointInSpace::new(at, &octaves.texture_from_world).scaled(marble.scale);
-        let noise = at.sum(Sum::Fbm, (octaves.count, octaves.roughness), active);
+        let noise = at.sum(OctaveSum::Fbm, (octaves.count, octaves.roughness), active);
         let layer = (at.p.y + marble.variation * noise) * (1.0 / TAU);
         let [_, sine] = at_turn(layer - layer.floor());
         color(to_f32(0.5 + 0.5 * sine))
@@ -273,7 +273,7 @@ mod tests {
     }
 
     /// The sum at a point with neighbors at distance `spread`.
-    fn sum_at(sum: Sum, p: DVec3, spread: f64, octaves: (u32, f64)) -> f64 {
+    fn sum_at(sum: OctaveSum, p: DVec3, spread: f64, octaves: (u32, f64)) -> f64 {
         baseline!(simd => {
             let spread = Some(f64x8::splat(simd, spread));
             PointInSpace { p: Vec3x8::splat(simd, p), spread }.sum(sum, octaves, bits(simd, 2))[1]
@@ -359,10 +359,10 @@ mod tests {
         let p = DVec3::new(0.3, 1.7, -2.2);
         // One and a half octaves fit, of which the half counts half.
         let expected = noise_at(p) + 0.5 * 0.5 * noise_at(p * 1.99);
-        let fbm = |spread, most| sum_at(Sum::Fbm, p, spread, (most, 0.5));
+        let fbm = |spread, most| sum_at(OctaveSum::Fbm, p, spread, (most, 0.5));
         assert!((fbm(0.5_f64.powf(2.5), 8) - expected).abs() < 1e-12);
         assert_eq!(fbm(4.0, 8), 0.0);
-        let turbulence = |spread, most| sum_at(Sum::Turbulence, p, spread, (most, 0.5));
+        let turbulence = |spread, most| sum_at(OctaveSum::Turbulence, p, spread, (most, 0.5));
         assert!((turbulence(4.0, 2) - 0.2 * (1.0 + 1.0 + 0.5)).abs() < 1e-15);
         let all = noise_at(p).abs() + 0.5 * noise_at(p * 1.99).abs() + 0.25 * 0.2;
         assert!((turbulence(0.0, 2) - all).abs() < 1e-15);
@@ -373,7 +373,7 @@ mod tests {
     fn the_farthest_points_have_finite_values() {
         for p in [DVec3::splat(1e150), DVec3::new(-1e100, 1e17, 3e9), DVec3::splat(-9.3e18)] {
             for spread in [0.0, 1e-300, f64::INFINITY, f64::NAN] {
-                for sum in [Sum::Fbm, Sum::Turbulence] {
+                for sum in [OctaveSum::Fbm, OctaveSum::Turbulence] {
                     let value = sum_at(sum, p, spread, (64, -1e4));
                     assert!(value.abs() <= 1e18, "{p} {spread} {value}");
                 }

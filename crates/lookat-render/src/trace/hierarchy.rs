@@ -52,7 +52,8 @@ impl<'s> Tree<'s> {
         &self,
         simd: S,
         rays: &Rays<S>,
-        (active, is_shadow): (mask64x8<S>, bool),
+        active: mask64x8<S>,
+        is_shadow: bool,
     ) -> mask64x8<S> {
         let (scene, forms) = (self.scene, TraversalRays::new(simd, rays.o, rays.d));
         let mut met = 0;

@@ -118,7 +118,8 @@ impl<'s> List<'s> {
         &self,
         simd: S,
         rays: &Rays<S>,
-        (active, is_shadow): (mask64x8<S>, bool),
+        active: mask64x8<S>,
+        is_shadow: bool,
     ) -> mask64x8<S> {
         let sheared = ShearedRays::new(rays.o, rays.d, active);
         let mut free = active;
@@ -277,9 +278,9 @@ mod tests {
             let name = |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits));
             let own = hits.is_hit().all_true().then(|| name(list.hit(&hits, 5)));
             assert_eq!(own, traceable.nearest(&ray).map(name), "{ray:?}");
-            assert_eq!(list.occluded(simd, &rays, (all, false)).all_true(), own.is_some());
+            assert_eq!(list.occluded(simd, &rays, all, false).all_true(), own.is_some());
             let is_blocked = traceable.occluded(&ray);
-            assert_eq!(list.occluded(simd, &rays, (all, true)).all_true(), is_blocked, "{ray:?}");
+            assert_eq!(list.occluded(simd, &rays, all, true).all_true(), is_blocked, "{ray:?}");
             passed += u32::from(own.is_some() && !is_blocked);
         });
         assert!((100..1900).contains(&passed), "{passed} of 2000 pass as shadow rays alone");

@@ -169,7 +169,7 @@ fn received<S: Simd>(
                 _ => of_sky(simd, prepared, light, &surfaces, [u, v]),
             };
             let faced = faced & active & light.is_light();
-            let is_met = world.occluded(simd, tracer, &rays, (faced, !is_sky));
+            let is_met = world.occluded(simd, tracer, &rays, faced, !is_sky);
             let lit = faced & !is_met;
             sum.faced += set_lanes(faced).count();
             sum.lit += set_lanes(lit).count();

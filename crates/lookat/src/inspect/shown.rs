@@ -16,29 +16,29 @@ const MOST_LISTED: usize = 8;
 /// What the picture shows.
 #[derive(Serialize)]
 pub struct View {
-    /// The position of the eye.
+    /// Position of the eye.
     eye: [f64; 3],
     /// Two opposite corners of the box around all shapes, or null.
     bounds: Option<[[f64; 3]; 2]>,
-    /// The file of the closed shape around the eye, or null.
+    /// File of the closed shape around the eye, or null.
     inside_file: Option<String>,
-    /// The line of the closed shape around the eye, or null.
+    /// Its line, or null.
     inside_line: Option<usize>,
-    /// Shares of the picture that show `shapes`, `lights` with a shape, and `nothing` else.
+    /// Shares of the picture: `shapes`, `lights` with a shape, `nothing`.
     shares: Shares,
-    /// The least and the largest depth in view, or null.
+    /// Least and largest depth in view, or null.
     depths: [Option<f64>; 2],
     /// The median depth, or null.
     median_depth: Option<f64>,
-    /// The depth at the middle of the picture, or null.
+    /// Depth at the middle of the picture, or null.
     center_depth: Option<f64>,
-    /// With a lens: the two depths between which a point has a circle of at most one pixel, or null. A depth that is null is infinite.
+    /// With a lens: the sharp range of depths, or null. A null depth is infinite.
     sharp: Option<[f64; 2]>,
-    /// The hyperfocal distance of the lens, or null.
+    /// Hyperfocal distance, or null.
     hyperfocal: Option<f64>,
-    /// The shapes in view.
+    /// Shapes in view.
     shapes: Vec<Shape>,
-    /// The lights of the world.
+    /// All lights.
     lights: Vec<Light>,
     #[serde(skip)]
     is_inside: bool,
@@ -60,9 +60,9 @@ struct ShownPlace {
     /// What it is and its place, such as `plymesh tree.ply (part.pbrt, line 7)`. The scene file is not named.
     #[serde(skip)]
     name: String,
-    /// The file of its directive, or null.
+    /// File of its directive, or null.
     file: Option<String>,
-    /// The line of its directive, or null.
+    /// Its line, or null.
     line: Option<usize>,
     /// Its mesh or picture file, or null.
     data: Option<String>,
@@ -72,11 +72,11 @@ struct ShownPlace {
 struct Shape {
     #[serde(flatten)]
     place: ShownPlace,
-    /// The share of the picture that shows it.
+    /// Its share of the picture.
     share: f64,
-    /// The least, median and largest depth.
+    /// Least, median and largest depth.
     depths: Option<[f64; 3]>,
-    /// The blur at these depths, in pixels.
+    /// Blur at these depths, in pixels.
     blur: Option<[f64; 3]>,
 }
 
@@ -86,9 +86,9 @@ struct Light {
     directive: &'static str,
     #[serde(flatten)]
     place: ShownPlace,
-    /// The mean irradiance, as luminance, directly from it on the surfaces in view.
+    /// Mean direct irradiance on the surfaces in view, as luminance.
     irradiance: f64,
-    /// True if its light reaches any surface in view.
+    /// True if it lights a surface in view.
     reaches: bool,
 }
 

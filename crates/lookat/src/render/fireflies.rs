@@ -40,19 +40,19 @@ pub fn luminances(image: &Image, film: &Film, samples: u32) -> Option<Vec<f32>> 
 /// What fireflies a picture has.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fireflies {
-    /// The number of pixels that stand out.
+    /// Number of fireflies.
     pixels: usize,
     /// Column and row of one such pixel.
     pixel: [u32; 2],
-    /// The number of its samples.
+    /// Its samples.
     samples: u32,
-    /// The share of its light from the brightest sample.
+    /// Share of its light from the brightest sample.
     share: f64,
-    /// The path of the brightest sample, in words.
+    /// Path of the brightest sample, in words.
     path: String,
     /// A limit for `maxsampleluminance`.
     limit: f64,
-    /// The fraction of the picture's light that this limit removes.
+    /// Fraction of the picture's light that this limit removes.
     loss: f64,
 }
 

@@ -23,11 +23,11 @@ pub struct JsonPicture {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// The mean number of samples per pixel.
+    /// Mean number of samples per pixel.
     pub samples_per_pixel: f64,
-    /// The fewest samples of a pixel.
+    /// Fewest samples of a pixel.
     pub least_samples: u32,
-    /// The most samples of a pixel.
+    /// Most samples of a pixel.
     pub most_samples: u32,
     /// Time to render, without reading and preparing.
     pub seconds: f64,
@@ -35,7 +35,7 @@ pub struct JsonPicture {
     pub rays: u64,
     /// Infinite or NaN samples, which count as black.
     pub rejected_samples: u64,
-    /// Samples too bright for the film's sums, which count as the brightest that fits.
+    /// Samples too bright for the film's sums.
     pub clamped_samples: u64,
     /// False after Ctrl-C or [another signal](commands.md#render). With `--time`, true when the time is up.
     pub complete: bool,
@@ -46,7 +46,7 @@ pub struct JsonPicture {
     pub light: Option<JsonLight>,
     #[serde(flatten)]
     pub numbered: Numbered,
-    /// From 1,024 samples on, without `maxsampleluminance`: the pixels that stand out by one sample.
+    /// From 1,024 samples on, without `maxsampleluminance`: pixels that one sample dominates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fireflies: Option<Fireflies>,
     /// With `--target-error`: numbers of pixels.
@@ -63,9 +63,9 @@ pub struct JsonTarget {
     confidence: f64,
     /// Pixels within the error.
     within: u64,
-    /// Pixels with the most samples.
+    /// Pixels at the maximum number of samples.
     at_cap: u64,
-    /// Pixels without enough time.
+    /// Pixels that ran out of time.
     out_of_time: u64,
     /// Pixels with fireflies.
     outliers: u64,
@@ -330,7 +330,7 @@ pub struct Numbered {
     /// With `--layers shape`: each shape in the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     shapes: Vec<Entry>,
-    /// With `--layers material`: each material in the picture. The default material has no place.
+    /// With `--layers material`: each material in the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<Entry>,
 }

@@ -103,7 +103,7 @@ fn short(value: f64) -> String {
 struct Row<'a> {
     /// The file name without `.pbrt`.
     scene: &'a str,
-    /// The word in the table.
+    /// `agrees`, `differs`, `undecided`, `new` or `failed`.
     verdict: &'static str,
     /// Why, in words.
     reason: &'a str,
@@ -111,7 +111,7 @@ struct Row<'a> {
     updated: bool,
     /// The metrics by name.
     metrics: BTreeMap<&'static str, f64>,
-    /// The smallest bias of the mean that the noise tests would find, in the picture's unit; null without these tests.
+    /// Smallest bias of the mean that the noise tests would find, in the picture's unit, or null.
     visible_in_mean: Option<f64>,
     /// Samples per pixel of the render, or null.
     samples_per_pixel: Option<u32>,

@@ -109,7 +109,7 @@ pub(super) struct Normals<S: Simd> {
 
 /// A point that samples lights.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::light) struct Place {
+pub(in crate::light) struct Receiver {
     pub p: DVec3,
     pub n: Vec3,
     pub ns: Vec3,
@@ -126,7 +126,7 @@ impl Node {
     /// The weights by which children are chosen: about their unoccluded irradiance at a point, or their intensities if the
     /// irradiance of all is 0.
     #[inline(always)]
-    pub fn weights<S: Simd>(&self, simd: S, at: &Place) -> [f64; WIDTH] {
+    pub fn weights<S: Simd>(&self, simd: S, at: &Receiver) -> [f64; WIDTH] {
         let of = |numbers: [f32; WIDTH]| -> f32x8<S> { numbers.simd_into(simd) };
         let mut to = (self.center - at.p) * self.inverse_scale;
         let distance = to.abs().max_element();

@@ -98,12 +98,12 @@ impl Lamp {
     }
 }
 
-impl Place {
+impl Receiver {
     fn new(numbers: &mut Numbers, p: DVec3) -> Self {
         let n = numbers.direction();
         let ns = (n + numbers.vector() * 0.3).normalize();
         let [is_two_sided, is_diffuse] = [numbers.next() > 0.0, numbers.next() > 0.0];
-        Place { p, n: n.as_vec3(), ns: ns.as_vec3(), is_two_sided, is_diffuse }
+        Receiver { p, n: n.as_vec3(), ns: ns.as_vec3(), is_two_sided, is_diffuse }
     }
 }
 
@@ -112,7 +112,12 @@ fn tree(lamps: &[Lamp]) -> LightTree {
 }
 
 /// The probabilities of all leaves, and the leaves and probabilities that some numbers choose.
-fn asked<S: Simd>(simd: S, tree: &LightTree, place: Place, numbers: &[f64]) -> (Vec<f64>, Vec<(usize, f64)>) {
+fn asked<S: Simd>(
+    simd: S,
+    tree: &LightTree,
+    place: Receiver,
+    numbers: &[f64],
+) -> (Vec<f64>, Vec<(usize, f64)>) {
     let mask = |is: bool| bits(simd, if is { 0xff } else { 0 });
     let [n, ns] = [place.n, place.ns].map(|n| Vec3x8::splat(simd, n.as_dvec3()));
     let domain = Domain { n, ns, is_two_sided: mask(place.is_two_sided), is_diffuse: mask(place.is_diffuse) };
@@ -133,7 +138,7 @@ fn asked<S: Simd>(simd: S, tree: &LightTree, place: Place, numbers: &[f64]) -> (
         let entry = passed.unwrap();
         let mut step = tree.begin(entry, 1.0 + rest / estimates[entry]);
         while !step.is_done() {
-            tree.go_on(simd, &place, &mut step);
+            tree.descend(simd, &place, &mut step);
         }
         (step.leaf().unwrap(), step.probability * estimates[entry] / total)
     };
@@ -158,7 +163,7 @@ fn all_lights_that_contribute_may_be_chosen() {
                     2 => numbers.vector() * place,
                     _ => numbers.vector() * (place + size) * 100.0,
                 };
-                let at = Place::new(&mut numbers, p);
+                let at = Receiver::new(&mut numbers, p);
                 let (shares, _) = baseline!(simd => asked(simd, &tree, at, &[]));
                 let sum: f64 = shares.iter().sum();
                 assert!(sum == 0.0 || (sum - 1.0).abs() < 1e-12, "{sum} {at:?}");
@@ -190,7 +195,7 @@ fn probabilities_are_those_of_choices() {
         let even: Vec<f64> = (0..NUMBERS).map(|at| (at as f64 + 0.5) / NUMBERS as f64).collect();
         for _ in 0..10 {
             let p = numbers.vector();
-            let at = Place::new(&mut numbers, p);
+            let at = Receiver::new(&mut numbers, p);
             let (said, chosen) = baseline!(simd => asked(simd, &tree, at, &even));
             let mut found = vec![0.0; count];
             for (leaf, probability) in chosen {
@@ -212,7 +217,7 @@ fn choices_are_the_same_at_every_level() {
     let us: Vec<f64> = (0..64).map(|_| numbers.share()).collect();
     for _ in 0..50 {
         let p = numbers.vector();
-        let at = Place::new(&mut numbers, p);
+        let at = Receiver::new(&mut numbers, p);
         let all = levels().into_iter().map(|level| side_by_side!(level, simd => asked(simd, &tree, at, &us)));
         let all: Vec<_> = all.collect();
         assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "{at:?}");
@@ -233,7 +238,7 @@ fn sizes_may_differ_by_any_factor() {
     let tree = tree(&lamps);
     let n = Vec3::Y;
     let share = |p: DVec3| {
-        let at = Place { p, n, ns: n, is_two_sided: false, is_diffuse: true };
+        let at = Receiver { p, n, ns: n, is_two_sided: false, is_diffuse: true };
         baseline!(simd => asked(simd, &tree, at, &[])).0[0]
     };
     // Below it, beside it, and far away.
@@ -254,7 +259,7 @@ fn a_million_lamps_that_are_alike() {
             std::iter::successors(Some(tree.places[leaf]), parent).count()
         };
         let far = DVec3::new(-1e6, 2e6, 3e6);
-        let at = Place { p: far, n: Vec3::NEG_Y, ns: Vec3::NEG_Y, is_two_sided: true, is_diffuse: false };
+        let at = Receiver { p: far, n: Vec3::NEG_Y, ns: Vec3::NEG_Y, is_two_sided: true, is_diffuse: false };
         let (mut least, mut most) = (f64::MAX, 0.0_f64);
         let (shares, _) = baseline!(simd => asked(simd, &tree, at, &[]));
         for leaf in (0..1_000_000).step_by(97) {
@@ -271,7 +276,7 @@ fn choices_do_not_depend_on_place_and_size() {
     let mut numbers = Numbers(3);
     let lamps: Vec<Lamp> = (0..100).map(|_| Lamp::new(&mut numbers, (1.0, 0.2))).collect();
     let p = numbers.vector();
-    let at = Place::new(&mut numbers, p);
+    let at = Receiver::new(&mut numbers, p);
 
     let (expected, _) = baseline!(simd => asked(simd, &tree(&lamps), at, &[]));
     for (scale, offset) in [(1e-6, DVec3::ZERO), (1e6, DVec3::ONE * 7e6), (1.0, DVec3::new(1e3, -2e3, 5.0))] {
@@ -292,7 +297,7 @@ fn choices_do_not_depend_on_place_and_size() {
             },
         };
         let lamps: Vec<Lamp> = lamps.iter().map(place).collect();
-        let at = Place { p: moved(at.p), ..at };
+        let at = Receiver { p: moved(at.p), ..at };
         let (found, _) = baseline!(simd => asked(simd, &tree(&lamps), at, &[]));
         for (found, expected) in found.iter().zip(&expected) {
             assert!((found - expected).abs() < 1e-3, "{scale} {offset}: {found} {expected}");

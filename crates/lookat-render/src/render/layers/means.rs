@@ -1,21 +1,20 @@
 //! Layers that are means over the camera samples of a pixel.
 
 use arrayvec::ArrayVec;
-use fearless_simd::{Simd, mask64x8, prelude::*};
+use fearless_simd::{Simd, prelude::*};
 use glam::{DVec3, Vec3};
 
 use super::{Layer, Values};
-use crate::bsdf::Slots;
-use crate::camera::{Viewer, Views};
+use crate::bsdf::LobeSlots;
+use crate::camera::Viewer;
 use crate::film::Area;
-use crate::integrator::path_batch::PATHS;
+use crate::integrator::path_record::PATHS;
 use crate::integrator::world::Sees;
-use crate::number::{LANES, bits, first_lanes, set_lanes, side_by_side};
+use crate::number::{set_lanes, side_by_side};
 use crate::render::rounds::Pass;
 use crate::render::sample::Context;
 use crate::render::sample::Worker;
 use crate::sampler::Sample;
-use crate::trace::MOST_PACKETS;
 
 /// The layers, and the least that their values can be.
 const LAYERS: [(Layer, f64); 3] = [(Layer::Normal, -1.0), (Layer::ShadingNormal, -1.0), (Layer::Albedo, 0.0)];
@@ -53,8 +52,9 @@ impl Context<'_> {
         let (filter, reach) = (&self.film.filter, self.film.filter.reach());
         let mut weights = Default::default();
         for Pass { pattern, samples } in passes {
-            let of_source = |place| samples.clone().map(move |index| (pattern.seed, place, index));
-            let mut all = bounds.grown(reach).places().flat_map(of_source);
+            let of_source =
+                |pixel| samples.clone().map(move |index| Sample { seed: pattern.seed, pixel, index });
+            let mut all = bounds.grown(reach).pixels().flat_map(of_source);
             loop {
                 let samples: ArrayVec<Sample, PATHS> = all.by_ref().take(PATHS).collect();
                 if samples.is_empty() {
@@ -66,14 +66,16 @@ impl Context<'_> {
                 worker.streams.restart(&pattern.sampler, &samples);
                 let mut seen = [LayerValues::default(); PATHS];
                 side_by_side!(self.prepared.traceable.level, simd => self.layer_values(simd, worker, &samples, &mut seen));
-                for ((square, seen), (_, [x, y], _)) in worker.squares.iter().zip(&seen).zip(&samples) {
+                for ((square, seen), Sample { pixel: [x, y], .. }) in
+                    worker.squares.iter().zip(&seen).zip(&samples)
+                {
                     filter.weigh(*square, &mut weights);
                     let [across, down] = [&weights[0], &weights[1]].map(|weights| weights.iter().zip(0..));
                     for (down, dy) in down {
                         for (across, dx) in across.clone() {
-                            let place = [x - reach[0].cast_signed() + dx, y - reach[1].cast_signed() + dy];
-                            if bounds.contains(place) {
-                                sums[bounds.index(place)].add(seen, across * down);
+                            let pixel = [x - reach[0].cast_signed() + dx, y - reach[1].cast_signed() + dy];
+                            if bounds.contains(pixel) {
+                                sums[bounds.index(pixel)].add(seen, across * down);
                             }
                         }
                     }
@@ -98,39 +100,26 @@ impl Context<'_> {
         samples: &[Sample],
         seen: &mut [LayerValues; PATHS],
     ) {
-        let (mut packets, mut numbers) =
-            (ArrayVec::<_, MOST_PACKETS>::new(), ArrayVec::<_, MOST_PACKETS>::new());
-        let mut active: ArrayVec<mask64x8<S>, MOST_PACKETS> = ArrayVec::new();
-        for first in (0..samples.len()).step_by(LANES) {
-            let (own, rays) = self.camera_rays(simd, worker, samples, first);
-            active.push(first_lanes(simd, own.len()));
-            packets.push(rays);
-            numbers.push(own);
-        }
+        let packets = self.camera_packets(simd, worker, samples);
         let (world, tracer) = (self.integrator.world(), &mut worker.tracer);
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
-        let found = world.nearest_of(simd, tracer, &packets, &active);
-        for (at, mut hits) in found.into_iter().enumerate() {
-            let (mut rays, mut passed) = (packets[at], 0);
-            if world.materials.has_passed {
-                let sees = (active[at], bits(simd, 0), Sees::Nothing);
-                passed = world.pass(simd, tracer, &mut rays, &mut hits, sees, |_, _| {});
-            }
-            let is_hit = active[at] & hits.is_hit();
-            if !is_hit.any_true() {
+        let hits = world.nearest_of(simd, tracer, &packets.rays, &packets.active);
+        for (packet, hits) in hits.into_iter().enumerate() {
+            let mut paths = packets.paths(simd, packet, hits);
+            world.pass(simd, tracer, &mut paths, Sees::Nothing, |_, _| {});
+            paths.active &= paths.hits.is_hit();
+            if !paths.active.any_true() {
                 continue;
             }
-            let mut slots = Slots::new();
-            let views =
-                Views { of: viewer, places: &worker.batch.places, samples: &numbers[at], direct: !passed };
-            let surfaces =
-                world.shaded(simd, tracer, (&rays, &hits), Some(&views), is_hit, &mut slots).surfaces;
-            let n = surfaces.n.face_forward(-rays.d);
+            let mut slots = LobeSlots::new();
+            let views = paths.views(viewer, &worker.batch.camera_samples);
+            let surfaces = world.shaded(simd, tracer, &paths, Some(&views), &mut slots).surfaces;
+            let n = surfaces.n.face_forward(-paths.rays.d);
             let ns = surfaces.ns.face_forward(n);
             let albedo = slots.albedo(simd);
-            for lane in set_lanes(is_hit) {
+            for lane in set_lanes(paths.active) {
                 let albedo = albedo.lane(lane).max(Vec3::ZERO).min(Vec3::ONE).as_dvec3();
-                seen[usize::from(numbers[at][lane])] = [n.lane(lane), ns.lane(lane), albedo];
+                seen[usize::from(paths.samples[lane])] = [n.lane(lane), ns.lane(lane), albedo];
             }
         }
     }

@@ -32,7 +32,7 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     let job = |at: u32| Job {
         pattern: Pattern { seed: u64::from(at % 2), ..watched(scene) },
-        place: [at % 8 * 4, at / 8 * 4].map(u32::cast_signed),
+        pixel: [at % 8 * 4, at / 8 * 4].map(u32::cast_signed),
         // All, none, or from the middle on.
         indices: at % 8 * 4..scene.view.sampler.samples_per_pixel,
         weight: 1.0,
@@ -135,7 +135,7 @@ const OTHERS: [&str; 12] = [
     "\"mix\" \"string namedmaterial1\" \"m\" \"string namedmaterial2\" \"g\" \"texture amount\" \"t\"",
 ];
 
-/// A shape in its place, with a material.
+/// A shape in its pixel, with a material.
 fn shape(case: usize, number: usize, shapes: &[&str], others: &[&str]) -> String {
     let number = |k: f64| noise(case * 16 + number, k);
     let [x, y, z] = [number(2.1), number(2.2), number(2.3)].map(|x| x * 1.5);
@@ -394,8 +394,8 @@ fn fast_samples_of_a_broken_batch_do_not_count() {
     let prepared = Prepared::new(&scene);
     // Samples of every second pixel hit a sphere, and take many rays.
     let render = |most: u64, counts: [u32; 48]| {
-        let place = |at: i32| if at % 2 == 0 { [640 + at, 360] } else { [9, at] };
-        let job = |at: i32| Job::new(watched(&scene), place(at), 0..counts[at as usize]);
+        let pixel = |at: i32| if at % 2 == 0 { [640 + at, 360] } else { [9, at] };
+        let job = |at: i32| Job::new(watched(&scene), pixel(at), 0..counts[at as usize]);
         let mut jobs: Vec<Job> = (0..48).map(job).collect();
         let broken = broken_off(most, (&scene, &prepared), &mut jobs);
         let samples: Vec<String> = jobs.iter().map(|job| format!("{:?}", job.samples)).collect();
