@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
-use lookat_syntax::{Span, Text};
+use lookat_syntax::{ParamType, Span, Text};
 
 use crate::Transform;
 use crate::cache::PictureSettings;
@@ -238,7 +238,8 @@ fn scaled(params: &mut Params, key: &Key<Color>) -> Vec3 {
     let [color, scale] = [key, &SCALE].map(|key| {
         let (name, color) = (key.name, params.take(key));
         // Spectra outside the sRGB gamut have negative components.
-        if color.min_element() < 0.0 && (params.was_rgb(name) || color.dot(LUMINANCE.as_vec3()) < 0.0) {
+        let is_rgb = params.was_of_type(name, &[ParamType::Rgb]);
+        if color.min_element() < 0.0 && (is_rgb || color.dot(LUMINANCE.as_vec3()) < 0.0) {
             params.warn(
                 name,
                 "a light with a negative color subtracts light; pbrt-v3 shows samples below 0 as black",

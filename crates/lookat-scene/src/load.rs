@@ -130,7 +130,7 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
         symbols: &symbols,
         resolved: resolved.as_ref(),
         built: &built,
-        drawn: built.drawn(),
+        drawn: built.world.shapes().filter(|primitive| !primitive.shape.is_invisible()).collect(),
         sources: &files.sources,
         end: files.sources.end(file),
         accept_part: options.accept_part,

@@ -166,18 +166,9 @@ impl<'a> Params<'a> {
         self.places.iter().any(|(taken, ..)| *taken == name)
     }
 
-    /// True if a parameter was given as red, green and blue.
-    pub fn was_rgb(&self, name: &str) -> bool {
-        self.was_of_type(name, ParamType::Rgb)
-    }
-
-    /// True if a parameter was given as the name of a texture.
-    pub fn was_texture(&self, name: &str) -> bool {
-        self.was_of_type(name, ParamType::Texture)
-    }
-
-    fn was_of_type(&self, name: &str, ty: ParamType) -> bool {
-        self.places.iter().any(|(taken, _, given)| *taken == name && *given == ty)
+    /// True if a parameter was given with one of these types.
+    pub fn was_of_type(&self, name: &str, types: &[ParamType]) -> bool {
+        self.places.iter().any(|(taken, _, given)| *taken == name && types.contains(given))
     }
 
     /// The place of one number in a taken list.
@@ -261,8 +252,7 @@ impl<'a> Params<'a> {
 
     fn remark(&mut self, severity: Severity, name: &str, message: &str, help: &str) {
         if !self.report.partial {
-            let remark = Diagnostic::warning(self.place(name), message).help(help);
-            self.report.push(Diagnostic { severity, ..remark });
+            self.report.push(Diagnostic::new(severity, self.place(name), message).help(help));
         }
     }
 

@@ -41,7 +41,8 @@ impl Pictures {
             let (path, made) = if self.fast {
                 self.unread += 1;
                 let (path, _) = params.file(file, Files::open_named)?;
-                let made = check_name(&path).map(|()| gray(&settings));
+                let checked = PictureFile::check_name(&PathBuf::from(shown_path(&path)));
+                let made = checked.map(|()| gray(&settings)).map_err(unreadable);
                 (path, made)
             } else {
                 self.decoded(params, name, file, settings)?
@@ -231,11 +232,6 @@ pub(super) fn decode<T: FromColor>(
     let _ = charge.resize(kept);
     charge.keep();
     Ok(Arc::new(map))
-}
-
-/// Checks the extension of a picture's name. The error is a message and help.
-fn check_name(path: &Path) -> Result<(), (String, String)> {
-    PictureFile::check_name(&PathBuf::from(shown_path(path))).map_err(unreadable)
 }
 
 fn unreadable(error: ImageError) -> (String, String) {

@@ -161,7 +161,10 @@ impl<'a> Resolver<'a> {
                     self.definitions.coordinate_systems.define_builtin("camera", world_from_camera);
                 }
                 let replaced = self.options.set(kind, entity, at);
-                self.facts.replaced_options.extend(replaced.map(|before| (kind, at, before)));
+                self.report.extend(replaced.map(|before| {
+                    let message = format!("a second {}: the last one is used", kind.keyword());
+                    Diagnostic::warning(at, message).related(before, "this one is ignored")
+                }));
             }
         }
         Ok(())
@@ -196,7 +199,10 @@ impl Resolver<'_> {
     }
 
     fn set_ctm(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
-        let ctm = in_range(ctm, at)?;
+        if !ctm.in_range() {
+            let help = "transformations accumulate: check the ones before it, too";
+            return Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help).fail();
+        }
         if self.block == Block::Options && ctm != self.state.ctm {
             self.facts.idle_transform.get_or_insert(at);
         }
@@ -245,14 +251,6 @@ impl Resolver<'_> {
             }
         }
     }
-}
-
-fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>> {
-    if transform.in_range() {
-        return Ok(transform);
-    }
-    let help = "transformations accumulate: check the ones before it, too";
-    Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help).fail()
 }
 
 pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {

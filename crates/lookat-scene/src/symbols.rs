@@ -2,6 +2,7 @@
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
+use std::ops::Index;
 
 use lookat_syntax::{Diagnostic, Span, Text, nearest};
 
@@ -70,7 +71,8 @@ pub(crate) struct SymbolId(usize);
 /// The symbols so far.
 #[derive(Debug, Default)]
 pub(crate) struct Symbols {
-    list: Vec<Symbol>,
+    /// All symbols in the order of their definition, or of the first use of an undefined name.
+    pub list: Vec<Symbol>,
     /// Undefined names and included files.
     global: HashMap<(SymbolKind, String), SymbolId>,
 }
@@ -99,19 +101,6 @@ impl Symbols {
         self.use_at(symbol, name);
     }
 
-    /// All symbols in the order of their definition, or of the first use of an undefined name.
-    pub fn all(&self) -> &[Symbol] {
-        &self.list
-    }
-
-    pub fn get(&self, symbol: SymbolId) -> &Symbol {
-        &self.list[symbol.0]
-    }
-
-    pub fn into_all(self) -> Vec<Symbol> {
-        self.list
-    }
-
     fn add(&mut self, symbol: Symbol) -> SymbolId {
         self.list.push(symbol);
         SymbolId(self.list.len() - 1)
@@ -128,6 +117,14 @@ impl Symbols {
                 *new.insert(symbol)
             }
         }
+    }
+}
+
+impl Index<SymbolId> for Symbols {
+    type Output = Symbol;
+
+    fn index(&self, symbol: SymbolId) -> &Symbol {
+        &self.list[symbol.0]
     }
 }
 

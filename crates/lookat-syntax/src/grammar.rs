@@ -1,7 +1,7 @@
 //! The grammar: bytes to statements. After an error, reading continues at the next directive, so that one run finds
 //! every mistake.
 
-use crate::advice::{V4_DIRECTIVES, advice, is_gone, surplus, synonym};
+use crate::advice::{V4_DIRECTIVES, advice, surplus, synonym};
 use crate::token::{Input, Parsing, SyntaxError, blank, found, is_keyword, number, shown, word};
 use crate::{Diagnostic, Directive, FileId, ParamType, Span, Statement, Values, nearest};
 
@@ -321,7 +321,8 @@ impl<'a> Reader<'a> {
                 self.report(fault);
                 Ok(read)
             }
-            None if is_gone(&shown(keyword)) => {
+            // Directives of older versions that pbrt-v3 does not have.
+            None if matches!(keyword, b"Renderer" | b"VolumeIntegrator" | b"SearchPath") => {
                 let reported = self.parsed.diagnostics.len();
                 let (rest, _) = self.entity(input, keyword)?;
                 self.parsed.diagnostics.truncate(reported);

@@ -60,11 +60,6 @@ fn is_specular(material: &Material) -> bool {
 }
 
 pub(super) fn hidden_lights(summary: &Summary, report: &mut Report) {
-    for at in &summary.facts.lights_in_objects {
-        let message = "a LightSource is not part of an object: it shines once, from where it is defined, and ObjectInstance does not copy it";
-        let help = "move it before ObjectBegin; pbrt-v3 renders the same picture";
-        warn(report, *at, message, help);
-    }
     let of_objects = summary.built.objects.iter().flat_map(|object| &object.primitives);
     for at in of_objects.filter(|primitive| primitive.light().is_some()).filter_map(|it| it.span) {
         let message = "an emissive shape inside an object is visible, but illuminates nothing: move it out of the object";

@@ -83,21 +83,16 @@ const MANY: usize = 20;
 
 pub(super) fn rotations(summary: &Summary, report: &mut Report) {
     let rotations = &summary.facts.rotations;
-    for warning in rotations.iter().filter_map(angle_last) {
-        report.push(warning);
-    }
-    let doubtful = || rotations.iter().filter_map(radians);
-    if rotations.len() < MANY * doubtful().count() {
-        for doubt in doubtful() {
-            report.push(doubt);
-        }
+    report.extend(rotations.iter().filter_map(angle_last));
+    let doubtful: Vec<Diagnostic> = rotations.iter().filter_map(radians).collect();
+    if rotations.len() < MANY * doubtful.len() {
+        report.extend(doubtful);
     }
 }
 
 fn radians(rotation: &Rotation) -> Option<Diagnostic> {
     let (severity, message, help) = transform::doubt("the angle of Rotate", rotation.angle)?;
-    let doubt = Diagnostic::warning(rotation.at, message).help(help);
-    Some(Diagnostic { severity, ..doubt })
+    Some(Diagnostic::new(severity, rotation.at, message).help(help))
 }
 
 fn angle_last(Rotation { angle, axis: [x, y, z], at }: &Rotation) -> Option<Diagnostic> {

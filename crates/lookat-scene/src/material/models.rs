@@ -177,7 +177,9 @@ pub(super) fn metal(params: &mut Params) -> Metal {
     let [eta, k] = [&METAL_ETA, &K].map(|key| {
         let (name, value) = (key.name, params.take(key));
         // Spectra may give negative color components.
-        if value.constant().is_some_and(|color| color.min_element() < 0.0) && params.was_rgb(name) {
+        if value.constant().is_some_and(|color| color.min_element() < 0.0)
+            && params.was_of_type(name, &[ParamType::Rgb])
+        {
             let message = format!("{name} is negative, which is not physical");
             params.warn(name, &message, "use eta and k above 0; the defaults are copper");
         }
@@ -303,7 +305,7 @@ pub(super) fn share(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Vec
     let name = key.name;
     let Texture::Constant(color) = share else { return share };
     // A spectrum with values up to 1 may give a color above 1, or negative components.
-    let is_rgb = params.was_rgb(name) || params.was_texture(name);
+    let is_rgb = params.was_of_type(name, &[ParamType::Rgb, ParamType::Texture]);
     if color.max_element() > 1.0 && is_rgb {
         params.warn(
             name,

@@ -80,14 +80,14 @@ impl Params<'_> {
         let (kind, at) = (self.kind.value.clone(), self.kind.span);
         let name = shown(kind.as_bytes());
         let without = if self.keyword == "Accelerator" { ": pbrt-v3 renders no shapes" } else { "" };
-        let unknown = Diagnostic::error(at, format!("unknown {} \"{name}\"{without}", self.keyword));
+        let unknown = Diagnostic::new(severity, at, format!("unknown {} \"{name}\"{without}", self.keyword));
         let is_v4 = is_of_v4(self.keyword, &kind);
         if is_v4 {
             self.report.v4_marks([at]);
         }
         let rename = |unknown: Diagnostic, name: &str| unknown.fix(at, format!("\"{name}\""));
         let source = format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format");
-        let unknown = match type_synonym(self.keyword, &kind) {
+        self.report.push(match type_synonym(self.keyword, &kind) {
             Some(Synonym { name: "", advice, .. }) if is_v4 => unknown.help(format!("{source}: {advice}")),
             Some(Synonym { name: "", advice, .. }) => unknown.help(advice),
             Some(Synonym { name, advice: "", .. }) if is_v4 => {
@@ -110,8 +110,7 @@ impl Params<'_> {
                     unknown.help(format!("the types are {}", names.join(", ")))
                 }
             },
-        };
-        self.report.push(Diagnostic { severity, ..unknown });
+        });
     }
 
     /// The warning about one of several parameters that the constructor has not taken.

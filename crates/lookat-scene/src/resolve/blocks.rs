@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
 
 use crate::Transform;
-use crate::facts::{Block, BlockKind, BlockStart, OverlappingEnd};
+use crate::facts::{Block, BlockKind, BlockStart};
 use crate::options::ResolvedOptions;
 use crate::resolve::{GraphicsState, Resolver};
 use crate::symbols::SymbolKind;
@@ -19,7 +19,10 @@ impl Resolver<'_> {
         let (home, at) = (home_block(&statement.directive), statement.keyword);
         let keyword = statement.directive.keyword();
         match (home, self.block) {
-            (_, Block::Ended) => self.facts.after_end.push(at),
+            (_, Block::Ended) => {
+                let message = "lookat ignores directives after WorldEnd: it renders one picture per file";
+                self.report.unsupported(at, message.into());
+            }
             (Some(Block::Options), Block::World) => self.report_late(&statement.directive, at),
             // Reported once the place of WorldBegin is known.
             (Some(Block::World), Block::Options) => self.facts.early.push((keyword, at)),
@@ -117,7 +120,7 @@ impl Resolver<'_> {
             // The end of an open object shows the actual mistake.
             match kind {
                 BlockKind::Attribute => self.blocks.early_end = self.blocks.early_end.or(Some(at)),
-                _ => self.facts.overlapping_ends.push(OverlappingEnd { keyword, at, inner }),
+                _ => self.report_overlapping(keyword, at, inner),
             }
             return Ok(());
         }
@@ -127,6 +130,16 @@ impl Resolver<'_> {
             .note(format!("expected {end}"))
             .related(inner.at, "the block opens here")
             .fail()
+    }
+
+    /// Warns of an end that closes a block although `inner` is still open inside the block.
+    fn report_overlapping(&mut self, keyword: &str, at: Span, inner: BlockStart) {
+        let (begin, end) = inner.kind.keywords();
+        let help = format!(
+            "as in pbrt-v3, this closes the outer block and leaves the inner block open: write {end} before this directive"
+        );
+        let warning = Diagnostic::warning(at, format!("{keyword} inside the block of {begin}"));
+        self.report.push(warning.related(inner.at, "the block opens here").help(help));
     }
 
     /// Ends the innermost block of a kind although other attribute or object blocks are open inside it. pbrt-v3 keeps
@@ -176,8 +189,7 @@ impl Resolver<'_> {
             BlockKind::Attribute => self.state = *saved,
             BlockKind::Object => {
                 if let Some(at) = self.blocks.early_end.take() {
-                    let end = OverlappingEnd { keyword: "AttributeEnd", at, inner: start };
-                    self.facts.overlapping_ends.push(end);
+                    self.report_overlapping("AttributeEnd", at, start);
                 }
                 self.state = *saved;
                 if let (Some(name), Some(object)) = (name, self.draft.open) {

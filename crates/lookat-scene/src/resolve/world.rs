@@ -102,7 +102,9 @@ impl Resolver<'_> {
 
     pub(super) fn light_source(&mut self, entity: Entity) {
         if self.draft.open.is_some() {
-            self.facts.lights_in_objects.push(entity.name.span);
+            let message = "a LightSource is not part of an object: it shines once, from where it is defined, and ObjectInstance does not copy it";
+            let help = "move it before ObjectBegin; pbrt-v3 renders the same picture";
+            self.report.push(Diagnostic::warning(entity.name.span, message).help(help));
         }
         let at = entity.name.span;
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
@@ -206,7 +208,7 @@ impl Resolver<'_> {
     /// Notes that a shape uses another definition than its material.
     fn note_renewed(&mut self, renewing: &Text, before: SymbolId, now: SymbolId) {
         let symbols = &self.report.symbols;
-        let (before, now) = (symbols.get(before), symbols.get(now));
+        let (before, now) = (&symbols[before], &symbols[now]);
         let what = if now.kind == SymbolKind::Material { "material" } else { "texture" };
         let message = format!(
             "\"{}\" makes the material again, with the last definition of {what} \"{}\"",
