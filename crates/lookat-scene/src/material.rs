@@ -14,11 +14,10 @@ use crate::material::models::{bump, share};
 use crate::names::Names;
 use crate::params::value::Name;
 use crate::params::{ParamValue, Params, class};
-use crate::schema::{Key, Kind};
+use crate::schema::{Key, Keys, Kind};
 use crate::symbols::SymbolId;
 use crate::texture::{AnyTexture, Texture};
 
-pub(crate) use crate::material::models::KINDS;
 pub use crate::material::models::{
     Glass, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Translucent, Uber,
 };
@@ -135,6 +134,62 @@ pub(crate) fn named_type(params: &mut Params) -> Option<Text> {
     params.missing(TYPE.name, &message, "add \"string type\" \"matte\"");
     kind
 }
+
+const BUMP_KEYS: Keys = &[&models::BUMP];
+
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new("matte", "a diffuse surface", &[models::MATTE_KEYS, BUMP_KEYS]).by_default(),
+    Kind::new("plastic", "a diffuse base under a glossy coating", &[models::PLASTIC_KEYS, BUMP_KEYS]),
+    Kind::new(
+        "translucent",
+        "a thin surface that reflects and transmits",
+        &[models::TRANSLUCENT_KEYS, BUMP_KEYS],
+    ),
+    Kind::new("glass", "smooth or rough glass", &[models::GLASS_KEYS, BUMP_KEYS]),
+    Kind::new("mirror", "a perfect mirror", &[models::MIRROR_KEYS, BUMP_KEYS]),
+    Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS])
+        .ignoring(&[stand_in::HAIR_IGNORED])
+        .instead("matte of the same color"),
+    Kind::new("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
+        .ignoring(&[stand_in::DISNEY_IGNORED])
+        .instead("uber, glass, translucent or their mix, of the same color and roughness"),
+    Kind::new("mix", "a blend of two named materials", &[models::MIX_KEYS]),
+    Kind::new("metal", "a rough metal", &[models::METAL_KEYS, BUMP_KEYS]),
+    Kind::new(
+        "substrate",
+        "a diffuse base under a coating that reflects more at grazing angles",
+        &[models::SUBSTRATE_KEYS, BUMP_KEYS],
+    ),
+    Kind::new(
+        "uber",
+        "diffuse, glossy and specular reflection, refraction and opacity in one",
+        &[models::UBER_KEYS, BUMP_KEYS],
+    ),
+    Kind::new(
+        "subsurface",
+        "subsurface scattering from coefficients",
+        &[subsurface::COEFFICIENTS, subsurface::SURFACE, BUMP_KEYS],
+    )
+    .instead("uber with the diffuse color of the coefficients"),
+    Kind::new(
+        "kdsubsurface",
+        "subsurface scattering from the diffuse color",
+        &[subsurface::COLOR, subsurface::SURFACE, BUMP_KEYS],
+    )
+    .instead("uber with the same Kd and index"),
+    Kind::new(
+        "fourier",
+        "measured or simulated scattering from a file",
+        &[stand_in::FOURIER_KEYS, BUMP_KEYS],
+    )
+    .instead("matte or translucent of the same mean color"),
+    Kind::new(
+        "none",
+        "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt",
+        &[],
+    ),
+    Kind::new("", "the same as none", &[]),
+];
 
 /// The named materials.
 pub(crate) type Named = Names<Rc<MaterialInstance>>;

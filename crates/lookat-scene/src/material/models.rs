@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_syntax::{Diagnostic, ParamType};
 
-use crate::material::{Material, MaterialKind, Named, stand_in, subsurface};
+use crate::material::{Material, MaterialKind, Named};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name, OptionalTexture};
-use crate::schema::{Key, Keys, Kind, Range, Unit};
-use crate::texture::Texture;
+use crate::schema::{Key, Keys, Range, Unit};
+use crate::texture::{Texture, Value};
 
 /// Defines a material: its struct, the keys of its parameters in the order of the documentation, and its constructor. A color is the name,
 /// the default and the meaning of its parameter; another field is a type, an expression and keys.
@@ -27,7 +27,7 @@ macro_rules! model {
             $($(#[$field_doc])* pub $field: $ty,)*
         }
 
-        const $keys: Keys = &[
+        pub(super) const $keys: Keys = &[
             $(&Key::color_texture($name, $default, $meaning),)*
             $($(&$key,)+)*
         ];
@@ -171,7 +171,7 @@ const K: Key<ColorTexture> = of_copper("k", COPPER[1], "the absorption coefficie
 const METAL_ROUGHNESS: Key<FloatTexture> = isotropic(0.01);
 const METAL_ROUGHNESS_V: Key<OptionalTexture> = given_v("roughness");
 
-const METAL_KEYS: Keys = &[&METAL_ETA, &K, &METAL_ROUGHNESS, &GIVEN_U, &METAL_ROUGHNESS_V, &REMAP];
+pub(super) const METAL_KEYS: Keys = &[&METAL_ETA, &K, &METAL_ROUGHNESS, &GIVEN_U, &METAL_ROUGHNESS_V, &REMAP];
 
 pub(super) fn metal(params: &mut Params) -> Metal {
     let [eta, k] = [&METAL_ETA, &K].map(|key| {
@@ -284,7 +284,7 @@ fn part(params: &mut Params, key: &Key<Name>, named: &Named) -> Arc<Material> {
     Arc::new(Material::DEFAULT)
 }
 
-const BUMP: Key<OptionalTexture> =
+pub(super) const BUMP: Key<OptionalTexture> =
     Key::optional_texture("bumpmap", "the height above the surface, which changes the shading normal")
         .unit(Unit::WorldSpace);
 const INDEX: Key<FloatTexture> =
@@ -432,54 +432,39 @@ fn remap(params: &mut Params, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
     remap
 }
 
-const BUMP_KEYS: Keys = &[&BUMP];
+// What the stand-ins for materials that lookat does not render share.
 
-pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("matte", "a diffuse surface", &[MATTE_KEYS, BUMP_KEYS]).by_default(),
-    Kind::new("plastic", "a diffuse base under a glossy coating", &[PLASTIC_KEYS, BUMP_KEYS]),
-    Kind::new("translucent", "a thin surface that reflects and transmits", &[TRANSLUCENT_KEYS, BUMP_KEYS]),
-    Kind::new("glass", "smooth or rough glass", &[GLASS_KEYS, BUMP_KEYS]),
-    Kind::new("mirror", "a perfect mirror", &[MIRROR_KEYS, BUMP_KEYS]),
-    Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS])
-        .ignoring(&[stand_in::HAIR_IGNORED])
-        .instead("matte of the same color"),
-    Kind::new("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
-        .ignoring(&[stand_in::DISNEY_IGNORED])
-        .instead("uber, glass, translucent or their mix, of the same color and roughness"),
-    Kind::new("mix", "a blend of two named materials", &[MIX_KEYS]),
-    Kind::new("metal", "a rough metal", &[METAL_KEYS, BUMP_KEYS]),
-    Kind::new(
-        "substrate",
-        "a diffuse base under a coating that reflects more at grazing angles",
-        &[SUBSTRATE_KEYS, BUMP_KEYS],
-    ),
-    Kind::new(
-        "uber",
-        "diffuse, glossy and specular reflection, refraction and opacity in one",
-        &[UBER_KEYS, BUMP_KEYS],
-    ),
-    Kind::new(
-        "subsurface",
-        "subsurface scattering from coefficients",
-        &[subsurface::COEFFICIENTS, subsurface::SURFACE, BUMP_KEYS],
-    )
-    .instead("uber with the diffuse color of the coefficients"),
-    Kind::new(
-        "kdsubsurface",
-        "subsurface scattering from the diffuse color",
-        &[subsurface::COLOR, subsurface::SURFACE, BUMP_KEYS],
-    )
-    .instead("uber with the same Kd and index"),
-    Kind::new(
-        "fourier",
-        "measured or simulated scattering from a file",
-        &[stand_in::FOURIER_KEYS, BUMP_KEYS],
-    )
-    .instead("matte or translucent of the same mean color"),
-    Kind::new(
-        "none",
-        "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt",
-        &[],
-    ),
-    Kind::new("", "the same as none", &[]),
-];
+/// A number. Warns of a texture, and returns the default.
+pub(super) fn constant(params: &mut Params, key: &Key<FloatTexture>) -> f64 {
+    let texture = params.take(key);
+    constant_or(params, key.name, texture, key.default.0)
+}
+
+/// A color of 0 or more. Warns of a texture, and returns the default.
+pub(super) fn constant_color(params: &mut Params, key: &Key<ColorTexture>) -> Vec3 {
+    let texture = params.take(key);
+    constant_or(params, key.name, texture, key.default.0).max(Vec3::ZERO)
+}
+
+pub(super) fn constant_or<T: Value>(params: &mut Params, name: &str, texture: Texture<T>, default: T) -> T {
+    texture.constant().unwrap_or_else(|| {
+        let message = format!("lookat ignores this texture of {name}: it uses the default value");
+        params.warn(name, &message, &format!("write {name} without a texture"));
+        default
+    })
+}
+
+/// A polynomial in `x`. Its coefficients begin with the highest power.
+pub(super) fn polynomial<const N: usize>(coefficients: [f64; N], x: f64) -> f64 {
+    coefficients.iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
+}
+
+pub(super) fn gray(value: f32) -> Texture<Vec3> {
+    Texture::Constant(Vec3::splat(value))
+}
+
+/// A diffuse surface under a rough gloss of the given index.
+pub(super) fn glossy(kd: Texture<Vec3>, ks: Texture<Vec3>, roughness: Roughness, eta: f64) -> Uber {
+    let [kr, kt] = [gray(0.0), gray(0.0)];
+    Uber { kd, ks, kr, kt, roughness, eta: Texture::Constant(eta), opacity: gray(1.0) }
+}

@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::material::{
-    Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, Uber, share, subsurface,
-};
+use crate::material::models::{constant, constant_color, constant_or, glossy, gray, polynomial};
+use crate::material::{Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, share, subsurface};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name};
 use crate::schema::{Key, Keys, Unit};
-use crate::texture::{Texture, Value, product};
+use crate::texture::{Texture, product};
 
 pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
     let (replacement, material) = match params.kind() {
@@ -29,35 +28,6 @@ pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
     material
 }
 
-/// A number. Warns of a texture, and returns the default.
-fn constant(params: &mut Params, key: &Key<FloatTexture>) -> f64 {
-    let texture = params.take(key);
-    constant_or(params, key.name, texture, key.default.0)
-}
-
-/// A color of 0 or more. Warns of a texture, and returns the default.
-pub(super) fn constant_color(params: &mut Params, key: &Key<ColorTexture>) -> Vec3 {
-    let texture = params.take(key);
-    constant_or(params, key.name, texture, key.default.0).max(Vec3::ZERO)
-}
-
-fn constant_or<T: Value>(params: &mut Params, name: &str, texture: Texture<T>, default: T) -> T {
-    texture.constant().unwrap_or_else(|| {
-        let message = format!("lookat ignores this texture of {name}: it uses the default value");
-        params.warn(name, &message, &format!("write {name} without a texture"));
-        default
-    })
-}
-
-/// A polynomial in `x`. Its coefficients begin with the highest power.
-pub(super) fn polynomial<const N: usize>(coefficients: [f64; N], x: f64) -> f64 {
-    coefficients.iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
-}
-
-pub(super) fn gray(value: f32) -> Texture<Vec3> {
-    Texture::Constant(Vec3::splat(value))
-}
-
 /// A distribution of normals of this width.
 fn width(width: f64) -> Roughness {
     Roughness { u: Texture::Constant(width), v: None, remap: false }
@@ -65,12 +35,6 @@ fn width(width: f64) -> Roughness {
 
 fn matte(kd: Texture<Vec3>) -> MaterialKind {
     MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) })
-}
-
-/// A diffuse surface under a rough gloss of the given index.
-pub(super) fn glossy(kd: Texture<Vec3>, ks: Texture<Vec3>, roughness: Roughness, eta: f64) -> Uber {
-    let [kr, kt] = [gray(0.0), gray(0.0)];
-    Uber { kd, ks, kr, kt, roughness, eta: Texture::Constant(eta), opacity: gray(1.0) }
 }
 
 // `disney` as metal, glass and a diffuse surface under a gloss, mixed by `metallic` and `spectrans`. With `thin`, the glass has

@@ -8,8 +8,9 @@ use glam::Vec3;
 use lookat_syntax::{Diagnostic, ParamType, Text, nearest};
 
 use crate::material::MaterialKind;
-use crate::material::models::{REMAP, Roughness, along_each, share};
-use crate::material::stand_in::{constant_color, glossy, gray, polynomial};
+use crate::material::models::{
+    REMAP, Roughness, along_each, constant_color, glossy, gray, polynomial, share,
+};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name, ParamValue};
 use crate::schema::{Key, Keys, Range};
