@@ -8,9 +8,10 @@ use std::time::Instant;
 
 use lookat_image::{Image, MemoryBudget, write_file};
 use lookat_lab::chart::{
-    Chart, End, FEWEST_SEEDS, Fitted, METHODS, MOST_POINTS, Measured, Measurement, Method, Origin, Plan,
-    Reference, Renderer, as_csv, draw, fitted, named, significant,
+    Chart, ChartSetup, End, FEWEST_SEEDS, Fitted, METHODS, MOST_POINTS, Measured, Measurement, Method,
+    Origin, Plan, Reference, Renderer, as_csv, draw, fitted, named,
 };
+use lookat_lab::table::significant;
 use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::nearest;
 use lookat_scene::{FilmOverride, LoadOptions, Scene, kinds};
@@ -90,7 +91,7 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
     };
     let status = if measured.end == End::Interrupted { interrupt::STATUS } else { 0 };
     let name = if arguments.scene == Path::new("-") { Path::new("standard input") } else { &arguments.scene };
-    let mut chart = Chart {
+    let setup = ChartSetup {
         scene: name.display().to_string(),
         size: [scene.view.film.crop.width(), scene.view.film.crop.height()],
         threads: lookat_render::threads(),
@@ -98,8 +99,8 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
         seeds_per_point: arguments.seeds,
         parse_seconds: parse,
         preparation_seconds: renderer.preparation,
-        ..Chart::new(&run.methods, &measured, &reference)
     };
+    let mut chart = Chart::new(setup, &run.methods, &measured, &reference);
     for (other, picture) in &others {
         chart.add(&other.name, other.seconds, picture, &reference);
     }
@@ -133,7 +134,7 @@ impl Run<'_> {
     ) -> Result<Option<(Reference, Measured)>, String> {
         let Some((plan, seconds)) = self.plan(renderer, given.is_none())? else { return Ok(None) };
         crate::say(&text::plan(&plan, seconds, &self.methods));
-        let samples: Vec<f64> = plan.samples(&self.methods).collect();
+        let samples = plan.samples(&self.methods);
         // The reference takes its share of the samples on the progress bar.
         let share =
             if given.is_none() { samples[self.methods.len()] / samples.iter().sum::<f64>() } else { 0.0 };

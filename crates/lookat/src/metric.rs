@@ -175,8 +175,8 @@ pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> 
             Metric::Psnr => shown.as_ref().map(|[a, b]| psnr(a, b)),
             // Pictures with fewer than 11 pixels on a side have no SSIM.
             Metric::Ssim => shown.as_ref().and_then(|[a, b]| ssim(a, b, width, height)),
-            Metric::Flip => Some(ldr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
-            Metric::HdrFlip => Some(hdr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
+            Metric::Flip => Some(ldr_flip(a, b, width, PIXELS_PER_DEGREE)),
+            Metric::HdrFlip => Some(hdr_flip(a, b, width, PIXELS_PER_DEGREE)),
             Metric::NoiseP => agreement.as_ref().and_then(|found| found.as_ref().ok()).map(|found| {
                 let index = found.means.iter().map(|test| test.tail_index).fold(f64::INFINITY, f64::min);
                 if index.is_finite() {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use lookat_image::write_file;
-use lookat_lab::interval::interval;
+use lookat_lab::estimate::interval;
 use lookat_lab::stability::{ALL, Case, Found, Row, as_csv, cases};
 use lookat_scene::syntax::nearest;
 
@@ -73,7 +73,7 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, Failure> {
 
 /// The last line: the number of cases that pass.
 fn totals(results: &[Found]) -> String {
-    let judged: Vec<&Found> = results.iter().filter(|found| found.limit.is_finite()).collect();
+    let judged: Vec<&Found> = results.iter().filter(|found| found.case.limit.is_finite()).collect();
     let passed = judged.iter().filter(|found| found.passes).count();
     let measured = results.len() - judged.len();
     let rest = if measured > 0 { format!(", {measured} measured only") } else { String::new() };
@@ -87,12 +87,12 @@ const MOST_REMARKS: usize = 10;
 
 /// One case as text.
 fn as_text(found: &Found) -> String {
-    let verdict = match (found.passes, found.limit.is_finite()) {
+    let verdict = match (found.passes, found.case.limit.is_finite()) {
         (true, true) => "pass",
         (true, false) => "measured",
         (false, _) => "FAIL",
     };
-    let mut text = format!("{} {}: {verdict}\n    {}\n", found.case, found.name, found.claim);
+    let mut text = format!("{} {}: {verdict}\n    {}\n", found.case.id, found.case.name, found.case.claim);
     let all: Vec<&Row> = found.rows.iter().filter(|row| row.part == ALL).collect();
     let (tried, wrong) = all.iter().fold((0, 0), |sum, row| (sum.0 + row.tried, sum.1 + row.wrong));
     let _ = write!(text, "    {wrong} of {tried} wrong");
@@ -103,13 +103,16 @@ fn as_text(found: &Found) -> String {
     }
     text.push('\n');
     if let Some(worst) = all.iter().filter_map(|row| row.worst).reduce(f64::max) {
-        let limit =
-            if found.limit.is_finite() { format!("limit {}", short(found.limit)) } else { "no limit".into() };
-        let _ = writeln!(text, "    largest {}: {} ({limit})", found.error, short(worst));
+        let limit = if found.case.limit.is_finite() {
+            format!("limit {}", short(found.case.limit))
+        } else {
+            "no limit".into()
+        };
+        let _ = writeln!(text, "    largest {}: {} ({limit})", found.case.error, short(worst));
     }
-    let is_wrong = |row: &&&Row| row.wrong > 0 || row.worst.is_some_and(|worst| worst > found.limit);
+    let is_wrong = |row: &&&Row| row.wrong > 0 || row.worst.is_some_and(|worst| worst > found.case.limit);
     for Row { at, tried, wrong, worst, .. } in all.iter().filter(is_wrong) {
-        let place = at.map_or(String::new(), |at| format!(" at {} {}", found.axis, short(at)));
+        let place = at.map_or(String::new(), |at| format!(" at {} {}", found.case.axis, short(at)));
         let worst = worst.map_or(String::new(), |worst| format!(", largest error {}", short(worst)));
         let _ = writeln!(text, "    {wrong} of {tried} wrong{place}{worst}");
     }

@@ -99,9 +99,10 @@ impl Light {
         let clipped = finite().filter(|pixel| brightest(*pixel) > 1.0).count();
         let largest = finite().map(luminance).reduce(|| 0.0, f32::max);
         // NaN ranks above all others.
-        let rank_luminance =
-            |i| [Some(pixel(i)).filter(is_finite).map_or(f32::NAN, |pixel| luminance(pixel).max(0.0))];
-        let median = ranked(count, rank_luminance, nearest_rank(0.5, count - not_finite));
+        let luminances = (0..count)
+            .into_par_iter()
+            .map(|i| Some(pixel(i)).filter(is_finite).map_or(f32::NAN, |pixel| luminance(pixel).max(0.0)));
+        let median = ranked(luminances, nearest_rank(0.5, count - not_finite));
         // If all are not finite, the median is one of them.
         let median = if median.is_finite() { median } else { 0.0 };
         let [black_share, visible, clipped_share] =
@@ -153,14 +154,14 @@ fn suitable(count: usize, pixel: impl Fn(usize) -> [f32; 3] + Sync) -> f64 {
     // NaN ranks above all others.
     let brightness =
         |i| Some(pixel(i)).filter(is_finite).map_or(f32::NAN, |pixel| pixel.into_iter().fold(0.0, f32::max));
-    let count_if =
-        |test: fn(f32) -> bool| (0..count).into_par_iter().filter(|i| test(brightness(*i))).count();
+    let all = || (0..count).into_par_iter().map(brightness);
+    let count_if = |test: fn(&f32) -> bool| all().filter(test).count();
     let (black, lit, clipped) =
-        (count_if(|value| value == 0.0), count_if(|value| value > 0.0), count_if(|value| value > 1.0));
+        (count_if(|value| *value == 0.0), count_if(|value| *value > 0.0), count_if(|value| *value > 1.0));
     if lit == 0 {
         return 0.0;
     }
-    let bright = f64::from(ranked(count, |i| [brightness(i)], black + nearest_rank(BRIGHT, lit)));
+    let bright = f64::from(ranked(all(), black + nearest_rank(BRIGHT, lit)));
     let is_mostly_clipped = clipped as f64 > MOSTLY * lit as f64;
     if FINE.contains(&bright) && !is_mostly_clipped { 0.0 } else { (AIM / bright).log2().round() }
 }

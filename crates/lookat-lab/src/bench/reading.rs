@@ -7,8 +7,9 @@ use std::sync::Arc;
 use lookat_scene::load_opened;
 
 use super::meshes::{as_ply, as_text, sphere};
-use super::table::{BenchTable, Column, timed};
+use super::table::{BenchTable, Column};
 use crate::text_scene::around_eye;
+use crate::timed;
 
 /// The name of a file, its bytes, and the scene, which is that file or names it.
 type File = (&'static str, Arc<[u8]>, Arc<[u8]>);

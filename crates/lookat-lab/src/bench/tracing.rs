@@ -7,8 +7,9 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::meshes::{body_scene, sphere_scene};
-use super::table::{BenchTable, Column, timed};
+use super::table::{BenchTable, Column};
 use crate::stability::random::direction;
+use crate::timed;
 
 /// Camera rays across and down.
 const SIDE: usize = 400;

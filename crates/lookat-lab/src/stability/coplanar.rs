@@ -3,6 +3,7 @@
 //! A scene has its own coordinates, in which the tested plane is y = 0. A matrix, its frame, puts it into the world.
 
 use super::*;
+use crate::text_scene::{at, block, matte, sphere, two_sided};
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("P1", |_| {
@@ -103,8 +104,8 @@ const EYE_VIEWS: [EyeView; 7] = [
 /// A scene with a black floor and a white sky.
 fn eye_text(frame: &DMat4, floor: &Floor, (camera, forward, up, _): EyeView) -> String {
     let camera = format!("{} Camera {camera}", look_at(frame, DVec3::ZERO, forward, up));
-    let floor = format!("Material \"matte\" \"rgb Kd\" [0 0 0] {}", floor.mesh(frame));
-    pictured(&camera, 16, 4, "path", &format!("LightSource \"infinite\" {floor}"))
+    let world = format!("LightSource \"infinite\" {}{}", matte(0.0), floor.mesh(frame));
+    pictured(&camera, 16, 4, "path", &world)
 }
 
 /// Counts the pixels of all scenes. Each pixel that is not white is a failure.
@@ -173,9 +174,9 @@ fn lights(frame: &DMat4, distance: f64) -> [String; 7] {
     };
     let toward_middle = turned(DVec3::NEG_Z, DVec3::Y, DVec3::NEG_X);
     let upright = turned(DVec3::Z, DVec3::X, DVec3::Y);
-    let square = placed_mesh(frame, &flat_square(at, HALF), &[[0, 1, 2], [0, 2, 3]]);
+    let square = placed_square(frame, at, HALF);
+    let disk = format!("{upright} Shape \"disk\" \"float radius\" {HALF}");
     let intensity = format!("\"rgb I\" [{bright} 1 1]");
-    let area = format!("AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\" [{bright} 1 1]");
     let lights = [
         format!("LightSource \"point\" \"point from\" [{from}] {intensity}"),
         format!(
@@ -184,10 +185,10 @@ fn lights(frame: &DMat4, distance: f64) -> [String; 7] {
         format!("Translate {from} LightSource \"goniometric\" {intensity}"),
         format!("{toward_middle} LightSource \"projection\" \"float fov\" 89 {intensity}"),
         format!("LightSource \"distant\" \"point from\" [{x}] \"point to\" [{middle}]"),
-        format!("{area} {square}"),
-        format!("{area} {upright} Shape \"disk\" \"float radius\" {HALF}"),
+        two_sided([bright, 1.0, 1.0], &square),
+        two_sided([bright, 1.0, 1.0], &disk),
     ];
-    lights.map(|light| format!("AttributeBegin {light} AttributeEnd"))
+    lights.map(|light| block(&light))
 }
 
 fn has_area(light: &str) -> bool {
@@ -199,18 +200,21 @@ fn flat_square(middle: DVec3, half: f64) -> [DVec3; 4] {
     square(middle, half * DVec3::X, half * DVec3::Z)
 }
 
+fn placed_square(frame: &DMat4, middle: DVec3, half: f64) -> String {
+    placed_mesh(frame, &flat_square(middle, half), &[[0, 1, 2], [0, 2, 3]])
+}
+
 /// A black floor, with a hole for an area light.
 fn floor_around(has_area: bool, frame: &DMat4, distance: f64) -> String {
     let at = distance * DVec3::X;
-    let around = flat_square(at, 3.0 * distance);
     let mesh = if has_area {
-        let points = [flat_square(at, HALF), around].concat();
+        let points = [HALF, 3.0 * distance].map(|half| flat_square(at, half)).concat();
         let sides = (0..4).flat_map(|i| [[i, (i + 1) % 4, i + 4], [(i + 1) % 4, (i + 1) % 4 + 4, i + 4]]);
         placed_mesh(frame, &points, &sides.collect::<Vec<_>>())
     } else {
-        placed_mesh(frame, &around, &[[0, 1, 2], [0, 2, 3]])
+        placed_square(frame, at, 3.0 * distance)
     };
-    format!("Material \"matte\" \"rgb Kd\" [0 0 0] {mesh}")
+    matte(0.0) + &mesh
 }
 
 /// A scene with a sphere of radius 1 at this height over the plane, seen from slightly above the plane.
@@ -218,8 +222,7 @@ fn lit_text(light: &str, frame: &DMat4, height: f64, floor: &str) -> String {
     let (eye, forward) = (DVec3::new(0.0, 0.25, -8.0), DVec3::new(0.0, height - 0.25, 8.0));
     let camera =
         format!("{} Camera \"perspective\" \"float fov\" 20", look_at(frame, eye, forward, DVec3::Y));
-    let at = xyz(frame.transform_point3(height * DVec3::Y));
-    let sphere = format!("AttributeBegin Translate {at} Shape \"sphere\" AttributeEnd");
+    let sphere = at(frame.transform_point3(height * DVec3::Y), &sphere(1.0));
     pictured(&camera, 24, 4, "directlighting", &format!("{light} {sphere} {floor}"))
 }
 

@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 
 use super::*;
+use crate::estimate::mean;
+use crate::text_scene::{at, emitting, green, matte, quad, sphere};
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("V5", |trial| bodies(trial, trial.at, 0.0)),
@@ -98,9 +100,9 @@ fn offset(random: &mut Pcg64Mcg, probe: &Probe, center: DVec3, size: f64, is_bal
 fn thin(trial: &Trial) -> Tally {
     let frame = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
     let gap = trial.at;
-    let quad = |z: f64| quads(&square(frame.z_axis * z, frame.x_axis, frame.y_axis));
-    let spheres = format!("Shape \"sphere\" Shape \"sphere\" \"float radius\" {}", 1.0 + gap);
-    let worlds = [quad(1.0) + &quad(1.0 + gap), format!("Translate 0.2 -0.3 0.1 {spheres}")];
+    let wall = |z: f64| quad(frame.z_axis * z, frame.x_axis, frame.y_axis);
+    let spheres = sphere(1.0) + &sphere(1.0 + gap);
+    let worlds = [wall(1.0) + &wall(1.0 + gap), format!("Translate 0.2 -0.3 0.1 {spheres}")];
     let one = |(world, seed): (&String, u64)| {
         let probe = probe(&around_eye(world));
         tally(trial.rays.div_ceil(2), seed, |random, tally| cross(random, &probe, frame, tally))
@@ -152,34 +154,29 @@ fn blocked(gap: f64) -> Tally {
 /// Lights, each with a blocker at this share of the distance before it.
 fn hidden_lights(gap: f64) -> [[String; 2]; 3] {
     let below = DISTANCE * (1.0 - gap);
-    let sphere = |options: &str, radius: f64| {
-        format!(
-            "AttributeBegin Translate 0 {DISTANCE} 0 {options} Shape \"sphere\" \"float radius\" {radius} AttributeEnd\n"
-        )
-    };
+    let around = |radius: f64| at(DVec3::Y * DISTANCE, &sphere(radius));
     [
         [square_light(), flat_square(below, 1.5)],
-        [sphere("AreaLightSource \"diffuse\"", 1.0), sphere("", 1.0 + DISTANCE * gap)],
+        [emitting([1.0; 3], &around(1.0)), around(1.0 + DISTANCE * gap)],
         [format!("LightSource \"point\" \"point from\" [0 {DISTANCE} 0]\n"), flat_square(below, 1.0)],
     ]
 }
 
 /// A horizontal square.
 fn flat_square(height: f64, half: f64) -> String {
-    quads(&square(DVec3::Y * height, DVec3::X * half, DVec3::Z * half))
+    quad(DVec3::Y * height, DVec3::X * half, DVec3::Z * half)
 }
 
 /// A square light of half size 1.
 fn square_light() -> String {
-    format!("AttributeBegin AreaLightSource \"diffuse\" {} AttributeEnd\n", flat_square(DISTANCE, 1.0))
+    emitting([1.0; 3], &flat_square(DISTANCE, 1.0))
 }
 
 /// The text of a floor, seen from below the light.
 fn floor_text(world: &str, half_width: f64, samples: u32) -> String {
     let camera =
         format!("LookAt 0 5 -3  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" {}", 2.0 * half_width);
-    let floor = flat_square(0.0, 4.0);
-    let world = format!("{world} Material \"matte\" \"rgb Kd\" [0.5 0.5 0.5] {floor}");
+    let world = format!("{world} {}{}", matte(0.5), flat_square(0.0, 4.0));
     pictured(&camera, SIDE, samples, "directlighting", &world)
 }
 
@@ -187,15 +184,12 @@ fn floor_text(world: &str, half_width: f64, samples: u32) -> String {
 fn in_the_open() -> Tally {
     let errors = [String::new(), flat_square(DISTANCE, 3.0)].map(|wall| {
         // So narrow that all pixels see one point. The camera looks from below the wall.
-        let pixels = render(&scene(&floor_text(&(square_light() + &wall), 1e-6, 1024)), 0);
-        let mean = pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64;
-        (mean / (0.5 * form_factor()) - 1.0).abs()
+        let pixels = green(&scene(&floor_text(&(square_light() + &wall), 1e-6, 1024)), 0);
+        (mean(&pixels) / (0.5 * form_factor()) - 1.0).abs()
     });
     let [alone, in_wall] = errors;
-    let mut tally = Tally::default();
-    tally.remarks.push(format!("square light alone: relative error {alone:.1e}; in a wall: {in_wall:.1e}"));
-    errors.into_iter().for_each(|error| tally.error(error));
-    tally
+    let remark = format!("square light alone: relative error {alone:.1e}; in a wall: {in_wall:.1e}");
+    errors.map(|error| Tally::measured(1, error)).into_iter().collect::<Tally>().remark(remark)
 }
 
 /// The form factor from a point to the square above it: four times that of a quarter above its corner (Howell, "A Catalog of

@@ -5,6 +5,7 @@ use lookat_render::Hit;
 use super::double_double::Wide;
 use super::quadric_truth::{CutShape, QuadricTruth, SHAPES, beyond};
 use super::*;
+use crate::text_scene::{at, sphere};
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("S1", far_sphere),
@@ -15,7 +16,6 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("S6", sizes),
     ("S7", far_from_origin),
     ("S8", |trial| (trial.seed..).zip(&FORMS).map(|form| ellipsoid(form, trial.rays)).collect()),
-    ("S9", |_| Tally::default()),
     ("S10", far_quadric),
     ("S11", |trial| tangent(trial, &SHAPES)),
     ("S12", leaving_quadric),
@@ -30,7 +30,7 @@ fn ask(tally: &mut Tally, shape: &CutShape, hits: bool, o: DVec3, d: DVec3) {
 
 /// A sphere around the eye, so that rays may start anywhere around it.
 fn sphere_at_eye(radius: f64) -> Probe {
-    probe(&around_eye(&format!("Shape \"sphere\" \"float radius\" {radius:e}")))
+    probe(&around_eye(&sphere(radius)))
 }
 
 /// A direction from `o` toward a disk of 1.2 times the radius around the center of the unit sphere.
@@ -69,8 +69,7 @@ fn ground(trial: &Trial) -> Tally {
     /// The radius of a planet and the height of the eye above it, in meters.
     const PLANET: f64 = 6.4e6;
     const EYE: f64 = 1.7;
-    let world = format!("Translate 0 {} 0 Shape \"sphere\" \"float radius\" {PLANET}", -PLANET);
-    let probe = probe(&seen_from(EYE * DVec3::Y, &world));
+    let probe = probe(&seen_from(EYE * DVec3::Y, &at(DVec3::NEG_Y * PLANET, &sphere(PLANET))));
     let (sphere, up) = (CutShape::sphere(PLANET), PLANET + EYE);
     // Below the horizontal.
     let horizon = (PLANET / up).acos();
@@ -126,11 +125,10 @@ fn inside_and_on(trial: &Trial) -> Tally {
 /// The ray goes straight on through the outer sphere.
 fn nested(trial: &Trial) -> Tally {
     let radius = 1.0 - trial.at;
-    let world = format!("Shape \"sphere\" Shape \"sphere\" \"float radius\" {radius}");
-    let (probe, sphere) = (probe(&around_eye(&world)), CutShape::sphere(radius));
+    let (probe, inner) = (probe(&around_eye(&(sphere(1.0) + &sphere(radius)))), CutShape::sphere(radius));
     tally(trial.rays, trial.seed, |random, tally| {
         let ray = aimed(random, 5.0);
-        if QuadricTruth::new(&sphere, ray.o, ray.d).hits != Some(true) {
+        if QuadricTruth::new(&inner, ray.o, ray.d).hits != Some(true) {
             return;
         }
         let outer = probe.nearest(&ray);

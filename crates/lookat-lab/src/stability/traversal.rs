@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::random_world::RandomWorld;
 use super::*;
-use crate::text_scene::{corner, cube};
+use crate::text_scene::{at, corner, cube, sphere};
 
 pub(super) const MEASURES: &[(&str, Measure)] =
     &[("V1", box_faces), ("V2", random_worlds), ("V3", |_| one_place()), ("V4", |_| giant())];
@@ -67,9 +67,7 @@ fn blocks() -> (String, Vec<Box>) {
         match kind % 3 {
             0 => {
                 let radius = side / 2.0;
-                let [x, y, z] = low.map(|x| x + radius);
-                let sphere = format!("Translate {x} {y} {z} Shape \"sphere\" \"float radius\" {radius}");
-                text += &format!("AttributeBegin {sphere} AttributeEnd\n");
+                text += &at(DVec3::from(low) + radius, &sphere(radius));
             }
             1 => text += &cube(low, high),
             _ => {
@@ -153,17 +151,11 @@ fn one_place() -> Tally {
     /// Rays per crowd. Each ray tests all elements.
     const RAYS: usize = 100;
     let crowds = [
-        (
-            "equal triangles",
-            meshed((0..CROWD).map(|_| [[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [0.0, 1.0, 5.0]])),
-        ),
-        ("triangles in equal boxes", meshed((0..CROWD).map(in_equal_box))),
-        (
-            "triangles around one point",
-            meshed((0..CROWD).map(|i| around_point(1.0 + i as f64 / CROWD as f64))),
-        ),
-        ("equal spheres", spheres((0..CROWD).map(|_| 1.0))),
-        ("concentric spheres", spheres((0..CROWD).map(|i| 1.0 + i as f64 / CROWD as f64))),
+        ("equal triangles", meshed(|_| [[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [0.0, 1.0, 5.0]])),
+        ("triangles in equal boxes", meshed(in_equal_box)),
+        ("triangles around one point", meshed(|share| around_point(1.0 + share))),
+        ("equal spheres", spheres(|_| 1.0)),
+        ("concentric spheres", spheres(|share| 1.0 + share)),
         ("equal instances", instances()),
     ];
     let mut tally = Tally::default();
@@ -184,13 +176,18 @@ fn one_place() -> Tally {
     tally
 }
 
-fn meshed(corners: impl Iterator<Item = [[f64; 3]; 3]>) -> String {
-    triangles(&corners.flatten().map(DVec3::from).collect::<Vec<_>>())
+/// The share of the crowd before each of its elements.
+fn shares() -> impl Iterator<Item = f64> {
+    (0..CROWD).map(|i| i as f64 / CROWD as f64)
+}
+
+fn meshed(corners: impl Fn(f64) -> [[f64; 3]; 3]) -> String {
+    triangles(&shares().flat_map(corners).map(DVec3::from).collect::<Vec<_>>())
 }
 
 /// Triangles with the same box.
-fn in_equal_box(i: usize) -> [[f64; 3]; 3] {
-    let y = -1.0 + 2.0 * (i as f64 / CROWD as f64);
+fn in_equal_box(share: f64) -> [[f64; 3]; 3] {
+    let y = -1.0 + 2.0 * share;
     [[-1.0, -1.0, 4.0], [1.0, y, 6.0], [-y, 1.0, 4.5]]
 }
 
@@ -198,10 +195,8 @@ fn around_point(size: f64) -> [[f64; 3]; 3] {
     [[-size, -size, 5.0 - size], [size, -size, 5.0 + size], [0.0, size, 5.0]]
 }
 
-fn spheres(radii: impl Iterator<Item = f64>) -> String {
-    let shapes: String =
-        radii.map(|radius| format!("Shape \"sphere\" \"float radius\" {radius}\n")).collect();
-    format!("Translate 0 0 5 {shapes}")
+fn spheres(radius: impl Fn(f64) -> f64) -> String {
+    format!("Translate 0 0 5 {}", shares().map(|share| sphere(radius(share))).collect::<String>())
 }
 
 fn instances() -> String {
@@ -214,9 +209,9 @@ fn giant() -> Tally {
     let mut tally = Tally::default();
     for size in [1e10, 1e20, 1e30] {
         let grid: String = (0..1000).map(|i| small(i).1).collect();
-        let triangle = meshed([[[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]]].into_iter());
-        let sphere = format!("Shape \"sphere\" \"float radius\" {size:e}");
-        let probe = probe(&around_eye(&(grid + &triangle + &sphere)));
+        let corners = [[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]];
+        let triangle = triangles(&corners.map(DVec3::from));
+        let probe = probe(&around_eye(&(grid + &triangle + &sphere(size))));
         // From between the rows of spheres.
         let mut rays: Vec<(DVec3, DVec3, u32, f64, f64)> =
             (0..1000).map(|i| (small(i).0 - DVec3::Z * 0.5, DVec3::Z, i as u32, 0.4, 2.5e-12)).collect();
@@ -238,9 +233,7 @@ fn giant() -> Tally {
 /// A sphere of radius 0.1 in a grid from -5 to 4: its center and its directives.
 fn small(i: usize) -> (DVec3, String) {
     let center = DVec3::new((i % 10) as f64, (i / 10 % 10) as f64, (i / 100) as f64) - 5.0;
-    let at = xyz(center);
-    let text = format!("AttributeBegin Translate {at} Shape \"sphere\" \"float radius\" 0.1 AttributeEnd\n");
-    (center, text)
+    (center, at(center, &sphere(0.1)))
 }
 
 #[cfg(test)]

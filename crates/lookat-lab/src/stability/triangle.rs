@@ -6,6 +6,7 @@ use super::double_double::{cosine, crossing};
 use super::icosphere::Icosphere;
 use super::pictures::same_on_threads;
 use super::*;
+use crate::text_scene::quad;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("T1", |trial| closed_mesh(trial, DVec3::new(0.6, 0.5, 0.62).normalize() * trial.at, 1.0)),
@@ -15,7 +16,6 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("T4", far_triangle),
     ("T5", needles),
     ("T6", |_| no_area()),
-    ("T7", |_| Tally::default()),
     ("T8", same_place),
     ("T9", |_| in_plane()),
     ("T10", grid),
@@ -67,17 +67,25 @@ fn shot(ball: &Icosphere, random: &mut Pcg64Mcg) -> (DVec3, DVec3) {
     (o, (p + (q - p) * along - o).normalize())
 }
 
+/// Rays from height 1, at ground below: all hit. `ray` gives an origin and a direction.
+fn at_ground(
+    trial: &Trial,
+    ground: &str,
+    ray: impl Fn(&mut Pcg64Mcg) -> Option<(DVec3, DVec3)> + Sync,
+) -> Tally {
+    let probe = probe(&seen_from(DVec3::Y, ground));
+    tally(trial.rays, trial.seed, |random, tally| {
+        let Some((o, d)) = ray(random) else { return };
+        // Positions are relative to the eye.
+        tally.answer(probe.nearest(&Ray::new(probe.eye() + (o - DVec3::Y), d)).is_some());
+    })
+}
+
 /// A square on the ground, with its middle below an eye at height 1.
 fn horizon(trial: &Trial) -> Tally {
     let half = trial.at;
-    let ground = quads(&square(DVec3::ZERO, DVec3::X * half, DVec3::Z * half));
-    let probe = probe(&seen_from(DVec3::Y, &ground));
-    tally(trial.rays, trial.seed, |random, tally| {
-        let (o, d) = downward(random, half);
-        if is_on_ground(o, d, half) {
-            // Positions are relative to the eye.
-            tally.answer(probe.nearest(&Ray::new(probe.eye() + (o - DVec3::Y), d)).is_some());
-        }
+    at_ground(trial, &quad(DVec3::ZERO, DVec3::X * half, DVec3::Z * half), |random| {
+        Some(downward(random, half)).filter(|(o, d)| is_on_ground(*o, *d, half))
     })
 }
 
@@ -101,13 +109,11 @@ fn seam(trial: &Trial) -> Tally {
     let half = trial.at;
     let [a, b] = [-half, half].map(|z| DVec3::new(0.5, 0.0, z));
     let corners = [a, b, DVec3::new(-half, 0.0, 0.0), DVec3::new(half, 0.0, 0.0)];
-    let probe = probe(&seen_from(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 3, 1]])));
-    tally(trial.rays, trial.seed, |random, tally| {
+    at_ground(trial, &mesh(&corners, &[[0, 1, 2], [0, 3, 1]]), |random| {
         let mut number = |low, high| between(random, low, high);
         let o = DVec3::new(number(-1.0, 1.0), 1.0, number(-1.0, 1.0));
         let beside = 10_f64.powf(number(-17.0, -5.0)).copysign(number(-1.0, 1.0));
-        let d = (DVec3::new(0.5 + beside, 0.0, number(2.0, 50.0)) - o).normalize();
-        tally.answer(probe.nearest(&Ray::new(probe.eye() + (o - DVec3::Y), d)).is_some());
+        Some((o, (DVec3::new(0.5 + beside, 0.0, number(2.0, 50.0)) - o).normalize()))
     })
 }
 
@@ -176,10 +182,7 @@ fn needles(trial: &Trial) -> Tally {
     };
     at_poses(trial, needle, |tally, t, d, triangle| {
         let truth = crossing(DVec3::ZERO, d, triangle).map_or(f64::NAN, |crossing| crossing.t);
-        match t {
-            Some(t) => tally.error(((t - truth) / truth).abs()),
-            None => tally.answer(false),
-        }
+        tally.error(((t.unwrap_or(f64::NAN) - truth) / truth).abs());
     })
 }
 
@@ -326,7 +329,7 @@ fn grid(trial: &Trial) -> Tally {
                 // A point of an edge that begins there.
                 let step = random.random_range(1..1024) as f64 / 1024.0;
                 let along = [(step, 0.0), (0.0, step), (step, step), (step, 1.0 - step)];
-                let (dx, dy) = along[if Grid::is_rising(x, y) { random.random_range(0..3) } else { 3 }];
+                let (dx, dy) = along[if (x + y).is_multiple_of(2) { random.random_range(0..3) } else { 3 }];
                 let (x, y) = (x as f64 + dx, y as f64 + dy);
                 if x.max(y) <= last as f64 {
                     ask(x, y);
@@ -352,16 +355,11 @@ impl Grid {
         Grid { cells, size, positions: places.map(point).collect() }
     }
 
-    /// The diagonals of cells alternate.
-    fn is_rising(x: usize, y: usize) -> bool {
-        (x + y).is_multiple_of(2)
-    }
-
-    /// The two triangles of a cell.
+    /// The two triangles of a cell. Diagonals alternate.
     fn cell(&self, x: usize, y: usize) -> [[usize; 3]; 2] {
         let at = |dx: usize, dy: usize| (y + dy) * (self.cells + 1) + x + dx;
         let [a, b, c, d] = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
-        if Grid::is_rising(x, y) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+        if (x + y).is_multiple_of(2) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
     }
 
     /// Seen from far above by a camera with a pixel at each vertex.
