@@ -20,6 +20,7 @@ use std::time::{Duration, Instant};
 
 use lookat_image::Image;
 use lookat_scene::{Scene, View};
+use serde::Serialize;
 
 use crate::film::{Film, FilmSums, Keeps, lock};
 use crate::integrator::Profiler;
@@ -125,7 +126,7 @@ pub struct Statistics {
 }
 
 /// Pixels, by whether they reached the target error.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Reached {
     /// Pixels that reached the target error.
     pub within: u64,

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use lookat_syntax::{ParamType, Span};
+use serde::{Deserialize, Serialize};
 
 use crate::Film;
 use crate::params::Params;
@@ -53,13 +54,24 @@ pub struct ScreenWindow {
 }
 
 /// A thin lens around the origin of camera space.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lens {
     /// The aperture radius in camera space units, above 0 (parameter `lensradius`, default 0 for a pinhole).
     pub radius: f64,
     /// The distance along +z to the plane of focus in camera space units, above 0 (parameter `focaldistance`, default
     /// 1e6).
     pub focal_distance: f64,
+}
+
+impl Projection {
+    /// The type of the camera in a scene file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Projection::Perspective { .. } => "perspective",
+            Projection::Orthographic { .. } => "orthographic",
+            Projection::Environment => "environment",
+        }
+    }
 }
 
 impl Camera {
@@ -328,7 +340,8 @@ pub(crate) const KINDS: &[Kind] = &[
 ];
 
 /// Settings that replace the placement and the parameters of the camera in the scene.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct ViewOverride {
     /// Eye, target and up vector of a `LookAt`. It replaces the whole camera transformation.
     pub look_at: Option<[f64; 9]>,

@@ -15,7 +15,7 @@ use crate::args::{Compare, way_out};
 use crate::failure::Failure;
 use crate::metric::{COLORS, Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::output::{check_folder, check_inputs, write_result};
-use crate::readable::visible;
+use crate::readable::{plural, visible};
 use crate::source::open_layer;
 
 /// Runs the command.
@@ -136,7 +136,7 @@ fn run(arguments: &Compare) -> Result<u8, Failure> {
         check_inputs(file, [&arguments.actual, &arguments.expected])?;
         if Format::from_path(file) != Some(Format::Png) {
             let file = file.display();
-            return Err(format!("cannot write {file}: the name of this picture must end in .png").into());
+            bail!("cannot write {file}: the name of this picture must end in .png");
         }
     }
     let pair = &load(arguments)?;
@@ -161,7 +161,7 @@ fn run(arguments: &Compare) -> Result<u8, Failure> {
 fn load(arguments: &Compare) -> Result<Aligned, Failure> {
     let is_exr = |path: &Path| Format::from_path(path) == Some(Format::Exr);
     if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
-        return Err("--layer chooses a part of an EXR file, but neither picture is an EXR file".into());
+        bail!("--layer chooses a part of an EXR file, but neither picture is an EXR file");
     }
     let memory = &arguments.memory.budget();
     let files = [open(&arguments.actual, arguments, memory)?, open(&arguments.expected, arguments, memory)?];
@@ -192,9 +192,9 @@ pub fn check_memory(window: Window, bytes: u64, memory: &MemoryBudget) -> Result
 
 /// Measured bytes for each compared pixel: both pictures, and the working copies of FLIP and SSIM.
 const PIXEL_BYTES: u64 = 80;
-/// The same for the tests of [`agreement`](lookat_image::agreement), which need error layers.
+/// Measured bytes for each compared pixel, for the tests of [`agreement`](lookat_image::agreement), which need error layers.
 const AGREEMENT_BYTES: u64 = 160;
-/// The same for a figure with both pictures and their difference.
+/// Measured bytes for each compared pixel, for a figure with both pictures and their difference.
 const DRAWING_BYTES: u64 = 40;
 
 /// The bytes for each pixel of a pair, without a drawing.
@@ -206,7 +206,7 @@ pub fn pixel_bytes(pair: &Aligned) -> u64 {
 /// Opens the chosen layer. A file without layers counts as this layer.
 fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<PictureFile<'a>, Failure> {
     if path == Path::new("-") {
-        return Err("compare does not read standard input: give the name of a file".into());
+        bail!("compare does not read standard input: give the name of a file");
     }
     let file = match &arguments.layer {
         Some(layer) if Format::from_path(path) == Some(Format::Exr) => open_layer(path, layer, memory),
@@ -233,10 +233,6 @@ fn clipped(pair: &Aligned) -> [usize; 2] {
     })
 }
 
-fn pixels_are(count: usize) -> String {
-    if count == 1 { "1 pixel is".into() } else { format!("{count} pixels are") }
-}
-
 impl<'a> Comparison<'a> {
     /// Measures. Fails if a limit cannot be measured.
     pub fn new(names: [&'a str; 2], pair: &'a Aligned, rules: Rules<'a>) -> Result<Comparison<'a>, Failure> {
@@ -247,7 +243,7 @@ impl<'a> Comparison<'a> {
         // The error layers belong to the colors.
         let blind = |metric: Metric| metric == Metric::NoiseP && rules.is_layer;
         if rules.is_layer && limited(Metric::NoiseP) {
-            return Err("noise-p does not work with --layer: the error layers belong to the colors".into());
+            bail!("noise-p does not work with --layer: the error layers belong to the colors");
         }
         // With a non-finite pixel, no metric has a meaning.
         let measurement =
@@ -297,12 +293,12 @@ impl<'a> Comparison<'a> {
             let _ = writeln!(text, "{count} pixels are in only one of the pictures and are ignored");
         }
         for (name, NotFinite { pixels, x, y }) in &self.not_finite {
-            let (path, pixels) = (visible(name), pixels_are(*pixels));
+            let (path, pixels) = (visible(name), plural(*pixels as u64, "pixel is", "pixels are"));
             let _ = writeln!(text, "{path}: {pixels} infinite or not a number; first at x {x}, y {y}");
         }
         for (i, count) in clipped(self.pair).into_iter().enumerate().filter(|(_, count)| *count > 0) {
             let path = visible(self.names[i]);
-            let pixels = pixels_are(count);
+            let pixels = plural(count as u64, "pixel is", "pixels are");
             let _ = writeln!(
                 text,
                 "{path}: {pixels} clipped at 1, where the other picture is brighter; compare .exr files instead"

@@ -76,7 +76,7 @@ pub struct Limit {
 }
 
 /// One measured metric.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Measured {
     pub metric: Metric,
     pub value: f64,
@@ -123,7 +123,7 @@ impl Measurement {
 
     /// The reason why a metric was not measured.
     pub fn why_without(&self, metric: Metric) -> Option<String> {
-        if self.value(metric).is_some() {
+        if value_of(&self.metrics, metric).is_some() {
             return None;
         }
         let reason = match self.agreement {
@@ -132,11 +132,11 @@ impl Measurement {
         };
         Some(format!("there is no {}: {reason}", metric.name()))
     }
+}
 
-    /// The value of a measured metric.
-    pub fn value(&self, metric: Metric) -> Option<f64> {
-        self.metrics.iter().find(|line| line.metric == metric).map(|line| line.value)
-    }
+/// The value of a measured metric.
+pub fn value_of(metrics: &[Measured], metric: Metric) -> Option<f64> {
+    metrics.iter().find(|line| line.metric == metric).map(|line| line.value)
 }
 
 /// Computes the metrics accepted by `is_requested`. `threshold` belongs to [`Metric::ShareAbove`].

@@ -11,6 +11,7 @@ use lookat_scene::syntax::nearest;
 use crate::args::Stability;
 use crate::failure::Failure;
 use crate::output::{Destination, check_folder, make_folder};
+use crate::readable::digits;
 
 /// Runs the command.
 pub fn stability(arguments: &Stability) -> ExitCode {
@@ -61,11 +62,11 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, Failure> {
     };
     if let Some(unknown) = names.iter().find(|name| !all.iter().any(|case| is(case, name))) {
         if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
-            return Err(format!("unknown case `{unknown}`; did you mean `{near}`?").into());
+            bail!("unknown case `{unknown}`; did you mean `{near}`?");
         }
-        crate::say("the cases are");
-        all.iter().for_each(|case| crate::say(&format!("    {:4} {}", case.id, case.name)));
-        return Err(format!("unknown case `{unknown}`").into());
+        say!("the cases are");
+        all.iter().for_each(|case| say!("    {:4} {}", case.id, case.name));
+        bail!("unknown case `{unknown}`");
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())
@@ -122,14 +123,7 @@ fn as_text(found: &Found) -> String {
     text + "\n"
 }
 
-/// A number with two or three digits.
+/// A number with three digits.
 fn short(x: f64) -> String {
-    match x {
-        0.0 => "0".into(),
-        0.01..1000.0 | -1000.0..-0.01 => {
-            let text = format!("{x:.3}");
-            text.trim_end_matches('0').trim_end_matches('.').into()
-        }
-        _ => format!("{x:.1e}"),
-    }
+    digits(x, 3)
 }

@@ -42,7 +42,7 @@ pub struct View {
     lights: Vec<Light>,
     #[serde(skip)]
     is_inside: bool,
-    /// From the box around all shapes that are no lights.
+    /// The distance of the eye from the box around all shapes that are no lights.
     #[serde(skip)]
     distance: Option<f64>,
 }

@@ -73,7 +73,7 @@ struct LookAt {
     end: u32,
 }
 
-/// Those of each file, once they have been asked for.
+/// The `LookAt`s of the world of each file, once they have been asked for.
 type LookAts = HashMap<FileId, Vec<LookAt>>;
 
 /// The only `LookAt` that moves what a directive makes.
@@ -199,7 +199,9 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
 
 /// A light so far away that it gives next to nothing.
 fn far(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
-    let distance = sight.light_distance(light)?;
+    let [low, high] = sight.bounds()?;
+    // From the middle of all shapes that are no lights. Some lights are everywhere.
+    let distance = light.position?.distance((low + high) * 0.5);
     let share = light.irradiance / sight.irradiance();
     let is_alone = sight.facts.lights.len() == 1 && light.irradiance < NO_SHARE;
     if !(distance > FAR * sight.world_size() && light.reaches && (share < NO_SHARE || is_alone)) {

@@ -5,14 +5,15 @@ use lookat_render::{Prepared, Settings, film_bytes};
 use lookat_scene::glam::DVec2;
 use lookat_scene::schema::{Count, Effect, Kind};
 use lookat_scene::syntax::{self, EntityKind, Param, Span};
-use lookat_scene::{Camera, Loaded, Scene, Sources, View, kinds};
+use lookat_scene::{Camera, Loaded, Scene, Sources, View, ViewOverride, kinds};
 
-use crate::args::{ViewOverride, way_out};
+use crate::args::way_out;
+use crate::camera_override::{FileCamera, changed};
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
-use crate::render::charge_memory;
+use crate::render::settings::charge_memory;
 use crate::source::DirectiveText;
-use crate::view::camera::{FileCamera, camera_fixes, changed, placement, rounded, values};
+use crate::view::camera::{camera_fixes, placement, rounded, values};
 use crate::view::messages::{self, Described, Hit, Parameter, Place, TextValues, Values};
 use crate::view::write::{FileChange, changes};
 use crate::{report, sight};
@@ -24,7 +25,7 @@ const MOST_LIGHTS: usize = 64;
 
 /// A scene that is ready to render.
 pub struct Opened {
-    loaded: Loaded,
+    pub loaded: Loaded,
     scene: Scene,
     file_camera: FileCamera,
     /// What the page sees.
@@ -34,8 +35,8 @@ pub struct Opened {
     pub prepared: Prepared,
     /// Whether the file had another camera before.
     pub has_new_camera: bool,
-    /// Warnings and notes as text.
-    messages: String,
+    /// Warnings and notes as text, also about what the camera of the file shows once [`Opened::advise`] has added them.
+    pub messages: String,
     /// Whether they are also about what the camera of the file shows.
     is_advised: bool,
     _charge: Charge,
@@ -93,19 +94,9 @@ impl Opened {
         true
     }
 
-    /// The camera of the file.
-    pub fn own_camera(&self) -> Camera {
-        self.scene.view.camera
-    }
-
     /// The `LookAt` of the file.
     fn own_points(&self) -> [f64; 9] {
         self.file_camera.placement.map_or(self.points, |placement| placement.points)
-    }
-
-    /// Whether the picture that `render` makes needs no further preparation.
-    pub fn is_near(&self) -> bool {
-        self.prepared.is_near(&self.view.camera)
     }
 
     /// What is set, in numbers that are short enough to write.
@@ -115,18 +106,19 @@ impl Opened {
 
     /// What writing the camera that is set changes in the files. Fails with the reason why nothing can be written.
     pub fn changes(&self, set: &ViewOverride) -> Result<Vec<FileChange>, Failure> {
-        let fixes = camera_fixes(&self.loaded, &self.own_camera(), set)?;
+        let fixes = camera_fixes(&self.loaded, &self.scene.view.camera, set)?;
         changes(&self.loaded.sources, &fixes)
     }
 
     /// Sets the camera. Fails with the reason, and changes nothing.
     pub fn set(&mut self, set: &ViewOverride) -> Result<(), Failure> {
         if set.look_at.is_some() && self.loaded.world_follows_camera {
-            return Err("CoordSysTransform \"camera\" places a part of this world relative to the camera: \
+            bail!(
+                "CoordSysTransform \"camera\" places a part of this world relative to the camera: \
                         move the camera in the file"
-                .into());
+            );
         }
-        self.view.camera = changed(self.own_camera(), &self.file_camera, set)?;
+        self.view.camera = changed(self.scene.view.camera, &self.file_camera, set)?;
         self.points = set.look_at.unwrap_or(self.own_points());
         Ok(())
     }
@@ -138,7 +130,7 @@ impl Opened {
 
     /// The camera of the file, in numbers.
     pub fn own(&self) -> messages::Camera {
-        values(&self.own_camera(), &self.file_camera, self.own_points())
+        values(&self.scene.view.camera, &self.file_camera, self.own_points())
     }
 
     pub fn film(&self) -> messages::Film {
@@ -149,11 +141,6 @@ impl Opened {
             crop: [crop.x0, crop.y0, crop.x1, crop.y1],
             samples_per_pixel: sampler.samples_per_pixel,
         }
-    }
-
-    /// Warnings and notes, also about what the camera of the file shows.
-    pub fn messages(&self) -> String {
-        self.messages.clone()
     }
 
     /// What the picture shows at a place.
@@ -197,11 +184,6 @@ impl Opened {
         ys.flat_map(|y| (0..columns).map(move |column| (column, y)))
             .map(|(column, y)| depth(xs(column), y))
             .collect()
-    }
-
-    /// The texts that it was read from.
-    pub fn sources(&self) -> &Sources {
-        &self.loaded.sources
     }
 
     /// The lights without a shape, up to 64.
