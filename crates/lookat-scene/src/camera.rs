@@ -145,8 +145,10 @@ pub(crate) fn camera(
             params.unsupported(
                 "lookat does not support Camera \"realistic\"; it uses a pinhole camera instead".into(),
             );
-            if let Some(file) = params.take(&LENS_FILE) {
-                params.warn_of_unread_path(&file);
+            if let Some(file) = params.take(&LENS_FILE)
+                && let Ok((path, _)) = params.files.open_named(&file.value, file.span)
+            {
+                params.warn_of_path(&file, &path);
             }
             params.ignore_rest();
             Projection::Perspective { fov: view.fov.unwrap_or(90.0) }
@@ -318,15 +320,16 @@ const COMMON: Keys =
     &[&FRAME_ASPECT_RATIO, &SCREEN_WINDOW, &LENS_RADIUS, &FOCAL_DISTANCE, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
 const LENS_FILE: Key<Name> = Key::string("lensfile", "the file that describes the lenses").not_rendered();
-const APERTURE_DIAMETER: Key<f64> =
-    Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters").not_rendered();
-const FOCUS_DISTANCE: Key<f64> = Key::float("focusdistance", 10.0, "the distance to the plane of focus")
-    .unit(Unit::CameraSpace)
-    .not_rendered();
-const SIMPLE_WEIGHTING: Key<bool> =
-    Key::bool("simpleweighting", true, "true weights rays as if the film were small").not_rendered();
-const REALISTIC: Keys =
-    &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &SHUTTER_OPEN, &SHUTTER_CLOSE];
+const REALISTIC: Keys = &[
+    &LENS_FILE,
+    &Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters").not_rendered(),
+    &Key::float("focusdistance", 10.0, "the distance to the plane of focus")
+        .unit(Unit::CameraSpace)
+        .not_rendered(),
+    &Key::bool("simpleweighting", true, "true weights rays as if the film were small").not_rendered(),
+    &SHUTTER_OPEN,
+    &SHUTTER_CLOSE,
+];
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON]).by_default(),

@@ -8,16 +8,15 @@ use glam::Vec3;
 use lookat_syntax::{Diagnostic, ParamType, Text, nearest};
 
 use crate::material::MaterialKind;
-use crate::material::models::{REMAP, Roughness, along_each, share};
-use crate::material::stand_in::{constant_color, glossy, gray, polynomial};
+use crate::material::models::{
+    REMAP, Roughness, along_each, constant_color, glossy, gray, polynomial, share,
+};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name, ParamValue};
 use crate::schema::{Key, Keys, Range};
 use crate::texture::{Texture, product};
 
 const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
-const MEAN_FREE_PATH: Key<ColorTexture> =
-    Key::color_texture("mfp", 1.0, "the mean free path of light inside").not_rendered();
 const NAME: Key<MediumName> =
     Key::new("name", ParamType::String, MediumName, "the measured medium that gives the coefficients");
 const SIGMA_A: Key<ColorTexture> =
@@ -52,9 +51,12 @@ impl ParamValue for MediumName {
     }
 }
 
-const G_OF_COLOR: Key<f64> = G.not_rendered();
-
-pub(in crate::material) const COLOR: Keys = &[&KD, &MEAN_FREE_PATH, &G_OF_COLOR, &SCALE];
+pub(in crate::material) const COLOR: Keys = &[
+    &KD,
+    &Key::color_texture("mfp", 1.0, "the mean free path of light inside").not_rendered(),
+    &G.not_rendered(),
+    &SCALE,
+];
 pub(in crate::material) const COEFFICIENTS: Keys = &[&NAME, &SIGMA_A, &SIGMA_S, &G, &SCALE];
 pub(in crate::material) const SURFACE: Keys = &[&ETA, &KR, &KT, &ROUGHNESS[0], &ROUGHNESS[1], &REMAP];
 
