@@ -155,7 +155,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             params.ignore_rest();
             integrator
         }
-        _ => return params.unknown_kind(KINDS),
+        _ => return params.reject_unknown_type(KINDS),
     };
     pixel_bounds(params);
     params.finish();

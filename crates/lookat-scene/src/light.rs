@@ -173,7 +173,7 @@ pub(crate) fn light(
             params.reject("", "LightSource has no type for shapes", Some(help));
             return None;
         }
-        _ => return params.unknown_kind(KINDS),
+        _ => return params.reject_unknown_type(KINDS),
     };
     let is_usable = params.finish();
     light.filter(|_| is_usable)
@@ -467,7 +467,7 @@ pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
         return None;
     }
     if !params.is_known_kind(AREA_KINDS) {
-        return params.unknown_kind(AREA_KINDS);
+        return params.reject_unknown_type(AREA_KINDS);
     }
     let radiance = scaled(params, &RADIANCE);
     let two_sided = params.take(&TWO_SIDED);

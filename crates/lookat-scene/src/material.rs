@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_syntax::{Entity, Param, ParamType, Span, Text, Values};
 
-use crate::material::models::{bump, share};
+use crate::material::models::{bump, reflectance};
 use crate::names::Names;
 use crate::params::value::Name;
 use crate::params::{ParamValue, Params, class};
@@ -227,7 +227,7 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
             return Material::new(kind, bump);
         }
         _ => {
-            params.unknown_kind::<()>(KINDS);
+            params.reject_unknown_type::<()>(KINDS);
             let kind = MaterialKind::Matte(models::matte(params));
             let bump = bump(params);
             params.ignore_rest();
@@ -328,7 +328,7 @@ impl MaterialKind {
 
     /// True if it scatters no light. Textures that vary count as light.
     pub fn is_black(&self) -> bool {
-        let are_black = |all: &[&Texture<Vec3>]| all.iter().all(|share| share.constant() == Some(Vec3::ZERO));
+        let are_black = |all: &[&Texture<Vec3>]| all.iter().all(|color| color.constant() == Some(Vec3::ZERO));
         match self {
             MaterialKind::Translucent(it) => {
                 are_black(&[&it.kd, &it.ks]) || are_black(&[&it.reflect, &it.transmit])

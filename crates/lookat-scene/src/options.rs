@@ -108,7 +108,7 @@ impl Options {
         // An unknown type is only a warning, because the picture does not depend on it.
         let accelerator = &mut self.params(EntityKind::Accelerator, "bvh", world_begin, files, report);
         if !accelerator.is_known_kind(KINDS) {
-            accelerator.say_unknown_kind(KINDS, Severity::Warning);
+            accelerator.report_unknown_type(KINDS, Severity::Warning);
         }
         let view_override = &load_options.view;
         if let Err(reason) = view_override.check() {

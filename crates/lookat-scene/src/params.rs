@@ -267,9 +267,9 @@ impl<'a> Params<'a> {
     }
 
     /// Reports an unknown type and returns `None`.
-    pub fn unknown_kind<T>(&mut self, known: &[Kind]) -> Option<T> {
+    pub fn reject_unknown_type<T>(&mut self, known: &[Kind]) -> Option<T> {
         self.failed = true;
-        self.say_unknown_kind(known, Severity::Error);
+        self.report_unknown_type(known, Severity::Error);
         None
     }
 

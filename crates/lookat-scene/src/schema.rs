@@ -192,7 +192,7 @@ impl<T: Copy> Key<T> {
         Key { unit, ..self }
     }
 
-    /// Words a default that depends on something.
+    /// Describes in words a default that is not a constant.
     pub const fn default_words(self, default_words: &'static str) -> Key<T> {
         Key { default_words, ..self }
     }
@@ -247,12 +247,12 @@ impl Range {
         Range { least: f64::NEG_INFINITY, most, is_open: [true; 2] }
     }
 
-    /// Without the ends.
+    /// An open interval.
     pub const fn between(least: f64, most: f64) -> Range {
         Range { least, most, is_open: [true; 2] }
     }
 
-    /// Without the least, with the most.
+    /// Excludes `least`, includes `most`.
     pub const fn above_to(least: f64, most: f64) -> Range {
         Range { least, most, is_open: [true, false] }
     }

@@ -92,7 +92,7 @@ pub(crate) fn shape(
         "nurbs" => nurbs::nurbs(params, world_from_object).map(triangles),
         _ if !params.is_known_kind(KINDS) => {
             params.ignore_rest();
-            return params.unknown_kind(KINDS);
+            return params.reject_unknown_type(KINDS);
         }
         _ => quadric::quadric(params, world_from_object).map(|quadric| Shape::Quadric(Box::new(quadric))),
     };

@@ -301,7 +301,7 @@ pub(crate) fn texture<T: Parameter>(
             params.unsupported(message);
             return None;
         }
-        _ => return params.unknown_kind(KINDS),
+        _ => return params.reject_unknown_type(KINDS),
     };
     check(params, &texture);
     params.finish().then_some(texture)

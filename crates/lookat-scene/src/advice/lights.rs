@@ -55,7 +55,13 @@ fn is_specular(material: &Material) -> bool {
             let is_black = |share: &Texture<Vec3>| share.constant() == Some(Vec3::ZERO);
             !is_black(&uber.kr) || !is_black(&uber.kt) || uber.opacity.constant() != Some(Vec3::ONE)
         }
-        _ => false,
+        MaterialKind::None
+        | MaterialKind::Matte(_)
+        | MaterialKind::Metal(_)
+        | MaterialKind::Mix(_)
+        | MaterialKind::Plastic(_)
+        | MaterialKind::Substrate(_)
+        | MaterialKind::Translucent(_) => false,
     })
 }
 

@@ -45,8 +45,11 @@ fn is_scaled(world_from_camera: &Transform) -> bool {
 
 /// True if a material has glossy lobes.
 fn is_glossy(material: &Material) -> bool {
-    use MaterialKind::{Matte, Mirror, Mix, None};
-    material.all().iter().any(|part| !matches!(part.kind, None | Matte(_) | Mirror(_) | Mix(_)))
+    use MaterialKind::{Glass, Matte, Metal, Mirror, Mix, None, Plastic, Substrate, Translucent, Uber};
+    material.all().iter().any(|part| match part.kind {
+        None | Matte(_) | Mirror(_) | Mix(_) => false,
+        Glass(_) | Metal(_) | Plastic(_) | Substrate(_) | Translucent(_) | Uber(_) => true,
+    })
 }
 
 pub(super) fn transformations(summary: &Summary, report: &mut Report) {

@@ -12,7 +12,7 @@ use crate::schema::{Key, Keys, Range, Unit};
 use crate::texture::{Texture, Value};
 
 /// Defines a material: its struct, the keys of its parameters in the order of the documentation, and its constructor. A color is the name,
-/// the default and the meaning of its parameter; another field is a type, an expression and keys.
+/// the default and the meaning of its parameter; other fields come after `@`: name, type, the expression that reads it, and its keys.
 macro_rules! model {
     (
         $(#[$doc:meta])*
@@ -34,7 +34,7 @@ macro_rules! model {
 
         pub(super) fn $take($params: &mut Params) -> $model {
             $model {
-                $($color: share($params, &Key::color_texture($name, $default, $meaning)),)*
+                $($color: reflectance($params, &Key::color_texture($name, $default, $meaning)),)*
                 $($field: $value,)*
             }
         }
@@ -260,7 +260,7 @@ pub(super) const MIX_KEYS: Keys = &[&FIRST, &SECOND, &AMOUNT];
 
 pub(super) fn mix(params: &mut Params, named: &Named) -> Mix {
     let materials = [&FIRST, &SECOND].map(|key| part(params, key, named));
-    let amount = share(params, &AMOUNT);
+    let amount = reflectance(params, &AMOUNT);
     let mut mix = Mix { materials, amount };
     if mix.parts() > Mix::MOST {
         let help = "use fewer materials; a material named by two parameters counts twice, with all its parts";
@@ -300,10 +300,10 @@ pub(super) fn bump(params: &mut Params) -> Option<Texture<f64>> {
 }
 
 /// A reflectance or transmittance. Negative values count as 0, as in pbrt-v3.
-pub(super) fn share(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Vec3> {
-    let share = params.take(key);
+pub(super) fn reflectance(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Vec3> {
+    let reflectance = params.take(key);
     let name = key.name;
-    let Texture::Constant(color) = share else { return share };
+    let Texture::Constant(color) = reflectance else { return reflectance };
     // A spectrum with values up to 1 may give a color above 1, or negative components.
     let is_rgb = params.was_of_type(name, &[ParamType::Rgb, ParamType::Texture]);
     if color.max_element() > 1.0 && is_rgb {
@@ -413,7 +413,7 @@ fn of_three(
 }
 
 /// Takes `remaproughness`, and warns of roughness outside 0 to 1. Negative values give the narrowest lobe, as in pbrt-v3.
-/// A width above 1 is none that surprises: the conversion gives 1.62 for 1.
+/// Widths above 1 are normal: the conversion gives 1.62 for 1.
 fn remap(params: &mut Params, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
     let remap = params.take(&REMAP);
     for (name, roughness) in all {

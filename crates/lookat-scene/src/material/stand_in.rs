@@ -5,7 +5,9 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::material::models::{constant, constant_color, constant_or, glossy, gray, polynomial};
-use crate::material::{Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, share, subsurface};
+use crate::material::{
+    Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, reflectance, subsurface,
+};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name};
 use crate::schema::{Key, Keys, Unit};
@@ -20,7 +22,8 @@ pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
             "\"uber\" with the same index and the diffuse color of the coefficients",
             subsurface::of_coefficients(params),
         ),
-        _ => fourier(params),
+        "fourier" => fourier(params),
+        other => unreachable!("material::material has no arm for {other}"),
     };
     let message =
         format!("lookat does not support Material \"{}\": it renders {replacement} instead", params.kind());
@@ -75,7 +78,7 @@ pub(in crate::material) const DISNEY_IGNORED: Keys = &[
 ];
 
 pub(super) fn disney(params: &mut Params) -> (&'static str, MaterialKind) {
-    let color = share(params, &DISNEY_COLOR);
+    let color = reflectance(params, &DISNEY_COLOR);
     let [metallic, clear] = [&METALLIC, &SPEC_TRANS].map(|key| constant(params, key).clamp(0.0, 1.0));
     let eta = constant(params, &DISNEY_ETA);
     let eta = if eta > 0.0 { eta } else { DISNEY_ETA.default.0 };
@@ -176,7 +179,7 @@ pub(in crate::material) const HAIR_IGNORED: Keys = &[
 ];
 
 pub(super) fn color(params: &mut Params) -> Texture<Vec3> {
-    let color = share(params, &HAIR_COLOR);
+    let color = reflectance(params, &HAIR_COLOR);
     let absorption = absorption(params);
     let beta = constant(params, &BETA_N);
     if params.was_taken("color") && !params.was_taken("sigma_a") {

@@ -74,13 +74,14 @@ impl Params<'_> {
         });
     }
 
-    /// Reports an unknown type.
-    pub fn say_unknown_kind(&mut self, known: &[Kind], severity: Severity) {
-        let known: Vec<&str> = known.iter().map(|kind| kind.name).collect();
+    /// Reports an unknown type, as in: unknown Shape "sphrere".
+    pub fn report_unknown_type(&mut self, known: &[Kind], severity: Severity) {
+        let names: Vec<&str> = known.iter().map(|kind| kind.name).collect();
         let (kind, at) = (self.kind.value.clone(), self.kind.span);
         let name = shown(kind.as_bytes());
-        let without = if self.keyword == "Accelerator" { ": pbrt-v3 renders no shapes" } else { "" };
-        let unknown = Diagnostic::new(severity, at, format!("unknown {} \"{name}\"{without}", self.keyword));
+        let consequence = if self.keyword == "Accelerator" { ": pbrt-v3 renders no shapes" } else { "" };
+        let unknown =
+            Diagnostic::new(severity, at, format!("unknown {} \"{name}\"{consequence}", self.keyword));
         let is_v4 = is_of_v4(self.keyword, &kind);
         if is_v4 {
             self.report.v4_marks([at]);
@@ -101,15 +102,15 @@ impl Params<'_> {
             }
             Some(Synonym { name, advice, .. }) => unknown.help(format!("did you mean \"{name}\"? {advice}")),
             None if is_v4 => unknown.help(source),
-            None => match nearest(&kind, known.iter().copied())
-                .or_else(|| begun(&kind, known.iter().copied()))
-            {
-                Some(known) => rename(unknown.help(format!("did you mean \"{known}\"?")), known),
-                None => {
-                    let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();
-                    unknown.help(format!("the types are {}", names.join(", ")))
+            None => {
+                match nearest(&kind, names.iter().copied()).or_else(|| begun(&kind, names.iter().copied())) {
+                    Some(near) => rename(unknown.help(format!("did you mean \"{near}\"?")), near),
+                    None => {
+                        let names: Vec<&str> = names.into_iter().filter(|name| !name.is_empty()).collect();
+                        unknown.help(format!("the types are {}", names.join(", ")))
+                    }
                 }
-            },
+            }
         });
     }
 
