@@ -64,8 +64,8 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, Failure> {
         if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
             bail!("unknown case `{unknown}`; did you mean `{near}`?");
         }
-        let list: String = all.iter().map(|case| format!("\n    {:4} {}", case.id, case.name)).collect();
-        bail!("unknown case `{unknown}`; the cases are{list}");
+        let list: Vec<String> = all.iter().map(|case| format!("{} {}", case.id, case.name)).collect();
+        bail!("unknown case `{unknown}`; the cases are {}", list.join(", "));
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())
