@@ -124,11 +124,11 @@ impl<'a> Params<'a> {
         if key.default_words == REQUIRED {
             let article = if self.kind().starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
             let message = format!("{article} {} needs {}", self.kind(), key.name);
-            self.missing(
-                key.name,
-                &message,
-                &format!("add \"{} {}\": {}", key.ty.name(), key.name, key.meaning),
-            );
+            let value = if key.ty == ParamType::String { "\"...\"" } else { "[...]" };
+            // Files write "point", not "point3".
+            let ty = key.ty.name().trim_end_matches('3');
+            let help = format!("add \"{ty} {}\" {value}: {}", key.name, key.meaning);
+            self.missing(key.name, &message, &help);
         }
         taken
     }
