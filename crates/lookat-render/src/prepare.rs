@@ -98,8 +98,8 @@ impl Prepared {
         started.elapsed()
     }
 
-    /// The rays of a camera of the origin's cell.
-    pub(crate) fn camera(&self, view: &View) -> CameraRays {
+    /// The camera rays of a view. They are exact if the camera [is near](Prepared::is_near).
+    pub fn camera(&self, view: &View) -> CameraRays {
         CameraRays::new(&view.camera, &view.film, self.traceable.origin)
     }
 
