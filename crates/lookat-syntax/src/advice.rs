@@ -80,11 +80,6 @@ pub(crate) fn synonym(word: &str) -> Option<&'static Synonym> {
     SYNONYMS.iter().find(|synonym| synonym.words.contains(&&plain[..]))
 }
 
-/// Directives of older versions that pbrt-v3 does without.
-pub(crate) fn is_gone(word: &str) -> bool {
-    matches!(word, "Renderer" | "VolumeIntegrator" | "SearchPath")
-}
-
 /// Words that mean a directive.
 pub(crate) struct Synonym {
     words: Vec<&'static str>,

@@ -17,8 +17,8 @@ impl<'a> Reader<'a> {
         let from = &self.text[self.offset(fault.at)..];
         self.report(fault);
         let rest = next_directive(self.statement, from, self.unknown <= MAX_UNKNOWN);
-        self.broken_end |= rest.is_empty();
-        self.lost_include |= self.statement.starts_with(b"Include");
+        self.parsed.broken_end |= rest.is_empty();
+        self.parsed.lost_include |= self.statement.starts_with(b"Include");
         rest
     }
 }
@@ -101,7 +101,7 @@ impl<'a> Reader<'a> {
                 .help("put them in brackets")
                 .fix(span, format!("[{numbers}]"))
         };
-        self.diagnostics.push(diagnostic);
+        self.parsed.diagnostics.push(diagnostic);
     }
 
     /// Skips and reports a bracket or a comma before a declaration.
@@ -219,10 +219,10 @@ impl<'a> Reader<'a> {
                 error.places = others.to_vec();
                 error
             });
-            self.diagnostics.extend(error);
+            self.parsed.diagnostics.extend(error);
         }
         let comma = self.comma.filter(|_| is_at_end);
-        self.diagnostics.extend(comma.map(|at| {
+        self.parsed.diagnostics.extend(comma.map(|at| {
             Diagnostic::warning(at, "commas separate these numbers")
                 .help("separate numbers by spaces, and use a decimal point; pbrt-v3 ignores the comma and the rest of the word")
         }));

@@ -7,7 +7,7 @@ use nom::error::{ErrorKind, ParseError};
 use nom::{IResult, Parser};
 
 pub(crate) use crate::numbers::{Input, ends_number, is_blank, is_delimiter};
-use crate::numbers::{decimal, parts};
+use crate::numbers::{decimal, number_of_any_size};
 use crate::param::ParamType;
 use crate::{Directive, Span};
 
@@ -180,8 +180,9 @@ pub(crate) fn with_point(word: Input) -> Option<Vec<u8>> {
 /// The fault of an unreadable number.
 #[cold]
 fn no_number<T>(input: Input) -> Parsing<T> {
-    match parts(input) {
-        Some((.., length)) if ends_number(&input[length..]) => {
+    let is_word = input.iter().find(|byte| !b"+-".contains(byte)).is_some_and(u8::is_ascii_alphabetic);
+    match number_of_any_size(input) {
+        Some((_, length)) if !is_word && ends_number(&input[length..]) => {
             SyntaxError::new(&input[..length], "the number is too large")
                 .help("the largest number is about 1.8e308")
                 .fail()

@@ -61,7 +61,7 @@ impl<'a> Reader<'a> {
             .is_ok_and(|(_, keyword)| matches!(keyword, b"Material" | b"MakeNamedMaterial" | b"Texture"));
         let text = self.text;
         let is_string = |error: &&mut Diagnostic| text.get(error.span().start as usize) == Some(&b'"');
-        let last = self.diagnostics.last_mut().filter(|error| error.help.is_none());
+        let last = self.parsed.diagnostics.last_mut().filter(|error| error.help.is_none());
         if let Some(error) = last.filter(is_string).filter(|_| is_of_material) {
             error.help = Some(format!("to use a texture, write \"texture {name}\""));
         }
@@ -78,7 +78,7 @@ impl<'a> Reader<'a> {
             if declared.is_some() {
                 let at = declaration.span;
                 let error = Diagnostic::error(at, format!("\"{}\" has no value", declaration.value));
-                self.diagnostics.push(error.help("write the value after the declaration"));
+                self.parsed.diagnostics.push(error.help("write the value after the declaration"));
                 self.faulty = true;
             }
             return Ok((input, None));
@@ -114,13 +114,13 @@ impl<'a> Reader<'a> {
         if !self.faulty && count % ty.arity() != 0 {
             let spelling = declaration.value.split_ascii_whitespace().next().unwrap_or_default();
             let message = format!("\"{spelling}\" needs a multiple of {} numbers, found {count}", ty.arity());
-            self.diagnostics.push(completed(Diagnostic::error(span, message), ty, count, &values));
+            self.parsed.diagnostics.push(completed(Diagnostic::error(span, message), ty, count, &values));
             self.faulty = true;
         }
         let are_numbers = !matches!(values, Values::Strings(_) | Values::Bools(_));
         let is_long = (span.end - span.start) as usize >= LongList::BYTES;
         if list && is_long && are_numbers && !self.faulty && !self.fraction && self.commas.first.is_none() {
-            self.lists.push(LongList { ty, span });
+            self.parsed.lists.push(LongList { ty, span });
         }
         let name = Spanned { value: name, span: declaration.span };
         let is_read = known.is_none();
@@ -220,7 +220,7 @@ impl<'a> Reader<'a> {
             _ => Diagnostic::error(at, "an empty parameter declaration")
                 .help("write the type and the name of the parameter in one string: \"float fov\""),
         };
-        self.diagnostics.push(error);
+        self.parsed.diagnostics.push(error);
         None
     }
 
@@ -334,7 +334,7 @@ impl<'a> Reader<'a> {
             self.fraction = true;
             let warning = Diagnostic::warning(self.span(at), format!("{} is not an integer", shown(at)))
                 .help(format!("pbrt-v3 drops the fraction: {}", value.trunc()));
-            self.diagnostics.push(warning);
+            self.parsed.diagnostics.push(warning);
         }
         Ok((rest, value as i32))
     }

@@ -34,7 +34,7 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
     let film = context.film;
     let passes = rounds::all(stop.layer_sampler(view), seed, stop.has_error_layers());
     let channels: Vec<_> = layers.channels().collect();
-    let planes = Mutex::new(vec![vec![0.0; film.of.crop.area() as usize]; channels.len()]);
+    let planes = Mutex::new(vec![vec![0.0; film.settings.crop.area() as usize]; channels.len()]);
     let add_tile = |worker: &mut Worker, tile: &Mutex<Tile>| {
         if context.control.is_interrupted() {
             return false;

@@ -293,7 +293,7 @@ impl Rendering<'_> {
                 crate::say(&line);
             }
             if arguments.adaptive && rendered.complete && least == most {
-                crate::say(ALIKE);
+                crate::say(NOT_ADAPTIVE);
             }
         }
         // A picture that shows nothing is never what was meant: --quiet does not hide it.
@@ -319,4 +319,5 @@ fn numbered(file: &Path, count: usize) -> Vec<PathBuf> {
 }
 
 /// The message if `--adaptive` changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.
-const ALIKE: &str = "--adaptive had no effect: it needs noise, at least 8 samples per pixel, and 512 pixels";
+const NOT_ADAPTIVE: &str =
+    "--adaptive had no effect: it needs noise, at least 8 samples per pixel, and 512 pixels";
