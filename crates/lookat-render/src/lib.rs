@@ -73,11 +73,11 @@ mod traceable;
 mod triangle;
 mod warp;
 
-pub use crate::camera::{CameraRays, Focus};
-pub use crate::irradiance::{Irradiance, LightPlace, r2_sequence};
+pub use camera::{CameraRays, Focus};
 pub use film::{FilmSums, FilmSumsError, REPLICATES};
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::{SampleDimensions, StageProfile};
+pub use irradiance::{Irradiance, LightPlace, r2_sequence};
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::{Scene, glam};
