@@ -22,7 +22,7 @@ mod tally;
 mod traversal;
 mod triangle;
 
-pub use case::{ALL, Case, Found, Row, as_csv};
+pub use case::{ALL, Case, CaseResult, Row, as_csv};
 
 // What most families of cases use.
 use glam::{DMat3, DMat4, DVec2, DVec3};

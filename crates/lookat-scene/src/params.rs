@@ -12,7 +12,7 @@ use lookat_image::Charge;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
 use crate::cache::MeshKey;
-use crate::files::{Charged, Files, Found};
+use crate::files::{Charged, FileResult, Files};
 use crate::report::Report;
 use crate::schema::{Key, Kind, Parameter, REQUIRED, Unit};
 use crate::texture::Textures;
@@ -379,7 +379,7 @@ impl<'a> Params<'a> {
     pub fn file<T>(
         &mut self,
         name: &Text,
-        find: impl FnOnce(&Files<'a>, &str, Span) -> Found<T>,
+        find: impl FnOnce(&Files<'a>, &str, Span) -> FileResult<T>,
     ) -> Option<(PathBuf, T)> {
         match find(self.files, &name.value, name.span) {
             Ok((path, file)) => {
