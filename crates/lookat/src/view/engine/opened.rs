@@ -12,11 +12,12 @@ use crate::camera_override::{FileCamera, changed};
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
 use crate::render::settings::charge_memory;
+use crate::report;
+use crate::sight::{self, ViewFacts};
 use crate::source::DirectiveText;
 use crate::view::camera::{camera_fixes, placement, rounded, values};
 use crate::view::messages::{self, Described, Hit, Parameter, TextPlace, TextValues, Values};
 use crate::view::write::{FileChange, changes};
-use crate::{report, sight};
 
 /// The most places along a side of which the depths are told.
 const MOST_DEPTHS: u32 = 64;
@@ -87,7 +88,7 @@ impl Opened {
             return false;
         }
         let Opened { loaded, scene, prepared, .. } = self;
-        let advice = sight::advise_by(loaded, scene, |view| prepared.facts(view));
+        let advice = sight::advise_by(loaded, scene, |view| ViewFacts::new(prepared, view));
         loaded.diagnostics.extend(advice);
         self.messages = report::text(loaded);
         self.is_advised = true;
