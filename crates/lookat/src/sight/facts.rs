@@ -247,7 +247,10 @@ fn is_opaque(prepared: &Prepared, id: ShapeId) -> bool {
             | MaterialKind::Plastic(_)
             | MaterialKind::Substrate(_) => true,
             MaterialKind::Mix(mix) => mix.materials.iter().all(|material| stops_light(material.kind())),
-            _ => false,
+            MaterialKind::Glass(_)
+            | MaterialKind::None
+            | MaterialKind::Translucent(_)
+            | MaterialKind::Uber(_) => false,
         }
     }
     let primitive = prepared.primitive(id);

@@ -1,11 +1,12 @@
 //! Lights that light nothing.
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 use lookat_render::LightPlace;
 use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, ParamType, Parser, Span, Statement};
-use lookat_scene::{CameraPlacement, Emission, Integrator, Light};
+use lookat_scene::{CameraPlacement, Emission, Integrator, Light, QuadricForm, Shape, Sphere};
 
 use crate::sight::placement::{as_matrix, is_in};
 use crate::sight::{LightFacts, ShapeFacts, Sight, point, short};
@@ -168,6 +169,10 @@ fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
 fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
     let primitive = &sight.scene.world.primitives[number];
     let (emission, place) = (primitive.emission.filter(|it| !it.is_black())?, primitive.span?);
+    // A whole sphere shines in all directions: what is wrong is not its side.
+    if !primitive.reverse_orientation && is_whole_sphere(&primitive.shape) {
+        return None;
+    }
     // A lamp of several shapes also has some that are turned away.
     let is_same = |other: &LightFacts| emission_of(sight, other) == Some(emission);
     if sight.facts.lights.iter().any(|other| other.irradiance.faces && is_same(other)) {
@@ -195,6 +200,12 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
             }
         }
     })
+}
+
+fn is_whole_sphere(shape: &Shape) -> bool {
+    let Shape::Quadric(quadric) = shape else { return false };
+    let QuadricForm::Sphere(Sphere { radius, z_min, z_max }) = quadric.form else { return false };
+    z_min == -radius && z_max == radius && quadric.phi_max == TAU
 }
 
 /// A light so far away that it gives next to nothing.
