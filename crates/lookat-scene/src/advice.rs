@@ -163,8 +163,14 @@ fn missing_options(summary: &Summary, report: &mut Report) {
     } else {
         Severity::Note
     };
-    let message = format!("no {} before WorldBegin", names.join(", no "));
-    let help = format!("the default applies: {}", defaults.join("; "));
+    let (names, applies) = match &names[..] {
+        [several @ .., last] if !several.is_empty() => {
+            (format!("{} or {last}", several.join(", ")), "the defaults apply")
+        }
+        _ => (names.concat(), "the default applies"),
+    };
+    let message = format!("no {names} before WorldBegin");
+    let help = format!("{applies}: {}", defaults.join("; "));
     report.push(Diagnostic::new(severity, world_begin, message).help(help));
 }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::Film;
 use crate::params::Params;
 use crate::params::value::{Edges, Name};
-use crate::schema::{Effect, Key, Keys, Kind, Range, Unit};
+use crate::schema::{Effect, Key, Keys, Kind, Range, Unit, number};
 use crate::transform::{LookAtError, Transform, in_range};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
@@ -209,7 +209,9 @@ fn screen_window(params: &mut Params, film: &Film, instead: Option<[f64; 4]>) ->
                 params.warn(
                     "frameaspectratio",
                     &format!(
-                        "frameaspectratio {aspect} differs from the film's {own:.4}: pixels are not square"
+                        "frameaspectratio {} differs from the film's {}: pixels are not square",
+                        number(aspect),
+                        number((own * 1e4).round() / 1e4)
                     ),
                     "choose xresolution and yresolution in the same ratio",
                 );

@@ -272,9 +272,11 @@ impl<'a> Files<'a> {
                 let also = normal(&self.root.join(&name.value));
                 let rule = match self.sources.files.first() {
                     Some(scene) if scene.path == Path::new("-") => {
-                        "file names are relative to the file that contains them; for standard input, to the working folder"
+                        "lookat looks in the folder of the file that names it; for standard input, in the working folder"
                     }
-                    _ => "file names are relative to the file that contains them, or else to the scene file",
+                    _ => {
+                        "lookat looks in the folder of the file that names it, then in the folder of the scene"
+                    }
                 };
                 diagnostic.help(if also == *path {
                     rule.to_owned()

@@ -66,7 +66,7 @@ impl Integrator {
 }
 
 const MAX_DEPTH: Key<i32> =
-    Key::integer("maxdepth", 5, "the most surfaces of a path; over 20000 counts as 20000")
+    Key::integer("maxdepth", 5, "the largest number of surfaces of a path; over 20000 counts as 20000")
         .within(Range::at_least(0.0));
 const MIRROR_DEPTH: Key<i32> = Key {
     meaning: "the largest number of surfaces along mirrors and glass, including the first; 0 counts as 1, over 20000 as 20000",

@@ -137,9 +137,8 @@ const N_SAMPLES: Key<i32> = Key::integer(
     1,
     "the light samples at each surface, for directlighting; below 1 counts as 1, over 65536 as 65536",
 );
-const SAMPLES: Key<i32> =
-    Key { name: "samples", meaning: "an old name of nsamples, which replaces it", ..N_SAMPLES }
-        .default_words("nsamples");
+const SAMPLES: Key<i32> = Key { name: "samples", meaning: "old name of nsamples; overrides it", ..N_SAMPLES }
+    .default_words("nsamples");
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("point", "a point that shines equally in all directions", &[POINT_KEYS]),

@@ -111,7 +111,7 @@ fn load_through(access: Access, path: &Path, options: &LoadOptions, reuse: Optio
                     loader.resolver.files.meant_scene(path).map(|meant| format!("did you mean {meant}?"))
                 }
                 ErrorKind::IsADirectory => {
-                    Some("to render all scenes of a folder, use `lookat verify`".into())
+                    Some(format!("name its files, as in {}", path.join("*.pbrt").display()))
                 }
                 _ => None,
             };

@@ -144,13 +144,13 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind::new("bvh", "a bounding volume hierarchy; lookat always builds its own", &[]).ignoring(&[&[
         &Key::string("splitmethod", "how nodes are split: sah, hlbvh, middle or equal")
             .default_words("\"sah\""),
-        &Key::integer("maxnodeprims", 4, "the most shapes in a leaf"),
+        &Key::integer("maxnodeprims", 4, "the largest number of shapes in a leaf"),
     ]]),
     Kind::new("kdtree", "a k-d tree; lookat builds its own bounding volume hierarchy", &[]).ignoring(&[&[
         &Key::integer("intersectcost", 80, "the cost of an intersection test"),
         &Key::integer("traversalcost", 1, "the cost of visiting a node"),
         &Key::float("emptybonus", 0.5, "the share of the cost that a split saves with an empty side"),
-        &Key::integer("maxprims", 1, "the most shapes in a leaf"),
+        &Key::integer("maxprims", 1, "the largest number of shapes in a leaf"),
         &Key::integer("maxdepth", -1, "the depth of the tree; negative depends on the number of shapes"),
     ]]),
 ];

@@ -25,6 +25,7 @@ fn foreign(word: Input) -> Option<&'static str> {
     let starts = |prefix: &str| word.starts_with(prefix.as_bytes());
     Some(match word {
         b"," => "separate parameters by spaces only",
+        b"{" | b"}" => "delete it: a block is AttributeBegin ... AttributeEnd",
         _ if starts("//") || starts("--") || starts(";") || starts("%") || starts("/*") => {
             "a comment starts with #"
         }

@@ -160,6 +160,8 @@ pub(crate) struct Commas<'a> {
     pub first: Option<Input<'a>>,
     /// The first word that may be one number with a decimal comma, such as `-1,25`.
     pub decimal: Option<Input<'a>>,
+    /// The last one.
+    pub last_decimal: Option<Input<'a>>,
     /// True if a comma can only separate values, as in `1, 2` and `1,2,3`.
     pub separates: bool,
 }
@@ -340,8 +342,13 @@ impl<'a> Reader<'a> {
             return SyntaxError::new(keyword, format!("{name} is a directive of pbrt-v4, not of pbrt-v3"))
                 .help("lookat reads the pbrt-v3 format only");
         }
-        self.unknown += 1;
         let fault = SyntaxError::new(keyword, format!("unknown directive `{name}`"));
+        // In other languages it ends a statement, or starts a comment.
+        let after = &self.text[self.offset(keyword) + keyword.len()..];
+        if keyword == b";" && !after.iter().take_while(|byte| **byte != b'\n').any(u8::is_ascii_graphic) {
+            return SyntaxError::new(keyword, "unexpected `;`").help("delete the semicolon").replace_with("");
+        }
+        self.unknown += 1;
         if self.unknown > MAX_UNKNOWN {
             return fault.help("further unknown directives are not reported; is this a pbrt-v3 scene?");
         }

@@ -201,6 +201,12 @@ fn not_a_number<T>(input: Input) -> Parsing<T> {
             .help("programs print nan and inf when a computation fails: correct the program that wrote this file")
             .fail();
     }
+    if let Some(before) = at.strip_suffix(b";")
+        && number(before).is_ok_and(|(rest, _)| rest.is_empty())
+    {
+        let fault = SyntaxError::new(at, format!("{found} is not a number"));
+        return fault.help("delete the semicolon").replace_with(shown(before)).fail();
+    }
     if bare.starts_with(|c: char| c.is_ascii_digit() || c == '.') && at.len() > 1 {
         return SyntaxError::new(at, format!("{found} is not a number"))
             .help(
@@ -217,7 +223,7 @@ fn not_a_number<T>(input: Input) -> Parsing<T> {
         return fault.help("write the minus sign as a hyphen").replace_with(format!("-{size}")).fail();
     }
     if at == b"=" {
-        return fault.help("delete the equals sign: \"float radius\" 2").fail();
+        return fault.help("delete the equals sign").replace_with("").fail();
     }
     match at.strip_prefix(b"\"").and_then(|at| at.strip_suffix(b"\"")) {
         Some(bare) if number(bare).is_ok_and(|(rest, _)| rest.is_empty()) => {

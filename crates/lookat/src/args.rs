@@ -111,7 +111,7 @@ pub struct Render {
     #[arg(long, conflicts_with_all = ["target_error", "confidence", "time", "adaptive"])]
     pub quick: bool,
     /// Also write the standard error and the number of samples of each pixel, as layers of the EXR file. This makes
-    /// the picture slightly noisier
+    /// the picture slightly noisier; use at least 16 samples per pixel
     #[arg(long)]
     pub error_layers: bool,
     /// Also write layers into the EXR file: depth, position, normal, shading-normal, uv, albedo, shape, material or
@@ -124,7 +124,7 @@ pub struct Render {
     #[arg(long)]
     pub force: bool,
     /// Focus the lens on what a pixel shows: its position, as in 120,80, or fractions of the picture's size, as in 0.5,0.5
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = focus_place)]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, conflicts_with = "focal_distance", value_parser = focus_place)]
     pub focus: Option<FocusPlace>,
     #[command(flatten)]
     pub view: ViewOverride,
@@ -194,7 +194,7 @@ pub struct Stability {
     /// Run only these cases: a name such as S1 or far-sphere, or the letter of a family. Families: C (camera), S (spheres and quadrics), T (triangles), P (coplanar eyes and lights), V (traversal and pictures) or B (scattering and lights)
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
-    /// Random rays per row of a case
+    /// Random rays per row of a case, at least 1000
     #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true, value_parser = rays)]
     pub rays: u64,
     /// Write the results to this folder: stability.csv, stability.json
@@ -239,7 +239,7 @@ pub struct Compare {
     /// Limit of a metric, such as rmse=0.01: a maximum, or a minimum for psnr, ssim and noise-p
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub max: Vec<Limit>,
-    /// Compare this layer, part or channel of the EXR files, by its name there or in render --layers
+    /// Compare this layer, part or channel of the EXR files, by its name there or in render --layers; of uv, choose uv.U or uv.V
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
     /// Compute only these metrics, such as rmse or flip; an unknown name lists all
@@ -274,7 +274,7 @@ pub struct Convert {
     /// The part to write, in fractions of the full picture from 0 to 1
     #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = number_in(0.0..=1.0, "a number from 0 to 1"))]
     pub crop: Option<Vec<f64>>,
-    /// Convert this layer, part or channel of an EXR file, by its name there or in render --layers
+    /// Convert this layer, part or channel of an EXR file, by its name there or in render --layers; of uv, choose uv.U or uv.V, or write an .exr file
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
     /// Replace a picture that is larger, has more samples, or comes from another program

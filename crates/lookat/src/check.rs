@@ -25,7 +25,7 @@ pub fn check(arguments: &Check) -> ExitCode {
     let (mut status, mut lost) = (0, false);
     for path in &arguments.files {
         let mut loaded = load_scene(path, &options, arguments.report);
-        let looked = if arguments.view { look(&mut loaded, arguments) } else { Ok(()) };
+        let looked = look(&mut loaded, arguments);
         if let Err(failure) = &looked {
             say!("error: {failure}");
             status = status.max(failure.status());
@@ -48,10 +48,14 @@ pub fn check(arguments: &Check) -> ExitCode {
     ExitCode::from(if lost { crate::lost() } else { status })
 }
 
-/// Adds warnings about what the scene shows. With `--strict`, they are errors.
+/// Fails if the camera cannot use one of the options. With `--view`, adds warnings about what the scene shows; with
+/// `--strict`, they are errors.
 fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), Failure> {
     let Some(scene) = &loaded.scene else { return Ok(()) };
     arguments.camera.check_use(scene)?;
+    if !arguments.view {
+        return Ok(());
+    }
     let mut prepared = sight::prepare(loaded, scene)?;
     let mut advice = sight::advise(loaded, scene, &mut prepared);
     if arguments.report.strict {

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::metric::{COLORS, Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::output::{check_folder, check_inputs, write_result};
 use crate::readable::{plural, visible};
-use crate::source::open_layer;
+use crate::source::{open_layer, several_channels};
 
 /// Runs the command.
 pub fn compare(arguments: &Compare) -> ExitCode {
@@ -173,6 +173,11 @@ fn load(arguments: &Compare) -> Result<Aligned, Failure> {
     // The pair is a copy: three colors of a gray pixel, too.
     let copy = |image: &Image| image.bytes() + 8 * image.data_window.area();
     check_memory(window, copy(&actual.0) + copy(&expected.0), memory)?;
+    for (path, (image, _)) in [(&arguments.actual, &actual), (&arguments.expected, &expected)] {
+        if arguments.layer.is_some() && image.rgb_planes().is_none() {
+            return Err(several_channels(path, image, arguments.layer.as_deref()).into());
+        }
+    }
     let pair = align(&actual.0, &expected.0).map_err(|error| match error {
         AlignError::Channels(..) => format!("{error}; choose one with --layer"),
         _ => error.to_string(),
@@ -306,7 +311,11 @@ impl<'a> Comparison<'a> {
         }
         for line in &self.measurement.metrics {
             let (name, meaning) = (line.metric.name(), line.metric.meaning());
-            let mark = if self.beyond_max.contains(&name) { "  <- exceeds --max" } else { "" };
+            let mark = match self.beyond_max.contains(&name) {
+                true if line.metric.is_likeness() => "  <- below the minimum",
+                true => "  <- exceeds --max",
+                false => "",
+            };
             let remark =
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));

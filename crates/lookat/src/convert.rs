@@ -11,7 +11,7 @@ use crate::args::{Convert, crop_edges, way_out};
 use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
 use crate::output::{NewPicture, check_inputs, check_output, check_unfinished, write_result};
-use crate::source::open_layer;
+use crate::source::{open_layer, several_channels};
 
 /// Runs the command.
 pub fn convert(arguments: &Convert) -> ExitCode {
@@ -54,7 +54,7 @@ fn run(arguments: &Convert) -> Result<(), Failure> {
     crop(&mut image, window);
     let light = map_tones(&mut image, output, *tone);
     if light.is_none() && Format::from_path(output) != Some(Format::Exr) {
-        bail!("{} has several layers; choose one with --layer: {}", input.display(), image.layers.join(", "));
+        return Err(several_channels(input, &image, arguments.layer.as_deref()).into());
     }
     write_result(output, |path| image.write(path))?;
     if !quiet {

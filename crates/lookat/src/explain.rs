@@ -95,7 +95,9 @@ fn any(words: &[&str; 3]) -> Result<Answer, Failure> {
     }
     let others = kinds.iter().flat_map(|kind| kind.parameters().map(|it| it.name).chain([kind.name]));
     let near = nearest(phrase, Directive::KEYWORDS.into_iter().chain(others));
-    Err(unknown("there is no directive", phrase, near, &Directive::KEYWORDS))
+    let advice =
+        near.map_or("`lookat explain` lists everything".into(), |near| format!("did you mean {near}?"));
+    Err(format!("nothing is called \"{phrase}\": {advice}").into())
 }
 
 /// A type by its name, or by a word of other programs and then with a line about that word.

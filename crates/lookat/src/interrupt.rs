@@ -84,7 +84,7 @@ pub fn watch() {
         let Some(Orderly { notice, is_worth_while }) = orderly else { exit(STATUS.into()) };
         ASKED.store(true, Ordering::Relaxed);
         if !is_worth_while() {
-            say!("interrupted; nothing was written");
+            say!("interrupted before the first sample; nothing was written");
             crate::wait_for_messages();
             exit(STATUS.into());
         }

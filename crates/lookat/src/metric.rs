@@ -153,7 +153,10 @@ pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> 
         let mut remark = String::new();
         let value = match metric {
             Metric::Error => means.as_ref().map(|means| {
-                remark = format!("standard error {:.3e}, if pixels are independent", means.standard_error);
+                if means.standard_error > 0.0 {
+                    remark =
+                        format!("standard error {:.3e}, if pixels are independent", means.standard_error);
+                }
                 means.error
             }),
             Metric::Mae => means.as_ref().map(|means| means.absolute),
@@ -164,8 +167,10 @@ pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> 
             Metric::P99 => Some(percentile_difference(a, b, 0.99).into()),
             Metric::Max => {
                 let largest = largest_difference(a, b, width);
-                let [x, y] = place(largest.y * width + largest.x, pair);
-                remark = format!("at x {x}, y {y}, {}", COLORS[largest.channel]);
+                if largest.difference > 0.0 {
+                    let [x, y] = place(largest.y * width + largest.x, pair);
+                    remark = format!("at x {x}, y {y}, {}", COLORS[largest.channel]);
+                }
                 Some(largest.difference.into())
             }
             Metric::ShareAbove => {

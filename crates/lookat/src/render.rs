@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use lookat_scene::MAX_PIXELS;
 
-use crate::args::{Render, crop_edges};
+use crate::args::{Animation, Parameter, Render, crop_edges};
 use crate::failure::Failure;
 use crate::live::Live;
 use crate::render::batch::{jobs, render_again, render_each};
@@ -55,6 +55,15 @@ fn check_arguments(arguments: &Render) -> Result<(), Failure> {
     }
     if arguments.error_layers && arguments.time.is_some() && arguments.target_error.is_none() {
         bail!("--error-layers with --time also needs --target-error");
+    }
+    if let Some(Animation { parameter, .. }) = arguments.frames.animate {
+        let name = parameter.name();
+        if parameter.is_set(&arguments.view) {
+            bail!("--animate {name} and --{name} contradict each other; remove one of them");
+        }
+        if parameter == Parameter::FocalDistance && arguments.focus.is_some() {
+            bail!("--animate {name} and --focus contradict each other; remove one of them");
+        }
     }
     Ok(())
 }

@@ -87,6 +87,22 @@ pub fn open_layer<'a>(file: &Path, name: &str, memory: &MemoryBudget) -> Result<
     })
 }
 
+/// The message about a picture without colors, or about the chosen layer: which of its channels to choose.
+pub fn several_channels(file: &Path, image: &Image, layer: Option<&str>) -> String {
+    let file = file.display();
+    let own = |layer: &str| {
+        let prefix = Layer::named(layer).map_or(layer.into(), |layer| layer.name_in_file().to_owned()) + ".";
+        image.layers.iter().filter(|name| name.starts_with(&prefix)).cloned().collect::<Vec<_>>()
+    };
+    let (what, names) = match layer.map(|layer| (layer, own(layer))) {
+        Some((layer, names)) if !names.is_empty() => {
+            (format!("{file}: layer {layer} has several channels"), names)
+        }
+        _ => (format!("{file} has several layers"), image.layers.clone()),
+    };
+    format!("{what}; choose one with --layer: {}", names.join(", "))
+}
+
 /// Turns warnings into errors with `--strict`.
 fn with_strictness(mut loaded: Loaded, options: &LoadOptions, report: Report) -> Loaded {
     let mut warnings = 0;

@@ -64,9 +64,8 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, Failure> {
         if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
             bail!("unknown case `{unknown}`; did you mean `{near}`?");
         }
-        say!("the cases are");
-        all.iter().for_each(|case| say!("    {:4} {}", case.id, case.name));
-        bail!("unknown case `{unknown}`");
+        let list: String = all.iter().map(|case| format!("\n    {:4} {}", case.id, case.name)).collect();
+        bail!("unknown case `{unknown}`; the cases are{list}");
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())

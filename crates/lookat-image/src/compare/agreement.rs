@@ -58,7 +58,7 @@ pub enum Untestable {
     #[error("the actual picture has no error layers")]
     NoErrors,
     /// A picture has [`Precision::Integer`](crate::Precision::Integer).
-    #[error("one of the pictures is stored as integers, and rounding is not noise")]
+    #[error("a picture is stored as integers, and rounding is not noise")]
     Rounded,
     /// A value is infinite or not a number.
     #[error("a pixel is infinite or not a number")]

@@ -320,6 +320,21 @@ impl<T: ParamValue> Described for Key<T> {
     }
 }
 
+/// A value of a type, for messages.
+fn example(ty: ParamType) -> &'static str {
+    match ty {
+        ParamType::Integer | ParamType::Float => "1",
+        ParamType::Bool => "\"true\"",
+        ParamType::String | ParamType::Texture => "\"NAME\"",
+        ParamType::Blackbody => "[6500 1]",
+        ParamType::Spectrum => "[400 1 700 1]",
+        ParamType::Point2 | ParamType::Vector2 => "[0 0]",
+        ParamType::Point3 | ParamType::Vector3 => "[0 0 0]",
+        ParamType::Normal => "[0 0 1]",
+        ParamType::Rgb | ParamType::Xyz => "[1 1 1]",
+    }
+}
+
 impl Params<'_> {
     /// Takes a parameter of one of the types. pbrt-v3 ignores a parameter of another type.
     fn take_of(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
@@ -336,6 +351,11 @@ impl Params<'_> {
         // A list of wavelengths and values is one spectrum.
         if param.values.value.len() == 1 || param.ty == ParamType::Spectrum {
             return Some(param);
+        }
+        if param.values.value.is_empty() {
+            let help = format!("write a value: \"{} {name}\" {}", param.ty.name(), example(param.ty));
+            self.reject(name, format!("{name} has no value"), Some(&help));
+            return None;
         }
         let message = format!("{name} takes 1 value, not {}", param.values.value.len());
         let has_comma = self.files.sources.text(param.values.span).contains(&b',');

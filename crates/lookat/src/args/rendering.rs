@@ -96,6 +96,16 @@ impl Parameter {
         PARAMETERS.into_iter().find(|(_, parameter)| *parameter == self).map_or("", |(name, _)| name)
     }
 
+    /// True if an override has a value. A number of `LookAt` replaces one of the nine, and needs the others.
+    pub fn is_set(self, view: &ViewOverride) -> bool {
+        match self {
+            Parameter::Fov => view.fov.is_some(),
+            Parameter::LensRadius => view.lens_radius.is_some(),
+            Parameter::FocalDistance => view.focal_distance.is_some(),
+            Parameter::LookAt(_) => false,
+        }
+    }
+
     /// Sets the value in an override. A number of `LookAt` alone is none.
     pub fn set(self, value: f64, view: &mut ViewOverride) {
         match self {

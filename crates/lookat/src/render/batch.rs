@@ -11,7 +11,7 @@ use crate::args::{Render, Report};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::live::{Live, Watch};
-use crate::output::{Identity, check_inputs, marked};
+use crate::output::{Identity, check_inputs, check_new_folder, make_folder, marked};
 use crate::render::job::{Job, load_options, render_scene};
 use crate::source::{is_read_once, load_scene};
 use crate::usage::tip_for_render;
@@ -27,19 +27,28 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
         let option = if arguments.live.watch { "with --watch, name a file" } else { "render it alone" };
         bail!("{name} can be read only once: {option}");
     }
-    if let [_] = scenes[..] {
+    if let [scene] = &scenes[..] {
+        // A file may still appear, but not in a folder that nobody watches.
+        if arguments.live.watch
+            && let Some(folder) = scene.parent().filter(|folder| *folder != Path::new("") && !folder.is_dir())
+        {
+            bail!("cannot watch {}: there is no folder {}", scene.display(), folder.display());
+        }
         return Ok(vec![Job { arguments: arguments.clone(), inputs: Rc::default() }]);
     }
     if arguments.live.watch {
         bail!("--watch takes one scene");
     }
-    if let Some(file) = arguments.output.as_ref().filter(|file| !file.is_dir()) {
-        bail!(
-            "-o {} names one picture, and there are {} scenes: name an existing folder, or remove -o{}",
-            file.display(),
-            scenes.len(),
-            tip_for_render()
-        );
+    if let Some(folder) = arguments.output.as_ref().filter(|folder| !folder.is_dir()) {
+        let tip = tip_for_render();
+        if folder.extension().is_some() || folder.exists() || !tip.is_empty() {
+            bail!(
+                "-o {} names one picture, and there are {} scenes: name a folder, or remove -o{tip}",
+                folder.display(),
+                scenes.len(),
+            );
+        }
+        check_new_folder(folder)?;
     }
     let mut inputs = BTreeSet::new();
     let files: Vec<PathBuf> = scenes.iter().map(|scene| picture_of(arguments, scene, &mut inputs)).collect();
@@ -55,6 +64,9 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
     }
     // Before the first of them is rendered.
     files.iter().try_for_each(|file| check_inputs(file, &inputs))?;
+    if let Some(folder) = &arguments.output {
+        make_folder(folder)?;
+    }
     let inputs = Rc::new(inputs);
     let job = |(scene, file): (&PathBuf, PathBuf)| {
         let output = arguments.output.is_some().then_some(file);

@@ -162,9 +162,9 @@ impl Rendering<'_> {
             check_inputs(file, &loaded.inputs)?;
             check_inputs(&marked(file, PARTIAL), &loaded.inputs)?;
         }
+        check_settings(arguments, scene, &files[0])?;
         self.check_unfinished(scene, &files[0])?;
         drop(charge_memory(scene, &settings(arguments, &files[0]), &loaded.memory)?);
-        check_settings(arguments, scene, &files[0])?;
         let notice = "stopping; interrupt again to quit without a picture";
         interrupt::stop_in_order((!arguments.quiet).then_some(notice), || {
             HAS_SAMPLES.load(Ordering::Relaxed)

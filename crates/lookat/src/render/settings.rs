@@ -115,13 +115,13 @@ pub fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
         (None, None) if arguments.error_layers => return note_jitter(scene, loaded),
         (None, None) => return,
     };
-    let is_kept = match scene.view.sampler.kind {
-        SamplerKind::Sobol { .. } => true,
-        SamplerKind::Random => arguments.target_error.is_none(),
-        SamplerKind::Stratified { .. } => false,
+    let replaced = match scene.view.sampler.kind {
+        SamplerKind::Sobol { .. } => None,
+        SamplerKind::Random => arguments.target_error.map(|_| "random"),
+        SamplerKind::Stratified { .. } => Some("stratified"),
     };
-    if !is_kept {
+    if let Some(replaced) = replaced {
         let file = loaded.sources.files[0].path.display();
-        say!("{file}: {option} uses Sampler \"sobol\"");
+        say!("{file}: {option} uses Sampler \"sobol\" instead of \"{replaced}\"");
     }
 }

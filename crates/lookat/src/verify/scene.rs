@@ -237,6 +237,9 @@ fn judge(
             let found = comparing::differences(found, comparing::SIGNIFICANCE);
             (Verdict::Differs, format!("by more than noise: {}", found.join("; ")))
         }
-        (beyond, _) => (Verdict::Differs, format!("exceeds the limits of {}", beyond.join(", "))),
+        (beyond, _) => (Verdict::Differs, {
+            let limits = if beyond.len() == 1 { "limit" } else { "limits" };
+            format!("exceeds the {limits} of {}", beyond.join(", "))
+        }),
     })
 }
