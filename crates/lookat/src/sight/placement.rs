@@ -15,7 +15,7 @@ const HIDDEN: f64 = 0.01;
 /// The angle of view, in degrees, from which on sizes in the middle of the picture mean little.
 const WIDEST: f64 = 170.0;
 /// The least of the picture that the ground fills where it hides the others.
-const HIDING: f64 = 0.3;
+const HIDING: f64 = 0.1;
 
 /// What is odd about the place of the camera.
 pub fn odd(sight: &Sight) -> Option<Diagnostic> {
