@@ -22,18 +22,18 @@ mod tally;
 mod traversal;
 mod triangle;
 
-pub use case::{ALL, Case, Found, Row, as_csv};
+pub use case::{ALL, Case, CaseResult, Row, as_csv};
 
 // What most families of cases use.
 use glam::{DMat3, DMat4, DVec2, DVec3};
-use lookat_render::{Probe, Ray};
+use lookat_render::{Prepared, Ray};
 use lookat_scene::Scene;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::text_scene::{
-    around_eye, load, mesh, pictured, probe, quads, render, scene, seen_from, square, transform, triangles,
-    xyz,
+    PreparedScene, around_eye, load, mesh, pictured, prepared, quads, render, scene, seen_from, square,
+    transform, triangles, xyz,
 };
 use random::{below, between, chance, direction, in_cube, in_triangle, leaving, magnitude};
 use tally::{Measure, Tally, Trial, tally};

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use glam::{DMat4, DVec3};
-use lookat_render::Probe;
+use lookat_render::{CameraRays, Prepared};
 use lookat_scene::{Loaded, Scene};
 
 /// What is read of a scene text.
@@ -22,9 +22,17 @@ pub(crate) fn scene(text: &str) -> Scene {
     loaded.scene.unwrap_or_else(|| panic!("{:?}: {text}", loaded.diagnostics))
 }
 
-/// Rays in a scene that must be right.
-pub(crate) fn probe(text: &str) -> Probe {
-    Probe::new(&scene(text))
+/// The world of a scene, in which rays can be traced, and the rays of its camera.
+pub(crate) struct PreparedScene {
+    pub world: Prepared,
+    pub camera: CameraRays,
+}
+
+/// Prepares a scene that must be right.
+pub(crate) fn prepared(text: &str) -> PreparedScene {
+    let scene = scene(text);
+    let world = Prepared::new(&scene);
+    PreparedScene { camera: world.camera(&scene.view), world }
 }
 
 /// The pixels of a scene's picture, rendered on so many threads; 0 for all.

@@ -23,7 +23,7 @@ pub(crate) use content::{Access, Charged};
 pub use content::{Open, Read};
 
 /// A file and its path, or the first path tried and its error.
-pub(crate) type Found<T> = Result<(PathBuf, T), (PathBuf, io::Error)>;
+pub(crate) type FileResult<T> = Result<(PathBuf, T), (PathBuf, io::Error)>;
 
 /// The files of a scene, with access to more.
 pub(crate) struct Files<'a> {
@@ -134,12 +134,12 @@ impl<'a> Files<'a> {
 
     /// Reads the file named at `span`, relative to the file that contains the name, or else to the scene file.
     /// (pbrt-v3 does only the second.)
-    pub fn read_named(&self, name: &str, span: Span) -> Found<Charged> {
+    pub fn read_named(&self, name: &str, span: Span) -> FileResult<Charged> {
         self.named(name, span, |_, content| no_pointer(content.bytes(&self.memory)?))
     }
 
     /// The text named at `span`. A text that an earlier load has kept is not read again.
-    pub fn text_named(&self, name: &str, span: Span) -> Found<Charged> {
+    pub fn text_named(&self, name: &str, span: Span) -> FileResult<Charged> {
         self.named(name, span, |path, content| no_pointer(self.text(path, content)?))
     }
 
@@ -149,18 +149,23 @@ impl<'a> Files<'a> {
         name: &str,
         span: Span,
         is_known: impl Fn(&Path) -> bool,
-    ) -> Found<Option<Charged>> {
+    ) -> FileResult<Option<Charged>> {
         self.named(name, span, |path, content| {
             if is_known(path) { Ok(None) } else { no_pointer(content.bytes(&self.memory)?).map(Some) }
         })
     }
 
     /// Opens the file named at `span` for streaming.
-    pub fn open_named(&self, name: &str, span: Span) -> Found<Box<dyn io::Read>> {
+    pub fn open_named(&self, name: &str, span: Span) -> FileResult<Box<dyn io::Read>> {
         self.named(name, span, |_, content| Ok(content.stream()))
     }
 
-    fn named<T>(&self, name: &str, span: Span, take: impl Fn(&Path, Content) -> io::Result<T>) -> Found<T> {
+    fn named<T>(
+        &self,
+        name: &str,
+        span: Span,
+        take: impl Fn(&Path, Content) -> io::Result<T>,
+    ) -> FileResult<T> {
         let get = |path: &Path| {
             let taken = self.access.content(path).and_then(|content| take(path, content))?;
             self.inputs.borrow_mut().insert(path.to_owned());

@@ -12,7 +12,7 @@ use lookat_image::Charge;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
 use crate::cache::MeshKey;
-use crate::files::{Charged, Files, Found};
+use crate::files::{Charged, FileResult, Files};
 use crate::report::Report;
 use crate::schema::{Key, Kind, Parameter, REQUIRED, Unit};
 use crate::texture::Textures;
@@ -124,11 +124,11 @@ impl<'a> Params<'a> {
         if key.default_words == REQUIRED {
             let article = if self.kind().starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
             let message = format!("{article} {} needs {}", self.kind(), key.name);
-            self.missing(
-                key.name,
-                &message,
-                &format!("add \"{} {}\": {}", key.ty.name(), key.name, key.meaning),
-            );
+            let value = if key.ty == ParamType::String { "\"...\"" } else { "[...]" };
+            // Files write "point", not "point3".
+            let ty = key.ty.name().trim_end_matches('3');
+            let help = format!("add \"{ty} {}\" {value}: {}", key.name, key.meaning);
+            self.missing(key.name, &message, &help);
         }
         taken
     }
@@ -379,7 +379,7 @@ impl<'a> Params<'a> {
     pub fn file<T>(
         &mut self,
         name: &Text,
-        find: impl FnOnce(&Files<'a>, &str, Span) -> Found<T>,
+        find: impl FnOnce(&Files<'a>, &str, Span) -> FileResult<T>,
     ) -> Option<(PathBuf, T)> {
         match find(self.files, &name.value, name.span) {
             Ok((path, file)) => {

@@ -1,12 +1,13 @@
 //! Warnings about what a scene shows: where its camera is, what is in view, what is sharp and what is lit.
 
+mod facts;
 mod lights;
 mod placement;
 mod window;
 
 use std::array::from_fn;
 
-use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
+use lookat_render::{Focus, LightPlace, Prepared, preparation_bytes};
 use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, FileId, ParamType, Span, statement_at};
 use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, View};
@@ -15,6 +16,7 @@ use crate::Failure;
 use crate::args::way_out;
 use crate::readable::digits;
 use crate::source::DirectiveText;
+pub use facts::{LightFacts, ShapeFacts, ViewFacts};
 
 /// A scene and what it shows.
 pub struct Sight<'l> {
@@ -62,7 +64,7 @@ pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, facts: ViewFacts) -> Sight
 pub fn advise(loaded: &Loaded, scene: &Scene, prepared: &mut Prepared) -> Vec<Diagnostic> {
     advise_by(loaded, scene, |view| {
         prepared.look(&view.camera);
-        prepared.facts(view)
+        ViewFacts::new(prepared, view)
     })
 }
 
@@ -196,12 +198,12 @@ impl Sight<'_> {
 
     /// What all lights bring to the surfaces in view.
     fn irradiance(&self) -> f64 {
-        self.facts.lights.iter().map(|light| light.irradiance).sum()
+        self.facts.lights.iter().map(|light| light.irradiance.mean).sum()
     }
 
     /// The place of the directive of a light.
     pub fn light_place(&self, light: &LightFacts) -> Option<Span> {
-        match light.place {
+        match light.irradiance.light {
             LightPlace::Light(number) => self.places.lights.get(number).copied(),
             LightPlace::Primitive(number) => self.scene.world.primitives[number].span,
         }

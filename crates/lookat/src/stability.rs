@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use lookat_image::write_file;
 use lookat_lab::estimate::interval;
-use lookat_lab::stability::{ALL, Case, Found, Row, as_csv, cases};
+use lookat_lab::stability::{ALL, Case, CaseResult, Row, as_csv, cases};
 use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;
@@ -46,7 +46,7 @@ fn run(arguments: &Stability) -> Result<bool, Failure> {
 /// The tables of all cases.
 const TABLES: [&str; 2] = ["stability.csv", "stability.json"];
 
-fn write_tables(results: &[Found], destination: &mut Destination) -> Result<(), Failure> {
+fn write_tables(results: &[CaseResult], destination: &mut Destination) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(results).map_err(|error| error.to_string())?;
     TABLES.iter().zip([as_csv(results), json + "\n"]).try_for_each(|(name, text)| {
         destination.write(name.as_ref(), |path| write_file(path, text.as_bytes())).map(drop)
@@ -72,8 +72,8 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, Failure> {
 }
 
 /// The last line: the number of cases that pass.
-fn totals(results: &[Found]) -> String {
-    let judged: Vec<&Found> = results.iter().filter(|found| found.case.limit.is_finite()).collect();
+fn totals(results: &[CaseResult]) -> String {
+    let judged: Vec<&CaseResult> = results.iter().filter(|found| found.case.limit.is_finite()).collect();
     let passed = judged.iter().filter(|found| found.passes).count();
     let measured = results.len() - judged.len();
     let rest = if measured > 0 { format!(", {measured} measured only") } else { String::new() };
@@ -86,7 +86,7 @@ const SAMPLE: u64 = 1000;
 const MOST_REMARKS: usize = 10;
 
 /// One case as text.
-fn as_text(found: &Found) -> String {
+fn as_text(found: &CaseResult) -> String {
     let verdict = match (found.passes, found.case.limit.is_finite()) {
         (true, true) => "pass",
         (true, false) => "measured",

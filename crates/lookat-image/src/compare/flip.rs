@@ -13,7 +13,8 @@ use super::ssim::{along_rows, down_columns};
 /// The default viewing distance: 0.7 m from a display that is 0.7 m wide and has 3840 columns.
 pub const PIXELS_PER_DEGREE: f32 = 67.020_64;
 
-/// The rows that are worked on at a time.
+/// The columns and rows that are worked on at a time, so that all planes stay in the cache.
+const TILE: usize = 128;
 const BAND: usize = 64;
 
 /// The mean LDR-FLIP: 0 for equal pictures, at most 1.
@@ -99,20 +100,33 @@ fn mean_flip(
 
     let mut map = vec![0.0_f32; pictures[0].len()];
     map.par_chunks_mut((BAND * width).max(1)).enumerate().for_each(|(band, map)| {
-        for display in displays {
-            let seen = pictures.map(|picture| {
-                let rows = band * BAND..band * BAND + map.len() / width;
-                filtered(&surroundings(picture, width, rows, filters.margin, display), width, &filters)
-            });
-            for (largest, difference) in map.iter_mut().zip(compare(&seen, scale)) {
-                *largest = largest.max(difference);
+        let rows = band * BAND..band * BAND + map.len() / width;
+        for left in (0..width).step_by(TILE) {
+            let columns = left..width.min(left + TILE);
+            for display in displays {
+                let seen = pictures.map(|picture| {
+                    let tile = [columns.clone(), rows.clone()];
+                    filtered(
+                        &surroundings(picture, width, tile, filters.margin, display),
+                        columns.len(),
+                        &filters,
+                    )
+                });
+                let differences = compare(&seen, scale);
+                for (row, differences) in
+                    map.chunks_exact_mut(width).zip(differences.chunks_exact(columns.len()))
+                {
+                    for (largest, difference) in row[columns.clone()].iter_mut().zip(differences) {
+                        *largest = largest.max(*difference);
+                    }
+                }
             }
         }
     });
     map.iter().map(|&value| f64::from(value)).sum::<f64>() / map.len() as f64
 }
 
-/// Some rows of one picture as the eye sees them.
+/// A tile of one picture as the eye sees it.
 struct Filtered {
     /// Colors after the contrast sensitivity of the eye.
     lab: [Vec<f32>; 3],
@@ -120,7 +134,7 @@ struct Filtered {
     features: [Vec<f32>; 2],
 }
 
-/// Filters the opponent colors of some rows.
+/// Filters the opponent colors of a tile.
 fn filtered(planes: &[Vec<f32>; 3], width: usize, filters: &Filters) -> Filtered {
     let margin = filters.margin;
     let rows = |plane: &[f32], weights: &[f32]| along_rows(plane, width + 2 * margin, margin, weights);
@@ -143,23 +157,24 @@ fn filtered(planes: &[Vec<f32>; 3], width: usize, filters: &Filters) -> Filtered
     Filtered { lab, features }
 }
 
-/// The opponent colors of some rows and of a margin around them. Beyond its border the picture goes on as at the
-/// border.
+/// The opponent colors of a tile, given by its columns and rows, and of a margin around it. Beyond its border the picture
+/// goes on as at the border.
 fn surroundings(
     picture: &[[f32; 3]],
     width: usize,
-    rows: Range<usize>,
+    [columns, rows]: [Range<usize>; 2],
     margin: usize,
     display: impl Fn([f32; 3]) -> [f32; 3],
 ) -> [Vec<f32>; 3] {
     let within = |i: usize, size: usize| i.saturating_sub(margin).min(size - 1);
-    let [wide, high] = [width, rows.len()].map(|size| size + 2 * margin);
+    let [wide, high] = [&columns, &rows].map(|range| range.len() + 2 * margin);
     let mut planes = [(); 3].map(|()| Vec::with_capacity(wide * high));
     let mut colors = Vec::with_capacity(wide);
     for y in rows.start..rows.start + high {
         let row = &picture[within(y, picture.len() / width) * width..][..width];
         colors.clear();
-        colors.extend((0..wide).map(|x| opponent(display(row[within(x, width)]))));
+        let x = columns.start..columns.start + wide;
+        colors.extend(x.map(|x| opponent(display(row[within(x, width)]))));
         for (i, plane) in planes.iter_mut().enumerate() {
             plane.extend(colors.iter().map(|color| color[i]));
         }
@@ -167,7 +182,7 @@ fn surroundings(
     planes
 }
 
-/// FLIP of each pixel of some rows.
+/// FLIP of each pixel of a tile.
 fn compare([a, b]: &[Filtered; 2], scale: Scale) -> Vec<f32> {
     // This loop is vectorized, and the other one, with its powers, is not.
     let mut map = vec![0.0; a.lab[0].len()];

@@ -230,11 +230,11 @@ pub(super) fn nearest_rank(share: f64, count: usize) -> usize {
 }
 
 /// The value with the given rank, 1 for the smallest, among values of which none is negative. NaN counts as the largest. 0 if
-/// there are fewer values.
+/// there is no such rank.
 pub(super) fn ranked(values: impl ParallelIterator<Item = f32>, rank: usize) -> f32 {
     // Without the sign of NaN and of zero.
     let mut values: Vec<f32> = values.map(f32::abs).collect();
-    if rank > values.len() {
+    if !(1..=values.len()).contains(&rank) {
         return 0.0;
     }
     *values.select_nth_unstable_by(rank - 1, f32::total_cmp).1
@@ -437,6 +437,8 @@ mod tests {
         let at = |rank| ranked(items.par_iter().copied(), rank);
         assert_eq!([at(1), at(2), at(3), at(5)], [0.0, 2.0, f32::INFINITY, 0.0]);
         assert!(at(4).is_nan());
+        assert_eq!(at(0), 0.0);
+        assert_eq!(ranked([0.0; 0].par_iter().copied(), 0), 0.0);
     }
 
     #[test]

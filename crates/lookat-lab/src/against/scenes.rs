@@ -103,7 +103,10 @@ fn expanded(text: &str) -> String {
 /// If neither the table nor `worlds` has the name.
 fn named(part: &str) -> String {
     let (name, numbers) = part.split_once(' ').unwrap_or((part, ""));
-    let numbers: Vec<f64> = numbers.split_whitespace().filter_map(|number| number.parse().ok()).collect();
+    let numbers: Vec<f64> = numbers
+        .split_whitespace()
+        .map(|number| number.parse().expect("numbers follow the name of a shape"))
+        .collect();
     match (name, &numbers[..]) {
         ("spheres", []) => spheres(),
         ("corridor", []) => corridor(),

@@ -44,7 +44,7 @@ impl Renderer {
     }
 
     /// The picture of a method, and its wall time in seconds. `None` if `watch` breaks.
-    fn render(&mut self, method: &Method, samples: u32, seed: u64, watch: Watch) -> Option<(Rendered, f64)> {
+    fn render(&self, method: &Method, samples: u32, seed: u64, watch: Watch) -> Option<(Rendered, f64)> {
         let mut view = self.view.clone();
         (method.change)(&mut view);
         view.sampler = Sampler { samples_per_pixel: 1, ..view.sampler }.with_samples(samples);
@@ -56,7 +56,7 @@ impl Renderer {
     }
 
     /// A picture to measure errors with, by the scene's integrator. `None` if `watch` breaks.
-    pub fn reference(&mut self, samples: u32, seed: u64, watch: Watch) -> Option<Reference> {
+    pub fn reference(&self, samples: u32, seed: u64, watch: Watch) -> Option<Reference> {
         let (rendered, seconds) = self.render(&REFERENCE, samples, seed, watch)?;
         let noise = noise(&rendered.image.errors()?);
         let origin = Origin::Rendered { samples, seed, seconds };
@@ -65,7 +65,7 @@ impl Renderer {
 
     /// The seconds per sample of each pixel. Doubles the samples until a picture takes at least `seconds`; the last one may
     /// take twice as long. `None` if `watch` breaks.
-    pub fn seconds_per_sample(&mut self, method: &Method, seconds: f64, watch: Watch) -> Option<f64> {
+    pub fn seconds_per_sample(&self, method: &Method, seconds: f64, watch: Watch) -> Option<f64> {
         // The first picture is slower than others.
         self.render(method, method.first, 0, watch)?;
         let mut samples = method.first;

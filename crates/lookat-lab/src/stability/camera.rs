@@ -63,17 +63,17 @@ fn errors(
     trial: &Trial,
     camera: &str,
     film: [u32; 2],
-    error: impl Fn(&mut Pcg64Mcg, &Probe) -> f64 + Sync,
+    error: impl Fn(&mut Pcg64Mcg, &PreparedScene) -> f64 + Sync,
 ) -> Tally {
-    let probe = probe(&text(camera, film));
-    tally(trial.rays, trial.seed, |random, tally| tally.error(error(random, &probe)))
+    let prepared = prepared(&text(camera, film));
+    tally(trial.rays, trial.seed, |random, tally| tally.error(error(random, &prepared)))
 }
 
 /// The largest error of the directions of a perspective view.
 fn view(trial: &Trial, exact: &Pinhole, place: Place, error: fn(&Pinhole, DVec2, DVec3) -> f64) -> Tally {
-    errors(trial, &exact.text(), exact.resolution, |random, probe| {
+    errors(trial, &exact.text(), exact.resolution, |random, prepared| {
         let film = place(random, exact.resolution);
-        error(exact, film, probe.camera_ray(film, DVec2::splat(0.5)).d)
+        error(exact, film, prepared.camera.ray(film, DVec2::splat(0.5)).d)
     })
 }
 
@@ -134,9 +134,9 @@ const FILM: [u32; 2] = [640, 480];
 fn lens_far_away(trial: &Trial) -> Tally {
     let exact = Pinhole::new(far(trial.at), 45.0, FILM);
     let camera = exact.text() + " \"float lensradius\" .05 \"float focaldistance\" 10";
-    errors(trial, &camera, FILM, |random, probe| {
+    errors(trial, &camera, FILM, |random, prepared| {
         let film = anywhere(random, FILM);
-        let ray = probe.camera_ray(film, unit_square(random));
+        let ray = prepared.camera.ray(film, unit_square(random));
         let [x, y] = exact.slope(film).map(|slope| slope * 10.0);
         blur(exact.view.world(x, y, TwoFloat::from(10.0)), ray.o, ray.d)
     })
@@ -154,8 +154,8 @@ fn lens_camera(radius: f64, focal_distance: f64) -> String {
 
 fn negative_radius() -> Tally {
     let mut tally = Tally::default();
-    let probe = probe(&text(&lens_camera(-1.0, 10.0), FILM));
-    let o = probe.camera_ray(DVec2::new(3.0, 5.0), DVec2::new(0.9, 0.1)).o;
+    let prepared = prepared(&text(&lens_camera(-1.0, 10.0), FILM));
+    let o = prepared.camera.ray(DVec2::new(3.0, 5.0), DVec2::new(0.9, 0.1)).o;
     tally.check(o == DVec3::ZERO, || format!("a lens of radius -1 is no pinhole: its ray starts at {o}"));
     tally
 }
@@ -163,9 +163,9 @@ fn negative_radius() -> Tally {
 /// Directions from given points of the lens, in camera space.
 fn through_lens(trial: &Trial, radius: f64, focal_distance: f64) -> Tally {
     let exact = Pinhole::in_camera_space(FILM);
-    errors(trial, &lens_camera(radius, focal_distance), FILM, |random, probe| {
+    errors(trial, &lens_camera(radius, focal_distance), FILM, |random, prepared| {
         let film = anywhere(random, FILM);
-        let ray = probe.camera_ray(film, unit_square(random));
+        let ray = prepared.camera.ray(film, unit_square(random));
         let truth = refracted(exact.slope(film), [ray.o.x, ray.o.y], focal_distance);
         let is_on_lens = ray.o.z == 0.0 && ray.o.length() <= radius * (1.0 + 1e-15);
         if is_on_lens { angle(ray.d, truth) } else { f64::NAN }
@@ -186,15 +186,15 @@ fn refracted([x, y]: [TwoFloat; 2], lens: [f64; 2], focal_distance: f64) -> Wide
 
 fn telecentric(trial: &Trial) -> Tally {
     let camera = "Camera \"orthographic\" \"float focaldistance\" 2 \"float lensradius\" .1 \"bool telecentric\" \"true\"";
-    errors(trial, camera, FILM, |random, probe| {
+    errors(trial, camera, FILM, |random, prepared| {
         let film = anywhere(random, FILM);
         // Opposite points of the lens.
         let u = unit_square(random);
-        let rays = [u, DVec2::ONE - u].map(|u| probe.camera_ray(film, u));
+        let rays = [u, DVec2::ONE - u].map(|u| prepared.camera.ray(film, u));
         // The place of the pixel at any depth: in `f64`, to 1e-12 pixels.
         let [width, height] = FILM.map(f64::from);
         let pixel = DVec2::new(2.0 * film.x - width, height - 2.0 * film.y) / height;
-        from_mean(rays.map(|ray| (ray.o + probe.origin(), ray.d)), pixel, trial.at)
+        from_mean(rays.map(|ray| (ray.o + prepared.world.origin(), ray.d)), pixel, trial.at)
     })
 }
 
@@ -208,9 +208,9 @@ fn from_mean(rays: [(DVec3, DVec3); 2], pixel: DVec2, depth: f64) -> f64 {
 fn off_center(trial: &Trial) -> Tally {
     let (low, high) = (trial.at - 0.5, trial.at + 0.5);
     let camera = format!("Camera \"orthographic\" \"float screenwindow\" [{low} {high} {low} {high}]");
-    errors(trial, &camera, [3000; 2], |random, probe| {
+    errors(trial, &camera, [3000; 2], |random, prepared| {
         let film = anywhere(random, [3000; 2]);
-        let (o, eye) = (probe.camera_ray(film, DVec2::splat(0.5)).o, probe.origin());
+        let (o, eye) = (prepared.camera.ray(film, DVec2::splat(0.5)).o, prepared.world.origin());
         let dx = (TwoFloat::new_add(o.x, eye.x) - low) * 3000.0 - film.x;
         let dy = (TwoFloat::from(high) - TwoFloat::new_add(o.y, eye.y)) * 3000.0 - film.y;
         f64::from(dx).hypot(f64::from(dy))
@@ -222,11 +222,11 @@ fn reversed_window() -> Tally {
     let mut tally = Tally::default();
     for kind in ["perspective", "orthographic"] {
         let [plain, reversed] = ["[-1 1 -1 1]", "[1 -1 1 -1]"].map(|edges| {
-            probe(&text(&format!("Camera \"{kind}\" \"float screenwindow\" {edges}"), [64, 48]))
+            prepared(&text(&format!("Camera \"{kind}\" \"float screenwindow\" {edges}"), [64, 48]))
         });
         for film in [DVec2::new(0.0, 0.0), DVec2::new(5.0, 40.0), DVec2::new(63.5, 1.25)] {
             let u = DVec2::splat(0.5);
-            let (a, b) = (plain.camera_ray(film, u), reversed.camera_ray(DVec2::new(64.0, 48.0) - film, u));
+            let (a, b) = (plain.camera.ray(film, u), reversed.camera.ray(DVec2::new(64.0, 48.0) - film, u));
             let is_mirrored = (a.d - b.d).length().max((a.o - b.o).length()) < 1e-15;
             tally.check(is_mirrored, || format!("{kind}, reversed window: {a:?} is not {b:?}"));
         }
@@ -237,12 +237,12 @@ fn reversed_window() -> Tally {
 /// Window and film differ in aspect.
 fn window(trial: &Trial) -> Tally {
     let camera = "Camera \"perspective\" \"float frameaspectratio\" 3 \"float screenwindow\" [-1 1 -1 1]";
-    errors(trial, camera, FILM, |random, probe| {
+    errors(trial, camera, FILM, |random, prepared| {
         let film = anywhere(random, FILM);
         let x = TwoFloat::new_sub(2.0 * film.x, 640.0) / 640.0;
         let y = TwoFloat::new_sub(480.0, 2.0 * film.y) / 480.0;
         let truth = CameraAxes::in_camera_space().world(x, y, TwoFloat::from(1.0));
-        angle(probe.camera_ray(film, DVec2::splat(0.5)).d, truth)
+        angle(prepared.camera.ray(film, DVec2::splat(0.5)).d, truth)
     })
 }
 
@@ -259,9 +259,9 @@ fn scaled(trial: &Trial) -> Tally {
     // Every second camera is mirrored.
     let sign = if trial.seed.is_multiple_of(2) { -1.0 } else { 1.0 };
     let camera = format!("Scale {} {scale} {scale} {}", sign * scale, exact.text());
-    errors(trial, &camera, FILM, |random, probe| {
+    errors(trial, &camera, FILM, |random, prepared| {
         let film = anywhere(random, FILM);
-        let d = probe.camera_ray(film, DVec2::splat(0.5)).d;
+        let d = prepared.camera.ray(film, DVec2::splat(0.5)).d;
         let mirrored = if sign < 0.0 { DVec2::new(640.0 - film.x, film.y) } else { film };
         exact.radians(mirrored, d).max((d.length() - 1.0).abs())
     })

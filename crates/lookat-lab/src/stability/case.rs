@@ -56,7 +56,7 @@ pub struct Row {
 
 /// A case with its results.
 #[derive(Debug, Clone, Serialize)]
-pub struct Found {
+pub struct CaseResult {
     /// The case.
     #[serde(flatten)]
     pub case: Case,
@@ -96,7 +96,7 @@ impl Case {
     }
 
     /// Runs the case with so many random rays per place, at least 1.
-    pub fn run(&self, rays: u64) -> Found {
+    pub fn run(&self, rays: u64) -> CaseResult {
         let (mut rows, mut remarks) = (Vec::new(), Vec::new());
         for (seed, at) in (self.seed..).zip(&self.places) {
             let answers = (self.measure)(&Trial { rays, seed, at: at.unwrap_or(f64::NAN) });
@@ -113,15 +113,15 @@ impl Case {
         let is_right =
             |row: &Row| row.tried > 0 && row.wrong == 0 && row.worst.is_none_or(|worst| worst <= self.limit);
         let passes = rows.iter().filter(|row| row.part == ALL).all(is_right);
-        Found { case: self.clone(), passes, rows, remarks }
+        CaseResult { case: self.clone(), passes, rows, remarks }
     }
 }
 
 /// All rows, after a line of names.
-pub fn as_csv(results: &[Found]) -> String {
+pub fn as_csv(results: &[CaseResult]) -> String {
     let mut text =
         String::from("case,name,method,axis,at,tried,wrong,low,high,worst,error,limit,case_passes\n");
-    for Found { case: Case { id, name, axis, error, limit, .. }, passes, rows, .. } in results {
+    for CaseResult { case: Case { id, name, axis, error, limit, .. }, passes, rows, .. } in results {
         for Row { part, at, tried, wrong, interval: [low, high], worst } in rows {
             let [at, worst] = [at, worst].map(|x| x.map_or(String::new(), |x| format!("{x:e}")));
             // Names have no quotes and no line breaks.

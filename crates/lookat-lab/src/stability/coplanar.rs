@@ -142,17 +142,17 @@ fn slanted(trial: &Trial) -> Tally {
 /// The number of camera rays with a wrong result. The triangle must be invisible or, unless `is_near`, visible from one
 /// side only.
 fn wrong_answers(random: &mut Pcg64Mcg, frame: &DMat4, floor: &Floor, view: EyeView, is_near: bool) -> u64 {
-    let probe = probe(&eye_text(frame, floor, view));
+    let prepared = prepared(&eye_text(frame, floor, view));
     let [mut hits, mut misses] = [[0; 2]; 2];
     for _ in 0..RAYS {
         let mut number = || DVec2::new(random.random(), random.random());
-        let ray = probe.camera_ray(number() * 16.0, number());
+        let ray = prepared.camera.ray(number() * 16.0, number());
         let height = ray.d.dot(frame.y_axis.truncate());
         // This close to the plane, a ray may leave the triangle before it meets the plane.
         if height.abs() < 1e-6 {
             continue;
         }
-        let counts = if probe.nearest(&ray).is_some() { &mut hits } else { &mut misses };
+        let counts = if prepared.world.nearest(&ray).is_some() { &mut hits } else { &mut misses };
         counts[usize::from(height > 0.0)] += 1;
     }
     let seen = hits[0] + hits[1];
@@ -270,17 +270,17 @@ fn eye_on_shape(trial: &Trial) -> Tally {
         let turn = turned(random);
         let axes = if random.random() { turn } else { DMat3::IDENTITY };
         let size = 10_f64.powi(random.random_range(-6..7));
-        let probe = probe(&shape_text(surface, &frame(direction(random) * size, axes, size)));
+        let prepared = prepared(&shape_text(surface, &frame(direction(random) * size, axes, size)));
         let outward = axes * DVec3::from(surface.2).normalize();
         for _ in 0..RAYS {
             let film = DVec2::new(random.random(), random.random()) * 16.0;
-            let ray = probe.camera_ray(film, DVec2::ZERO);
+            let ray = prepared.camera.ray(film, DVec2::ZERO);
             let cosine = ray.d.dot(outward);
             // For nearly tangent rays, the far side may be as near as the tolerance.
             if cosine.abs() < 1e-3 {
                 continue;
             }
-            let hit = probe.nearest(&ray);
+            let hit = prepared.world.nearest(&ray);
             all.answer(
                 hit.is_none_or(|hit| hit.t > 1e-6 * size && (cosine < 0.0 || surface.0.contains("hyper"))),
             );
@@ -302,9 +302,9 @@ mod tests {
     #[test]
     fn eyes_are_on_shapes() {
         for surface in SURFACE_POINTS {
-            let probe = probe(&shape_text(surface, &DMat4::IDENTITY));
+            let prepared = prepared(&shape_text(surface, &DMat4::IDENTITY));
             let n = DVec3::from(surface.2).normalize();
-            let hit = probe.nearest(&Ray::new(probe.eye() + n * 0.25, -n)).expect("a hit");
+            let hit = prepared.world.nearest(&Ray::new(prepared.camera.eye + n * 0.25, -n)).expect("a hit");
             assert!((hit.t - 0.25).abs() < 1e-12, "{}: {}", surface.0, hit.t);
         }
     }

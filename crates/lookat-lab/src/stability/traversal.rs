@@ -11,14 +11,14 @@ pub(super) const MEASURES: &[(&str, Measure)] =
     &[("V1", box_faces), ("V2", random_worlds), ("V3", |_| one_place()), ("V4", |_| giant())];
 
 /// How the BVH and a test of all elements differ for a ray.
-fn disagreement(probe: &Probe, ray: &Ray) -> Option<String> {
-    let (bvh, all) = (probe.nearest(ray), probe.nearest_by_all(ray));
+fn disagreement(prepared: &Prepared, ray: &Ray) -> Option<String> {
+    let (bvh, all) = (prepared.nearest(ray), prepared.nearest_by_all(ray));
     let name = |hit: &Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits));
     if bvh.as_ref().map(name) != all.as_ref().map(name) {
         return Some(format!("nearest: BVH {bvh:?}, all {all:?}"));
     }
-    let ends_at = |t_max: f64| probe.occluded(&Ray { t_max, ..*ray });
-    if probe.occluded(ray) != all.is_some() {
+    let ends_at = |t_max: f64| prepared.occluded(&Ray { t_max, ..*ray });
+    if prepared.occluded(ray) != all.is_some() {
         return Some(format!("occluded: all {all:?}"));
     }
     let all = all?;
@@ -35,12 +35,12 @@ type Box = [DVec3; 2];
 /// The BVH finds the hits of single shapes, and rays through a cube hit it.
 fn box_faces(trial: &Trial) -> Tally {
     let (text, boxes) = blocks();
-    let probe = probe(&text);
+    let prepared = prepared(&text).world;
     tally(trial.rays, trial.seed, |random, tally| {
         let ray = in_face(random, &boxes);
         let pierces_cube = || boxes.iter().skip(1).step_by(3).any(|cube| pierces(ray.o, ray.d, *cube));
-        let hits = probe.nearest(&ray).is_some();
-        let wrong = disagreement(&probe, &ray).is_some() || !hits && pierces_cube();
+        let hits = prepared.nearest(&ray).is_some();
+        let wrong = disagreement(&prepared, &ray).is_some() || !hits && pierces_cube();
         if hits || wrong {
             tally.answer(!wrong);
         }
@@ -123,19 +123,19 @@ fn random_worlds(trial: &Trial) -> Tally {
 fn one_world(seed: u64, rays: u64) -> Tally {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let world = RandomWorld::new(&mut random);
-    let probe = Probe::new(&world.scene);
+    let prepared = Prepared::new(&world.scene);
     let mut tally = Tally::default();
     while tally.tried < rays {
-        let mut ray = world.aimed(&mut random, probe.origin());
+        let mut ray = world.aimed(&mut random, prepared.origin());
         for _ in 0..3 {
-            let problem = disagreement(&probe, &ray);
+            let problem = disagreement(&prepared, &ray);
             tally.answer(problem.is_none());
             let remark = problem.map(|what| format!("scene {seed}, o {}, d {}: {what}", ray.o, ray.d));
             tally.remarks.extend(remark.filter(|_| tally.failed == 1));
             // The next ray leaves from the hit.
-            match probe.nearest_by_all(&ray) {
+            match prepared.nearest_by_all(&ray) {
                 Some(hit) if chance(&mut random, 0.3) => {
-                    ray = probe.spawn_ray(&ray, &hit, direction(&mut random))
+                    ray = prepared.surface(&ray, &hit).spawn_ray(direction(&mut random))
                 }
                 _ => break,
             }
@@ -160,15 +160,15 @@ fn one_place() -> Tally {
     ];
     let mut tally = Tally::default();
     for (name, world) in crowds {
-        let probe = probe(&around_eye(&world));
+        let prepared = prepared(&around_eye(&world)).world;
         let mut random = Pcg64Mcg::seed_from_u64(2100);
         let mut hits = 0;
         for _ in 0..RAYS {
             let o = DVec3::new(0.0, 0.0, 5.0) + direction(&mut random) * 6.0;
             let target = DVec3::new(0.0, 0.0, 5.0) + in_cube(&mut random) * 0.9;
             let ray = Ray::new(o, (target - o).normalize());
-            hits += usize::from(probe.nearest(&ray).is_some());
-            let problem = disagreement(&probe, &ray);
+            hits += usize::from(prepared.nearest(&ray).is_some());
+            let problem = disagreement(&prepared, &ray);
             tally.check(problem.is_none(), || format!("{name}: {}", problem.unwrap_or_default()));
         }
         tally.check(hits > RAYS / 4, || format!("{name}: {hits} hits of {RAYS}"));
@@ -211,7 +211,7 @@ fn giant() -> Tally {
         let grid: String = (0..1000).map(|i| small(i).1).collect();
         let corners = [[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]];
         let triangle = triangles(&corners.map(DVec3::from));
-        let probe = probe(&around_eye(&(grid + &triangle + &sphere(size))));
+        let prepared = prepared(&around_eye(&(grid + &triangle + &sphere(size)))).world;
         // From between the rows of spheres.
         let mut rays: Vec<(DVec3, DVec3, u32, f64, f64)> =
             (0..1000).map(|i| (small(i).0 - DVec3::Z * 0.5, DVec3::Z, i as u32, 0.4, 2.5e-12)).collect();
@@ -221,7 +221,7 @@ fn giant() -> Tally {
             (DVec3::splat(0.5), DVec3::NEG_Z, 1001, size, 1e-9),
         ]);
         for (o, d, primitive, t, tolerance) in rays {
-            let hit = probe.nearest(&Ray::new(o, d));
+            let hit = prepared.nearest(&Ray::new(o, d));
             let right = hit
                 .is_some_and(|hit| hit.element.primitive == primitive && (hit.t / t - 1.0).abs() < tolerance);
             tally.check(right, || format!("{size:e}: from {o} toward {d}: {hit:?}"));
@@ -255,12 +255,12 @@ mod tests {
         let (text, boxes) = blocks();
         let scene = scene(&text);
         assert_eq!(scene.world.primitives.len(), boxes.len());
-        let probe = Probe::new(&scene);
+        let prepared = Prepared::new(&scene);
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let mut hits = 0;
         for _ in 0..1000 {
             let ray = in_face(&mut random, &boxes);
-            let Some(hit) = probe.nearest_by_all(&ray) else { continue };
+            let Some(hit) = prepared.nearest_by_all(&ray) else { continue };
             let (p, bounds) = (ray.at(hit.t), boxes[hit.element.primitive as usize]);
             assert!((p - p.clamp(bounds[0], bounds[1])).length() < 1e-5);
             hits += 1;
@@ -275,10 +275,11 @@ mod tests {
         for seed in 0..20 {
             let mut random = Pcg64Mcg::seed_from_u64(seed);
             let world = RandomWorld::new(&mut random);
-            let probe = Probe::new(&world.scene);
+            let prepared = Prepared::new(&world.scene);
             for _ in 0..100 {
-                hits +=
-                    usize::from(probe.nearest_by_all(&world.aimed(&mut random, probe.origin())).is_some());
+                hits += usize::from(
+                    prepared.nearest_by_all(&world.aimed(&mut random, prepared.origin())).is_some(),
+                );
                 tried += 1;
             }
         }

@@ -24,12 +24,12 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
 /// Rays from inside at a closed mesh and at a rotated and stretched instance of it.
 fn closed_mesh(trial: &Trial, center: DVec3, radius: f64) -> Tally {
     let ball = Icosphere::new(2, center, radius);
-    let [plain, instance] = ball_probes(&ball);
-    let shoot = |seed, probe: &Probe, stretch: DMat3| {
+    let [plain, instance] = ball_scenes(&ball);
+    let shoot = |seed, prepared: &PreparedScene, stretch: DMat3| {
         tally(trial.rays, seed, |random, tally| {
             let (o, d) = shot(&ball, random);
-            let ray = Ray::new(probe.eye() + stretch * o, (stretch * d).normalize());
-            tally.answer(probe.nearest(&ray).is_some());
+            let ray = Ray::new(prepared.camera.eye + stretch * o, (stretch * d).normalize());
+            tally.answer(prepared.world.nearest(&ray).is_some());
         })
     };
     let plain = shoot(trial.seed, &plain, DMat3::IDENTITY);
@@ -44,7 +44,7 @@ fn stretch() -> DMat3 {
 }
 
 /// The mesh and its instance, with the eye in the middle.
-fn ball_probes(ball: &Icosphere) -> [Probe; 2] {
+fn ball_scenes(ball: &Icosphere) -> [PreparedScene; 2] {
     let around = |center: DVec3| {
         let positions: Vec<DVec3> = ball.directions.iter().map(|p| center + *p * ball.radius).collect();
         mesh(&positions, &ball.faces)
@@ -52,7 +52,7 @@ fn ball_probes(ball: &Icosphere) -> [Probe; 2] {
     let place = transform(&(DMat4::from_translation(ball.center) * DMat4::from_mat3(stretch())));
     let object = format!("ObjectBegin \"o\" {} ObjectEnd", around(DVec3::ZERO));
     let instance = format!("{object} {place} ObjectInstance \"o\"");
-    [around(ball.center), instance].map(|world| probe(&seen_from(ball.center, &world)))
+    [around(ball.center), instance].map(|world| prepared(&seen_from(ball.center, &world)))
 }
 
 /// A ray at an edge, or every other time at a vertex, from somewhere inside, relative to the middle. Its origin in the world is
@@ -73,11 +73,11 @@ fn at_ground(
     ground: &str,
     ray: impl Fn(&mut Pcg64Mcg) -> Option<(DVec3, DVec3)> + Sync,
 ) -> Tally {
-    let probe = probe(&seen_from(DVec3::Y, ground));
+    let prepared = prepared(&seen_from(DVec3::Y, ground));
     tally(trial.rays, trial.seed, |random, tally| {
         let Some((o, d)) = ray(random) else { return };
         // Positions are relative to the eye.
-        tally.answer(probe.nearest(&Ray::new(probe.eye() + (o - DVec3::Y), d)).is_some());
+        tally.answer(prepared.world.nearest(&Ray::new(prepared.camera.eye + (o - DVec3::Y), d)).is_some());
     })
 }
 
@@ -133,7 +133,8 @@ fn at_poses(
     judge: impl Fn(&mut Tally, Option<f64>, DVec3, [DVec3; 3]) + Sync,
 ) -> Tally {
     let poses = poses(trial.seed + 100, make);
-    let probes: Vec<Probe> = poses.iter().map(|pose| probe(&around_eye(&triangles(pose)))).collect();
+    let scenes: Vec<PreparedScene> =
+        poses.iter().map(|pose| prepared(&around_eye(&triangles(pose)))).collect();
     tally(trial.rays, trial.seed, |random, tally| {
         let pose = random.random_range(0..POSES);
         let triangle = poses[pose];
@@ -141,7 +142,7 @@ fn at_poses(
         // Certain hits, not at a grazing angle.
         let is_inside = crossing(DVec3::ZERO, d, triangle).is_some_and(|crossing| crossing.inside > 1e-3);
         if is_inside && cosine(d, triangle) > 0.05 {
-            let hit = probes[pose].nearest(&Ray::new(probes[pose].eye(), d));
+            let hit = scenes[pose].world.nearest(&Ray::new(scenes[pose].camera.eye, d));
             judge(tally, hit.map(|hit| hit.t), d, triangle);
         }
     })
@@ -238,12 +239,12 @@ fn same_place(trial: &Trial) -> Tally {
     let first = Some(ElementId { instance: ElementId::WORLD, primitive: 0, index: 0 });
     let ask = |seed, faces: &[[usize; 3]; COPIES]| {
         let stack = |pose| around_eye(&mesh(pose, faces).repeat(2));
-        let probes: Vec<Probe> = poses.iter().map(|pose| probe(&stack(pose))).collect();
+        let scenes: Vec<PreparedScene> = poses.iter().map(|pose| prepared(&stack(pose))).collect();
         tally(trial.rays, seed, |random, tally| {
             let pose = random.random_range(0..poses.len());
             let target = in_triangle(random, poses[pose]);
             let o = direction(random) * 5.0;
-            let hit = probes[pose].nearest(&Ray::new(o, (target - o).normalize()));
+            let hit = scenes[pose].world.nearest(&Ray::new(o, (target - o).normalize()));
             tally.answer(hit.map(|hit| hit.element) == first);
         })
     };
@@ -308,7 +309,7 @@ fn coplanar_rays(plane: [[f64; 3]; 2]) -> Vec<Coplanar> {
 fn in_plane() -> Tally {
     let mut tally = Tally::default();
     for Coplanar { ray, triangle } in PLANES.into_iter().flat_map(coplanar_rays) {
-        let hit = probe(&around_eye(&triangles(&triangle))).nearest(&ray);
+        let hit = prepared(&around_eye(&triangles(&triangle))).world.nearest(&ray);
         tally.check(hit.is_none(), || format!("from {} toward {}: hits {triangle:?}", ray.o, ray.d));
     }
     tally
@@ -321,8 +322,8 @@ fn grid(trial: &Trial) -> Tally {
     // With cells of size 1 the rays meet vertices exactly, also at the rim. Otherwise rounding decides on which side they pass.
     for (size, first, last) in [(1.0, 0, cells), (0.1, 1, cells - 1)] {
         let (grid, mut random) = (Grid::new(cells, size), Pcg64Mcg::seed_from_u64(4000));
-        let probe = grid.probe();
-        let mut ask = |x, y| tally.answer(probe.nearest(&grid.ray(&probe, x, y)).is_some());
+        let prepared = grid.prepared();
+        let mut ask = |x, y| tally.answer(prepared.world.nearest(&grid.ray(&prepared, x, y)).is_some());
         for y in first..=last {
             for x in first..=last {
                 ask(x as f64, y as f64);
@@ -363,7 +364,7 @@ impl Grid {
     }
 
     /// Seen from far above by a camera with a pixel at each vertex.
-    fn probe(&self) -> Probe {
+    fn prepared(&self) -> PreparedScene {
         let cells = (0..self.cells).flat_map(|y| (0..self.cells).map(move |x| (x, y)));
         let faces: Vec<[usize; 3]> = cells.flat_map(|(x, y)| self.cell(x, y)).collect();
         let (start, end) = (-0.5 * self.size, (self.cells as f64 + 0.5) * self.size);
@@ -371,12 +372,12 @@ impl Grid {
             "LookAt 0 0 -10  0 0 0  0 1 0 Camera \"orthographic\" \"float screenwindow\" [{start:?} {end:?} {start:?} {end:?}]"
         );
         let world = format!("LightSource \"infinite\" {}", mesh(&self.positions, &faces));
-        probe(&pictured(&camera, self.cells as u32 + 1, 1, "path", &world))
+        prepared(&pictured(&camera, self.cells as u32 + 1, 1, "path", &world))
     }
 
     /// A ray at a place, in cells.
-    fn ray(&self, probe: &Probe, x: f64, y: f64) -> Ray {
-        probe.camera_ray(DVec2::new(x + 0.5, self.cells as f64 - y + 0.5), DVec2::splat(0.5))
+    fn ray(&self, prepared: &PreparedScene, x: f64, y: f64) -> Ray {
+        prepared.camera.ray(DVec2::new(x + 0.5, self.cells as f64 - y + 0.5), DVec2::splat(0.5))
     }
 }
 
@@ -390,16 +391,18 @@ mod tests {
     #[test]
     fn rays_at_the_middle_of_faces_hit() {
         let ball = Icosphere::new(2, DVec3::new(1.0, 2.0, 3.0), 0.5);
-        let [plain, instance] = ball_probes(&ball);
+        let [plain, instance] = ball_scenes(&ball);
         for face in 0..ball.faces.len() {
             let [a, b, c] = ball.face(face);
             let o = DVec3::new(0.05, -0.1, 0.02);
             let away = (a + b + c) / 3.0 - o;
-            let hit = plain.nearest(&Ray::new(plain.eye() + o, away.normalize())).unwrap();
+            let hit = plain.world.nearest(&Ray::new(plain.camera.eye + o, away.normalize())).unwrap();
             assert!((hit.t - away.length()).abs() < 1e-14);
             let stretched = stretch() * away;
-            let hit =
-                instance.nearest(&Ray::new(instance.eye() + stretch() * o, stretched.normalize())).unwrap();
+            let hit = instance
+                .world
+                .nearest(&Ray::new(instance.camera.eye + stretch() * o, stretched.normalize()))
+                .unwrap();
             assert!((hit.t - stretched.length()).abs() < 1e-14);
         }
     }
@@ -439,10 +442,10 @@ mod tests {
     #[test]
     fn camera_rays_go_exactly_through_vertices() {
         let grid = Grid::new(10, 1.0);
-        let probe = grid.probe();
-        let ray = grid.ray(&probe, 3.0, 7.0);
-        assert_eq!((probe.origin() + ray.o, ray.d), (DVec3::new(3.0, 7.0, -10.0), DVec3::Z));
-        let hit = probe.nearest(&ray).unwrap();
+        let prepared = grid.prepared();
+        let ray = grid.ray(&prepared, 3.0, 7.0);
+        assert_eq!((prepared.world.origin() + ray.o, ray.d), (DVec3::new(3.0, 7.0, -10.0), DVec3::Z));
+        let hit = prepared.world.nearest(&ray).unwrap();
         assert!((hit.t - 10.0 - grid.positions[7 * 11 + 3].z).abs() < 1e-14);
     }
 }

@@ -251,9 +251,13 @@ impl Mix {
     }
 }
 
-const FIRST: Key<Name> =
-    Key::string("namedmaterial1", "the name of the first material, whose bump map is used").required();
-const SECOND: Key<Name> = Key::string("namedmaterial2", "the name of the second material").required();
+const FIRST: Key<Name> = Key::string(
+    "namedmaterial1",
+    "the first material, by its name in MakeNamedMaterial; its bump map is used",
+)
+.required();
+const SECOND: Key<Name> =
+    Key::string("namedmaterial2", "the second material, by its name in MakeNamedMaterial").required();
 const AMOUNT: Key<ColorTexture> = Key::color_texture("amount", 0.5, "the share of the first material");
 
 pub(super) const MIX_KEYS: Keys = &[&FIRST, &SECOND, &AMOUNT];

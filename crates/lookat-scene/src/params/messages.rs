@@ -258,9 +258,10 @@ fn may_be(values: &Values, ty: ParamType) -> bool {
     }
 }
 
-/// True if a name is probably a misspelling of another.
+/// True if a name is probably a misspelling of another. Names that differ in u and v alone belong to two axes.
 fn is_slip(given: &str, name: &str) -> bool {
-    same_digits(given, name) && nearest(given, [name]).is_some()
+    let without_axis = |name: &str| name.replace('v', "u");
+    same_digits(given, name) && without_axis(given) != without_axis(name) && nearest(given, [name]).is_some()
 }
 
 /// True for types introduced by pbrt-v4.

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::inspect::shown::View;
-use crate::sight;
+use crate::sight::{self, ViewFacts};
 
 /// What a scene needs. The text output is made from it.
 #[derive(Serialize)]
@@ -131,7 +131,7 @@ impl Needs {
         let prepared = sight::prepare(loaded, scene)?;
         let it = lookat_render::inspect(&prepared, &scene.view);
         let unused = unused_features(scene, &it);
-        let sight = sight::look(loaded, scene, prepared.facts(&scene.view));
+        let sight = sight::look(loaded, scene, ViewFacts::new(&prepared, &scene.view));
         let view = View::new(&sight, &loaded.sources);
         // A file that is included again is in memory once.
         let files = loaded.sources.files.iter();

@@ -188,7 +188,8 @@ impl Rendering<'_> {
             }
             self.check_unfinished(&scene, &file)?;
             // Without a picture, the files of the scene have changed meanwhile.
-            let Some((picture, written)) = self.picture(&scene, &mut prepared, file)? else { continue };
+            prepared.look(&scene.view.camera);
+            let Some((picture, written)) = self.picture(&scene, &prepared, file)? else { continue };
             let is_complete = picture.complete;
             done.push(picture);
             written?;
@@ -209,12 +210,7 @@ impl Rendering<'_> {
     }
 
     /// Renders and writes a picture. `None` if the files of the scene have changed meanwhile.
-    fn picture(
-        &self,
-        scene: &Scene,
-        prepared: &mut Prepared,
-        file: PathBuf,
-    ) -> Result<Option<Written>, Failure> {
+    fn picture(&self, scene: &Scene, prepared: &Prepared, file: PathBuf) -> Result<Option<Written>, Failure> {
         let Rendering { arguments, loaded, live } = *self;
         let (settings, crop) = (settings(arguments, &file), scene.view.film.crop);
         let new = new_picture(scene, &settings);
@@ -247,7 +243,7 @@ impl Rendering<'_> {
         } else {
             None
         };
-        let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();
+        let seconds = started.elapsed().as_secs_f64();
         let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
         let Kept { file, destination, kept, light, samples_per_pixel } =
             output.write(&mut rendered, numbered.clone())?;

@@ -197,7 +197,7 @@ pub fn explain_black(
     picture: &JsonPicture,
     rendered: &Rendered,
     scene: &Scene,
-    prepared: &mut Prepared,
+    prepared: &Prepared,
     sources: &Sources,
 ) {
     if !rendered.complete || picture.least_samples == 0 {
@@ -244,7 +244,7 @@ pub fn explain_black(
 }
 
 /// The place of a black material that the camera sees.
-fn black_material(scene: &Scene, prepared: &mut Prepared) -> Option<Span> {
+fn black_material(scene: &Scene, prepared: &Prepared) -> Option<Span> {
     let is_black =
         |primitive: &Primitive| primitive.emission.is_none() && primitive.material.kind().is_black();
     if !scene.world.shapes().any(is_black) {

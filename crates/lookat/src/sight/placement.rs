@@ -1,11 +1,12 @@
 //! Cameras inside a shape, behind the ground, far away, or turned away from everything; shapes of the wrong size.
 
-use lookat_render::{LightFacts, ShapeFacts, ViewFacts};
 use lookat_scene::glam::{DMat3, DMat4, DVec3};
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, Span, parse};
 use lookat_scene::{CameraPlacement, Projection, Transform, View};
 
-use crate::sight::{Sight, corners, exchanged, point, short, union, window};
+use crate::sight::{
+    LightFacts, ShapeFacts, Sight, ViewFacts, corners, exchanged, point, short, union, window,
+};
 
 /// Shapes that fill less of the shorter side than this are hardly seen.
 const HARDLY_SEEN: f64 = 0.02;
@@ -14,7 +15,7 @@ const HIDDEN: f64 = 0.01;
 /// The angle of view, in degrees, from which on sizes in the middle of the picture mean little.
 const WIDEST: f64 = 170.0;
 /// The least of the picture that the ground fills where it hides the others.
-const HIDING: f64 = 0.3;
+const HIDING: f64 = 0.1;
 
 /// What is odd about the place of the camera.
 pub fn odd(sight: &Sight) -> Option<Diagnostic> {
@@ -28,7 +29,8 @@ pub fn odd(sight: &Sight) -> Option<Diagnostic> {
 fn inside(sight: &Sight) -> Option<Diagnostic> {
     let shape = &sight.facts.shapes[sight.facts.inside?];
     // A light in the shape may come by way of several surfaces.
-    let is_lit = sight.facts.lights.iter().any(|light| light.reaches || is_in(shape.bounds, light));
+    let is_lit =
+        sight.facts.lights.iter().any(|light| light.irradiance.reaches || is_in(shape.bounds, light));
     let is_small = shape.size() < 0.5 * sight.world_size();
     let is_meant = shape.is_emitter || (shape.is_opaque && is_lit) || (!shape.is_opaque && !is_small);
     if is_meant {

@@ -288,8 +288,8 @@ impl Engine {
             loaded = self.load_once();
         }
         if loaded.scene.is_none() {
-            let misfit = loaded.override_error.as_ref().map(|reason| format!("error: {reason}\n"));
-            return Err((report::text(&loaded) + &misfit.unwrap_or_default()).into());
+            let override_error = loaded.override_error.as_ref().map(|reason| format!("error: {reason}\n"));
+            return Err((report::text(&loaded) + &override_error.unwrap_or_default()).into());
         }
         Ok(loaded)
     }

@@ -273,10 +273,10 @@ pub struct Hit {
     pub depth: f64,
     /// The type of the shape, and its place.
     pub shape: String,
-    pub shape_place: Option<Place>,
+    pub shape_place: Option<TextPlace>,
     /// The type of the material, and its place.
     pub material: String,
-    pub material_place: Option<Place>,
+    pub material_place: Option<TextPlace>,
     /// The directives of its material and its emission.
     pub directives: Vec<Described>,
 }
@@ -321,7 +321,7 @@ impl At {
 
 /// A place of the text, as pages show it.
 #[derive(Debug, Serialize)]
-pub struct Place {
+pub struct TextPlace {
     pub at: At,
     /// file:line:column
     pub text: String,
@@ -331,11 +331,11 @@ pub struct Place {
     pub column: usize,
 }
 
-impl Place {
-    pub fn new(span: Span, sources: &Sources, reading: u32) -> Place {
+impl TextPlace {
+    pub fn new(span: Span, sources: &Sources, reading: u32) -> TextPlace {
         let found = sources.location(span);
         let path = std::path::absolute(found.path);
-        Place {
+        TextPlace {
             at: At { reading, file: span.file.0, start: span.start },
             text: report::place(span, sources),
             path: path.as_deref().unwrap_or(Path::new("")).display().to_string(),
@@ -353,7 +353,7 @@ pub struct Described {
     pub kind: &'static str,
     /// The name of a named material.
     pub name: Option<String>,
-    pub place: Place,
+    pub place: TextPlace,
     pub parameters: Vec<Parameter>,
 }
 

@@ -12,11 +12,12 @@ use crate::camera_override::{FileCamera, changed};
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
 use crate::render::settings::charge_memory;
+use crate::report;
+use crate::sight::{self, ViewFacts};
 use crate::source::DirectiveText;
 use crate::view::camera::{camera_fixes, placement, rounded, values};
-use crate::view::messages::{self, Described, Hit, Parameter, Place, TextValues, Values};
+use crate::view::messages::{self, Described, Hit, Parameter, TextPlace, TextValues, Values};
 use crate::view::write::{FileChange, changes};
-use crate::{report, sight};
 
 /// The most places along a side of which the depths are told.
 const MOST_DEPTHS: u32 = 64;
@@ -87,7 +88,7 @@ impl Opened {
             return false;
         }
         let Opened { loaded, scene, prepared, .. } = self;
-        let advice = sight::advise_by(loaded, scene, |view| prepared.facts(view));
+        let advice = sight::advise_by(loaded, scene, |view| ViewFacts::new(prepared, view));
         loaded.diagnostics.extend(advice);
         self.messages = report::text(loaded);
         self.is_advised = true;
@@ -152,7 +153,7 @@ impl Opened {
         let picked = prepared.pick(view, DVec2::new(x, y))?;
         let (shape, material) = (picked.primitive.span, picked.primitive.material.span);
         let word = |span: Option<_>| span.map(|span| report::word(span, &loaded.sources));
-        let place = |span: Option<_>| span.map(|span| Place::new(span, &loaded.sources, reading));
+        let place = |span: Option<_>| span.map(|span| TextPlace::new(span, &loaded.sources, reading));
         let emission = picked.primitive.emission.and_then(|emission| emission.span);
         let directives = [material, emission].into_iter().flatten();
         Some(Hit {
@@ -217,7 +218,7 @@ pub fn describe(sources: &Sources, place: Span, reading: u32) -> Option<Describe
         directive: kind.directive,
         kind: kind.name,
         name: is_named(&found).then(|| found.entity.name.value.clone()),
-        place: Place::new(found.entity.name.span, sources, reading),
+        place: TextPlace::new(found.entity.name.span, sources, reading),
         parameters: parameters.map(described).collect(),
     })
 }

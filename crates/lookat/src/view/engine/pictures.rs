@@ -30,8 +30,7 @@ impl Engine {
         };
         let view = self.pace.view(&opened.view);
         let started = Instant::now();
-        let rendered =
-            opened.prepared.render_unmoved(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
+        let rendered = opened.prepared.render(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
         self.pace.learn(started.elapsed());
         let total = rendered.statistics.samples;
         let seconds = started.elapsed().as_secs_f64();
@@ -79,7 +78,7 @@ impl Engine {
             // Without a thread, queries wait for the end of the picture.
             let _ = Builder::new().spawn_scoped(scope, || engine.answer_meanwhile(&is_over));
             let _stop = StopQueries(requests, &is_over);
-            opened.prepared.render_unmoved(&opened.view, &settings, &progress)
+            opened.prepared.render(&opened.view, &settings, &progress)
         });
         if rendered.complete {
             let total = rendered.statistics.samples;
