@@ -147,7 +147,9 @@ fn what_is_wrong_is_refused() {
     assert!(refused(0, ("Kd", "spectrum"), json!(["/etc/passwd"])).contains("cannot name files"));
     assert_eq!(refused(0, ("Kf", "rgb"), json!([1, 1, 1])), "there is no parameter \"Kf\"");
     assert_eq!(refused(0, ("Kd", "hue"), json!([1, 1, 1])), "there is no type \"hue\"");
-    assert!(refused(0, ("Kd", "rgb"), json!([1, 1])).contains("multiple of 3"));
+    assert!(
+        refused(0, ("Kd", "rgb"), json!([1, 1])).contains("Kd needs 3 numbers (red, green, blue), found 2")
+    );
     assert!(refused(0, ("Kd", "texture"), json!(["bricks"])).contains("bricks"));
     assert!(refused(0, ("bumpmap", "string"), json!(["a.png"])).contains("cannot name files"));
     assert!(refused(1, ("L", "rgb"), json!([1e30, 1, 1])).contains("1e18"));
