@@ -3,13 +3,13 @@
 //! Each number is a median of rounds in which all compared things are measured in turn, so that other work on the machine
 //! disturbs them equally.
 
+mod bench_table;
 mod features;
 mod latency;
 mod meshes;
 mod profile;
 mod reading;
 mod rendering;
-mod table;
 mod tracing;
 
 use std::error::Error;
@@ -19,7 +19,7 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use crate::print;
-use table::{BenchTable, Machine};
+use bench_table::{BenchTable, Machine};
 
 /// The arguments of `lookat-lab bench`.
 #[derive(Debug, Args)]

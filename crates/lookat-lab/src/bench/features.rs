@@ -3,8 +3,8 @@
 use lookat_render::{Settings, Stop};
 use lookat_scene::Scene;
 
+use super::bench_table::{BenchTable, Column};
 use super::rendering::{load, render};
-use super::table::{BenchTable, Column};
 use crate::timed;
 
 /// Two spheres on a floor under four lamps, without anything that can be left out.

@@ -11,7 +11,7 @@ use glam::{DQuat, DVec3};
 use lookat_image::{MemoryBudget, TemporaryFile, TemporaryName, open_file};
 use serde_json::{Value, json};
 
-use super::table::{BenchRow, BenchTable, Cell};
+use super::bench_table::{BenchRow, BenchTable, Cell};
 use client::{Client, ClientError};
 
 /// As often as a display shows a frame, a page sends a camera.

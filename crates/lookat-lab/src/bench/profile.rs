@@ -6,9 +6,9 @@ use std::time::Duration;
 use lookat_render::{Settings, StageProfile};
 use lookat_scene::{Scene, Shape};
 
+use super::bench_table::{BenchTable, Column, in_turn};
 use super::meshes::body;
 use super::rendering::{load, render};
-use super::table::{BenchTable, Column, in_turn};
 use crate::timed;
 
 const LAMP: &str = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [30 28 24] Material "matte" "rgb Kd" [0 0 0]

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use lookat_scene::load_opened;
 
+use super::bench_table::{BenchTable, Column};
 use super::meshes::{as_ply, as_text, sphere};
-use super::table::{BenchTable, Column};
 use crate::text_scene::around_eye;
 use crate::timed;
 

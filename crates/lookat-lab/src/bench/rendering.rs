@@ -6,7 +6,7 @@ use std::path::Path;
 use lookat_render::{Rendered, Settings};
 use lookat_scene::{FilmOverride, LoadOptions, Scene};
 
-use super::table::{BenchTable, Column};
+use super::bench_table::{BenchTable, Column};
 use crate::timed;
 
 /// A scene, and the samples per pixel that it is rendered at; none for a draft.

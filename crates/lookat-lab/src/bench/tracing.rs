@@ -6,8 +6,8 @@ use lookat_scene::{Scene, View};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+use super::bench_table::{BenchTable, Column};
 use super::meshes::{body_scene, sphere_scene};
-use super::table::{BenchTable, Column};
 use crate::stability::random::direction;
 use crate::timed;
 
