@@ -89,6 +89,7 @@ impl Paths<'_> {
                     }
                     let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::All);
                     let mut scattered = vertices.scattered(&sample, active);
+                    scattered.carried = paths.carried * sample.radiance_scale;
                     if is_last {
                         batch.add(&scattered, vertices.found_light(tracer, &scattered));
                         return;
