@@ -89,6 +89,8 @@ fn metrics_are_held_to_their_limits() {
     let (_, out, _) = folder.compare(&[&pair[..], &["--max", "mae=0.1", "--only", "mae,max"]].concat());
     assert_eq!(out.lines().count(), 2, "{out}");
     assert!(out.starts_with("mae             0.125000") && out.contains("<- exceeds --max"), "{out}");
+    let (_, out, _) = folder.compare(&[&pair[..], &["--max", "psnr=60", "--only", "psnr"]].concat());
+    assert!(out.contains("<- below the minimum") && !out.contains("exceeds"), "{out}");
 }
 
 #[test]
@@ -150,7 +152,7 @@ fn what_cannot_be_compared_is_trouble() {
     for (name, message) in [
         ("other.exr", "the sizes differ: 8x12 and 16x12"),
         ("cut.exr", "cut.exr is damaged"),
-        ("text.exr", "text.exr does not match its extension"),
+        ("text.exr", "text.exr is not in the EXR format"),
         ("huge.exr", "huge.exr is damaged"),
         (
             "red.exr",

@@ -114,7 +114,7 @@ fn what_cannot_be_converted_leaves_nothing_behind() {
     let before = folder.names();
     for (arguments, message) in [
         (&["none.exr", "b.png"][..], "cannot read none.exr: there is no such file or folder"),
-        (&["a.exr", "b.png"], "a.exr does not match its extension"),
+        (&["a.exr", "b.png"], "a.exr is not in the EXR format"),
         (&["fine.pbrt", "b.png"], "lookat reads exr, pfm, png, tga, jpg and hdr"),
         (&["-", "b.png"], "convert does not read standard input"),
         (&["picture.exr", "b.jpg"], "lookat writes exr, png, pfm and tga"),

@@ -48,7 +48,7 @@ fn a_parameter_is_explained_alone() {
 #[test]
 fn unknown_names_get_the_nearest() {
     for (words, advice) in [
-        (&["Camra"][..], "there is no directive \"Camra\": did you mean Camera?"),
+        (&["Camra"][..], "nothing is called \"Camra\": did you mean Camera?"),
         (&["Camera", "perspectiv"], "Camera has no type \"perspectiv\": did you mean perspective?"),
         (&["Camera", "perspective", "fv"], "did you mean fov?"),
         (&["Camera", "environment", "fov"], "Camera \"environment\" has no parameter \"fov\": choose from"),
@@ -202,7 +202,7 @@ fn advice_is_in_json_too() {
     let run = explain(&["Camra", "--json"]);
     let value: Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(run.status, 2);
-    assert_eq!(value["error"], "there is no directive \"Camra\": did you mean Camera?");
+    assert_eq!(value["error"], "nothing is called \"Camra\": did you mean Camera?");
     let value: Value = serde_json::from_str(&explain(&["Shape", "obj", "--json"]).out).unwrap();
     assert!(value[0]["remark"].as_str().unwrap().contains("convert the mesh to PLY"));
 }

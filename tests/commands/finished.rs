@@ -70,7 +70,7 @@ fn pictures_of_unknown_origin_stay() {
     image.write(&folder.path("b.exr")).unwrap();
     refused(&folder, "b.exr", &[], "another program made it");
     folder.write("c.exr", "a diary");
-    refused(&folder, "c.exr", &[], "c.exr does not match its extension");
+    refused(&folder, "c.exr", &[], "c.exr is not in the EXR format");
     // An empty file holds no picture.
     for file in ["d.exr", "d.pfm"] {
         folder.write(file, "");

@@ -96,17 +96,19 @@ fn all_members_are_explained() {
 }
 
 /// The sources in which the page's structs are: of the program and, for what `inspect` takes from it, of the renderer.
-const SOURCES: [&str; 10] = [
+const SOURCES: [&str; 12] = [
     "lookat/src/compare.rs",
     "lookat/src/explain.rs",
-    "lookat/src/inspect.rs",
+    "lookat/src/inspect/needs.rs",
     "lookat/src/inspect/shown.rs",
     "lookat/src/light.rs",
     "lookat/src/render/fireflies.rs",
     "lookat/src/render/summary.rs",
     "lookat/src/report.rs",
-    "lookat/src/verify/table.rs",
+    "lookat/src/scene_result.rs",
+    "lookat/src/verify/outcome.rs",
     "lookat-render/src/inspect.rs",
+    "lookat-render/src/render.rs",
 ];
 
 #[test]

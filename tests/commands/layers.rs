@@ -55,6 +55,18 @@ fn layers_are_written_and_read_back() {
     let run = folder.run(&["compare", "a.exr", "a.exr", "--layer", "Z", "--max", "mae=0"]);
     assert_eq!(run.status, 0, "{}", run.err);
 
+    // Two numbers are no picture.
+    for arguments in [
+        &["compare", "a.exr", "a.exr", "--layer", "uv"][..],
+        &["convert", "a.exr", "uv.png", "--layer", "uv"],
+    ] {
+        let run = folder.run(arguments);
+        let expected = "error: a.exr: layer uv has several channels; choose one with --layer: uv.U, uv.V\n";
+        assert_eq!((run.status, &run.err[..]), (2, expected));
+    }
+    assert_eq!(folder.run(&["convert", "a.exr", "uv.png", "--layer", "uv.U"]).status, 0);
+    assert_eq!(folder.run(&["convert", "a.exr", "uv.exr", "--layer", "uv"]).status, 0);
+
     // What the numbers stand for.
     let expected = serde_json::json!([
         { "number": 1, "type": "sphere", "file": "two.pbrt", "line": 9, "column": 7 },

@@ -147,7 +147,10 @@ fn a_picture_is_shown_in_terminals_alone() {
     let before = folder.names();
     let run = folder.run(&["render", "fine.pbrt", "--show"]);
     assert_eq!((run.status, run.out.as_str()), (2, ""));
-    assert_eq!(run.err, "error: --show draws in a terminal, and standard error is none; remove --show\n");
+    assert_eq!(
+        run.err,
+        "error: --show draws in the terminal, but standard error is not a terminal; remove --show\n"
+    );
     assert_eq!(folder.names(), before);
 }
 

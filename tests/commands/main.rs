@@ -395,7 +395,7 @@ fn what_cannot_be_printed_is_trouble() {
         let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
         let out = folder.command(arguments).stdout(full).output().unwrap();
         let said = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert_eq!((out.status.code(), said.as_str()), (Some(2), "error: cannot write the result\n"));
+        assert_eq!((out.status.code(), said.as_str()), (Some(2), "error: cannot write to standard output\n"));
     }
 }
 

@@ -145,6 +145,7 @@ fn tips_for_wrong_options_hold() {
         ("render --sp 3 fine.pbrt", "a similar argument exists: '--spp'"),
         ("render -spp 4 fine.pbrt", "options of several letters begin with two dashes: '--spp'"),
         ("render -out a.exr fine.pbrt", "options of several letters begin with two dashes: '--output'"),
+        ("chart.pbrt", "to render the scene, write 'lookat render chart.pbrt'"),
         ("fine.pbrt --spp 4", "to render the scene, write 'lookat render fine.pbrt --spp 4'"),
         ("check --quick fine.pbrt", "'--quick' is an option of 'lookat render'"),
         ("check fine.pbrt --crop 0 1 0 1", "'--crop' is an option of 'lookat render'"),
@@ -240,7 +241,7 @@ fn files_that_are_there_under_another_name_are_told() {
                 assert_eq!(help, format!("did you mean \"{meant}\"?"), "{name}");
                 assert_eq!(diagnostics[0]["fix"]["replacement"], format!("\"{meant}\""), "{name}");
             }
-            None => assert!(help.starts_with("file names are relative"), "{name}: {help}"),
+            None => assert!(help.starts_with("lookat looks in the folder"), "{name}: {help}"),
         }
     }
 }
@@ -387,6 +388,18 @@ fn parts_of_scenes_are_checked_and_not_rendered() {
 }
 
 /// The command moved to another program.
+#[test]
+fn a_folder_is_no_scene_and_an_empty_file_no_picture() {
+    let folder = Folder::new();
+    let run = folder.run(&["check", "."]);
+    assert!(run.status == 2 && run.err.contains("name its files, as in ./*.pbrt"), "{}", run.err);
+    folder.write("empty.exr", "");
+    let run = folder.run(&["convert", "empty.exr", "a.png"]);
+    assert_eq!((run.status, &run.err[..]), (2, "error: cannot read empty.exr: the file is empty\n"));
+    let run = folder.run(&["explain", "glow"]);
+    assert_eq!(run.err, "error: nothing is called \"glow\": `lookat explain` lists everything\n");
+}
+
 #[test]
 fn bench_has_a_new_place() {
     let run = Folder::new().run(&["bench", "--only", "tracing"]);

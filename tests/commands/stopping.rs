@@ -82,7 +82,11 @@ fn pixels_at_the_cap_are_told_of() {
 
     folder.write("random.pbrt", &FINE.replace("\"sobol\"", "\"random\""));
     let run = folder.run(&["render", "random.pbrt", "--target-error", "0.5"]);
-    assert!(run.err.starts_with("random.pbrt: --target-error uses Sampler \"sobol\"\n"), "{}", run.err);
+    assert!(
+        run.err.starts_with("random.pbrt: --target-error uses Sampler \"sobol\" instead of \"random\"\n"),
+        "{}",
+        run.err
+    );
 }
 
 /// Noisy pixels take the samples that others do not need, by the same numbers on any number of threads.
@@ -120,7 +124,11 @@ fn adaptive_samples_are_as_many_on_average() {
 
     folder.write("cells.pbrt", &FINE.replace("\"sobol\" \"integer pixelsamples\" 4", "\"stratified\""));
     let run = folder.run(&["render", "cells.pbrt", "--adaptive", "--force", "-o", "a.exr"]);
-    assert!(run.err.starts_with("cells.pbrt: --adaptive uses Sampler \"sobol\"\n"), "{}", run.err);
+    assert!(
+        run.err.starts_with("cells.pbrt: --adaptive uses Sampler \"sobol\" instead of \"stratified\"\n"),
+        "{}",
+        run.err
+    );
 }
 
 #[test]
@@ -174,7 +182,7 @@ fn the_time_left_is_told_after_a_second() {
         run.err.lines().filter(|line| line.ends_with(" left")).map(String::from).collect::<Vec<_>>()
     };
     let told = lines(&[]);
-    assert!(!told.is_empty() && told[0].contains(" %, "), "{told:?}");
+    assert!(!told.is_empty() && told[0].contains(" % done, "), "{told:?}");
     let told = lines(&["--target-error", "0.000001"]);
     assert!(!told.is_empty() && told[0].contains(" % of pixels done, "), "{told:?}");
     assert!(lines(&["--quiet"]).is_empty() && lines(&["--json"]).is_empty());

@@ -91,12 +91,46 @@ fn options_that_no_camera_can_have_are_refused() {
         ("fine.pbrt", &["--turntable", "0"], "expected a whole number from 1"),
         (
             "fine.pbrt",
+            &["--lens-radius", "1", "--focus", "0.5,0.5", "--focal-distance", "3"],
+            "'--focus <X,Y>' cannot be used with '--focal-distance <D>'",
+        ),
+        (
+            "fine.pbrt",
+            &[
+                "--lens-radius",
+                "1",
+                "--animate",
+                "focal-distance=2..3",
+                "--frames",
+                "2",
+                "--focus",
+                "0.5,0.5",
+            ],
+            "--animate focal-distance and --focus contradict each other",
+        ),
+        (
+            "fine.pbrt",
+            &["--animate", "fov=20..30", "--frames", "2", "--fov", "40"],
+            "--animate fov and --fov contradict each other",
+        ),
+        ("none/fine.pbrt", &["--watch"], "cannot watch none/fine.pbrt: there is no folder none"),
+        (
+            "fine.pbrt",
             &["--animate", "eye.z=0..1", "--frames", "2"],
             "eye.z at 0: the eye and the target of LookAt are the same point",
         ),
     ] {
         let run = folder.run(&[&["render", scene], arguments].concat());
         assert!(run.status == 2 && run.err.contains(message), "{arguments:?}: {}", run.err);
+    }
+    // Other commands refuse them too.
+    for command in ["check", "inspect"] {
+        let run = folder.run(&[command, "--fov", "20", "ortho.pbrt"]);
+        assert!(
+            run.status == 2 && run.err.contains("no effect on an orthographic"),
+            "{command}: {}",
+            run.err
+        );
     }
     // The advice of the format applies.
     let run = folder.run(&["render", "fine.pbrt", "--lens-radius", "1"]);
@@ -199,7 +233,12 @@ fn several_scenes_are_rendered_one_by_one() {
     assert!(run.status == 2 && run.err.contains("other.exr: 32 x 24 pixels"), "{}", run.err);
 
     let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "a.exr"]);
-    assert!(run.status == 2 && run.err.contains("name an existing folder, or remove -o"), "{}", run.err);
+    assert!(run.status == 2 && run.err.contains("name a folder, or remove -o"), "{}", run.err);
+    // The folder is created, with its parents, once everything else is right.
+    let run = folder.run(&["render", "fine.pbrt", "fine.pbrt", "-o", "new/out"]);
+    assert!(run.status == 2 && !folder.path("new").exists(), "{}", run.err);
+    let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "new/out", "--quick"]);
+    assert!(run.status == 0 && folder.path("new/out/other.quick.exr").exists(), "{}", run.err);
     std::fs::create_dir(folder.path("out")).unwrap();
     let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "out", "--quick"]);
     assert_eq!(run.status, 0, "{}", run.err);

@@ -2,22 +2,15 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::sync::LazyLock;
 
 use crate::viewer::{Content, Page, Viewer};
 use lookat_image::Image;
 use serde_json::{Value, json};
 
-const SCENE: &str = "LookAt 0 1 -5  0 0 0  0 1 0
-Camera \"perspective\" \"float fov\" 40
-Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 32
-Sampler \"halton\" \"integer pixelsamples\" 64
-Integrator \"path\"
-WorldBegin
-LightSource \"infinite\" \"rgb L\" [1 2 3]
-Material \"matte\" \"rgb Kd\" [.5 .4 .3]
-Shape \"sphere\"
-WorldEnd
-";
+/// The scene of the server's tests, with more samples.
+static SCENE: LazyLock<String> =
+    LazyLock::new(|| crate::server::SCENE.replace("pixelsamples\" 8", "pixelsamples\" 64"));
 
 fn lookat(arguments: &[&str]) -> (i32, String, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_lookat")).args(arguments).output().unwrap();
@@ -40,7 +33,7 @@ fn compared(page: &mut Page) -> Value {
 
 #[test]
 fn saved_pictures_have_the_bytes_of_render() {
-    let viewer = Viewer::start(SCENE);
+    let viewer = Viewer::start(&SCENE);
     let mut page = viewer.page();
     page.finished();
     for name in ["picture.exr", "picture.png"] {
@@ -62,7 +55,7 @@ fn saved_pictures_have_the_bytes_of_render() {
 
 #[test]
 fn layers_are_those_of_render() {
-    let viewer = Viewer::start(SCENE);
+    let viewer = Viewer::start(&SCENE);
     let names = ["depth", "position", "normal", "shading-normal", "uv", "albedo", "shape", "material"];
     let file = render(&viewer, "layers.exr", &["--layers", &names.join(",")]);
     let expected = Image::read(Path::new(&file)).unwrap();
@@ -131,7 +124,7 @@ fn layers_do_not_wait_for_a_long_picture() {
 
 #[test]
 fn the_error_map_grows_and_is_that_of_the_error_layers() {
-    let viewer = Viewer::start(SCENE);
+    let viewer = Viewer::start(&SCENE);
     let mut page = viewer.page();
     let plain = page.finished();
     page.request(&json!({"type": "errors", "isOn": true}));
@@ -181,14 +174,14 @@ fn the_error_map_grows_and_is_that_of_the_error_layers() {
 fn the_verdict_is_that_of_compare() {
     let folder = tempfile::tempdir().unwrap();
     let [scene, other, reference] = ["a.pbrt", "b.pbrt", "r.exr"].map(|name| folder.path().join(name));
-    std::fs::write(&scene, SCENE).unwrap();
+    std::fs::write(&scene, SCENE.as_bytes()).unwrap();
     std::fs::write(&other, SCENE.replace("[1 2 3]", "[1.05 2 3]")).unwrap();
     let make = |scene: &Path| {
         let [scene, file] = [scene, &reference].map(|path| path.display().to_string());
         lookat(&["render", &scene, "--error-layers", "--seed", "7", "--force", "-o", &file]);
     };
     make(&scene);
-    let viewer = Viewer::start_with(SCENE, &["--reference", reference.to_str().unwrap()]);
+    let viewer = Viewer::start_with(&SCENE, &["--reference", reference.to_str().unwrap()]);
     let compare = |file: &str| lookat(&["compare", file, reference.to_str().unwrap()]).1;
     let mut page = viewer.page();
     page.finished();
@@ -228,7 +221,7 @@ fn the_verdict_is_that_of_compare() {
 
 #[test]
 fn a_picture_is_kept_as_the_reference() {
-    let viewer = Viewer::start(SCENE);
+    let viewer = Viewer::start(&SCENE);
     let mut page = viewer.page();
     let picture = page.finished();
     page.request(&json!({"type": "reference", "from": "picture"}));
@@ -247,7 +240,7 @@ fn a_picture_is_kept_as_the_reference() {
     assert!(looking["reference"].is_null() && looking["file"].is_null());
     // The page offers a picture beside the scene. Nothing reads it before a page chooses it.
     render(&viewer, "scene.exr", &["--seed", "3"]);
-    viewer.write(&format!("{SCENE}# \n"));
+    viewer.write(&format!("{}# \n", *SCENE));
     let looking = page.news("looking", |looking| looking["file"].is_string());
     assert!(looking["reference"].is_null());
     page.request(&json!({"type": "reference", "from": "file"}));
@@ -259,7 +252,7 @@ fn a_picture_is_kept_as_the_reference() {
 fn a_reference_that_is_named_must_be_there() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.pbrt");
-    std::fs::write(&scene, SCENE).unwrap();
+    std::fs::write(&scene, SCENE.as_bytes()).unwrap();
     let [scene, reference] = [&scene, &folder.path().join("none.exr")].map(|path| path.display().to_string());
     let (status, out, errors) = lookat(&["view", &scene, "--reference", &reference]);
     assert_eq!((status, out), (2, String::new()));

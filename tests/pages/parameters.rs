@@ -121,7 +121,7 @@ fn lights_are_listed_and_changes_are_discarded() {
     assert_eq!(given(&scene["lights"][0], "I")["values"], json!([9.0, 9.0, 9.0]));
     assert_eq!(
         page.edit(1, "show")["refused"],
-        "the file has this camera and these parameters already; the film is never written"
+        "the file already has this camera and these parameters; settings of the film are never written"
     );
 }
 
@@ -147,7 +147,9 @@ fn what_is_wrong_is_refused() {
     assert!(refused(0, ("Kd", "spectrum"), json!(["/etc/passwd"])).contains("cannot name files"));
     assert_eq!(refused(0, ("Kf", "rgb"), json!([1, 1, 1])), "there is no parameter \"Kf\"");
     assert_eq!(refused(0, ("Kd", "hue"), json!([1, 1, 1])), "there is no type \"hue\"");
-    assert!(refused(0, ("Kd", "rgb"), json!([1, 1])).contains("multiple of 3"));
+    assert!(
+        refused(0, ("Kd", "rgb"), json!([1, 1])).contains("Kd needs 3 numbers (red, green, blue), found 2")
+    );
     assert!(refused(0, ("Kd", "texture"), json!(["bricks"])).contains("bricks"));
     assert!(refused(0, ("bumpmap", "string"), json!(["a.png"])).contains("cannot name files"));
     assert!(refused(1, ("L", "rgb"), json!([1e30, 1, 1])).contains("1e18"));
@@ -158,7 +160,7 @@ fn what_is_wrong_is_refused() {
     let mut camera = shown[0].clone();
     camera["place"]["at"]["start"] = json!(SCENE.find("Camera").unwrap());
     let changed = change(&mut page, &json!([camera]), 0, ("fov", "float"), json!([50]));
-    assert_eq!(changed["refused"], "there is no material and no light");
+    assert_eq!(changed["refused"], "there is no material or light at this place");
     assert_eq!(viewer.page().news("scene", |_| true)["hasUnsaved"], false);
     assert_eq!(viewer.text(), SCENE);
 }

@@ -104,7 +104,7 @@ fn strangers_are_refused() {
         (
             format!("POST /{token}/ HTTP/1.1"),
             format!("{own}Origin: http://example.com\r\nContent-Length: 0\r\n"),
-            403,
+            405,
         ),
         (format!("POST /{token}/ HTTP/1.1"), format!("{own}{origin}Content-Length: 0\r\n"), 405),
         (format!("GET /{token}/socket HTTP/1.1"), format!("{own}{origin}{socket}"), 101),

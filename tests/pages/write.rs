@@ -43,7 +43,7 @@ fn the_camera_is_written_and_taken_back() {
     let (viewer, mut page) = start();
     assert_eq!(
         page.edit(1, "show")["refused"],
-        "the file has this camera and these parameters already; the film is never written"
+        "the file already has this camera and these parameters; settings of the film are never written"
     );
     assert_eq!(page.edit(1, "write")["refused"], "there is nothing to write");
     assert_eq!(page.edit(1, "undo")["refused"], "there is nothing to undo");

@@ -59,7 +59,10 @@ impl ImageError {
                 let name = extension.unwrap_or_else(|| path.to_string());
                 format!("unknown picture format `{name}`: lookat writes {}", Format::NAMES)
             }
-            ImageFault::WrongFormat(None) => format!("{path} does not match its extension"),
+            ImageFault::WrongFormat(None) => {
+                let extension = self.path.extension().unwrap_or_default().to_ascii_uppercase();
+                format!("{path} is not in the {} format", extension.display())
+            }
             ImageFault::WrongFormat(Some(format)) => {
                 format!("{path} does not match its extension: its contents are {format}")
             }

@@ -20,7 +20,7 @@ use ::exr::prelude::f16;
 
 use crate::error::listed;
 use crate::format::{METADATA, Opened};
-use crate::image::{Placement, room};
+use crate::image::Placement;
 use crate::{Channel, Image, ImageFault, MemoryBudget, Precision, Window};
 
 /// Reads the headers, and finds the layer with this name, or else the picture that the file shows first.
@@ -61,7 +61,8 @@ pub(crate) fn open<'a>(
             let charge = data_window.reserve(channel_bytes, blocks::bytes(header), memory)?;
             guarded(|| {
                 let sources = sources(header, &choice.channels);
-                let mut channels = blank(&choice.channels, data_window.area() as usize)?;
+                let blank = |(_, name): &(usize, String)| Channel::blank(name, data_window.area() as usize);
+                let mut channels = choice.channels.iter().map(blank).collect::<Result<Vec<_>, _>>()?;
                 blocks::read(&mut file, length, &meta, choice.part, |bounds, numbers| {
                     copy(header, bounds, numbers, &sources, &mut channels);
                 })?;
@@ -114,16 +115,6 @@ fn check(header: &Header, length: u64) -> Result<(), ImageFault> {
         return Err(ImageFault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
     Ok(())
-}
-
-/// The channels for the blocks to fill: the names of a choice, and zeros.
-fn blank(choice: &[(usize, String)], pixels: usize) -> Result<Vec<Channel>, ImageFault> {
-    let channel = |(_, name): &(usize, String)| {
-        let mut samples = room(pixels)?;
-        samples.resize(pixels, 0.0);
-        Ok(Channel { name: name.clone(), samples })
-    };
-    choice.iter().map(channel).collect()
 }
 
 /// For each channel of a choice, the bytes of a pixel before it, and its type.

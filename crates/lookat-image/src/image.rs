@@ -42,14 +42,19 @@ impl Window {
         Some(Window { x: self.x.max(other.x), y: self.y.max(other.y), width, height })
     }
 
+    /// The indices of the pixels of `part`, a window inside this one, among all pixels row by row.
+    pub(crate) fn indices(self, part: Window) -> impl Iterator<Item = usize> {
+        let (left, top) = ((part.x - self.x) as usize, (part.y - self.y) as usize);
+        let (width, height, row) = (part.width as usize, part.height as usize, self.width as usize);
+        (top..top + height).flat_map(move |y| (left..left + width).map(move |x| y * row + x))
+    }
+
     /// The values of `part`, a window inside this one. `values` has one value for each pixel of this window, row by row.
     pub fn cut<T: Copy>(self, values: Vec<T>, part: Window) -> Vec<T> {
         if self == part {
             return values;
         }
-        let (left, top) = ((part.x - self.x) as usize, (part.y - self.y) as usize);
-        let rows = values.chunks_exact(self.width as usize).skip(top).take(part.height as usize);
-        rows.flat_map(|row| &row[left..left + part.width as usize]).copied().collect()
+        self.indices(part).map(|i| values[i]).collect()
     }
 
     /// Fails if there is no pixel.
@@ -68,13 +73,6 @@ impl Window {
         let bytes = self.area().saturating_mul(pixel_bytes).saturating_add(more);
         memory.reserve(bytes).map_err(|shortage| ImageFault::TooLarge { width, height, shortage })
     }
-}
-
-/// An empty array with room for `count` values.
-pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, ImageFault> {
-    let mut values = Vec::new();
-    values.try_reserve_exact(count).map_err(io::Error::from)?;
-    Ok(values)
 }
 
 /// The windows of a picture: where its samples lie in the full picture.
@@ -103,6 +101,16 @@ pub struct Channel {
     pub name: String,
     /// One value for each pixel of the data window, row by row, top row first. Any float, including NaN and infinity.
     pub samples: Vec<f32>,
+}
+
+impl Channel {
+    /// A channel of so many zeros.
+    pub(crate) fn blank(name: &str, pixels: usize) -> Result<Channel, ImageFault> {
+        let mut samples = Vec::new();
+        samples.try_reserve_exact(pixels).map_err(io::Error::from)?;
+        samples.resize(pixels, 0.0);
+        Ok(Channel { name: name.into(), samples })
+    }
 }
 
 /// The precision of the values in the file of a picture.

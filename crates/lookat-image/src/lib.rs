@@ -47,5 +47,6 @@ pub use memory::{Charge, MemoryBudget, OutOfMemory, byte_words};
 pub use mip_map::{MipMap, Texel, Wrap, floor};
 pub use picture_file::{PictureFile, open_file};
 pub use pixel_error::{PixelError, Shared};
+pub use raster::rgb_png;
 pub use replace::{TemporaryFile, TemporaryName, exit, has_text, write_file, write_target};
 pub use tone::{ToneCurve, ToneMapping};

@@ -3,7 +3,7 @@
 use std::io::{BufRead, Read, Write};
 
 use crate::format::Opened;
-use crate::image::{Placement, room};
+use crate::image::Placement;
 use crate::{Channel, Image, ImageFault, MemoryBudget, Window};
 
 /// Writes little-endian numbers: three for each pixel ("PF") or one ("Pf").
@@ -41,32 +41,21 @@ pub(crate) fn open<'a>(mut file: impl BufRead + 'a) -> Result<Opened<'a>, ImageF
         let row_bytes = 4 * names.len() * width as usize;
         let charge = placement.data_window.reserve(4 * names.len() as u64, row_bytes as u64, memory)?;
         let decode = if scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
-        let channel = |name: &&str| {
-            Ok(Channel { name: name.to_string(), samples: room(placement.data_window.area() as usize)? })
-        };
-        let mut channels = names.iter().map(channel).collect::<Result<Vec<_>, ImageFault>>()?;
+        let blank = |name: &&str| Channel::blank(name, placement.data_window.area() as usize);
+        let mut channels = names.iter().map(blank).collect::<Result<Vec<_>, _>>()?;
         let mut row = vec![0; row_bytes];
-        for _ in 0..height {
+        for y in (0..height as usize).rev() {
             file.read_exact(&mut row)?;
             for (i, channel) in channels.iter_mut().enumerate() {
                 let values = row.as_chunks().0.iter().skip(i).step_by(names.len());
-                channel.samples.extend(values.map(|&four| decode(four) * scale.abs()));
+                for (sample, four) in channel.samples[y * width as usize..].iter_mut().zip(values) {
+                    *sample = decode(*four) * scale.abs();
+                }
             }
-        }
-        for channel in &mut channels {
-            flip_rows(&mut channel.samples, width as usize);
         }
         Ok((Image::new(placement, channels), charge))
     };
     Ok(Opened { placement, metadata: None, read: Box::new(read) })
-}
-
-/// Reverses the order of the rows.
-fn flip_rows(plane: &mut [f32], width: usize) {
-    let (top, bottom) = plane.split_at_mut(plane.len() / width / 2 * width);
-    for (a, b) in top.chunks_exact_mut(width).zip(bottom.rchunks_exact_mut(width)) {
-        a.swap_with_slice(b);
-    }
 }
 
 /// The characters up to the next white space, which is consumed.

@@ -188,7 +188,11 @@ impl<'a> PictureFile<'a> {
         memory: &MemoryBudget,
     ) -> Result<Self, ImageError> {
         let open = || {
-            check_beginning(path, input.fill_buf()?)?;
+            let beginning = input.fill_buf()?;
+            if beginning.is_empty() {
+                return Err(ImageFault::Refused("the file is empty".into()));
+            }
+            check_beginning(path, beginning)?;
             match Format::from_path(path) {
                 Some(Format::Exr) => exr::open(input, layer),
                 Some(Format::Pfm) => pfm::open(input),

@@ -186,6 +186,24 @@ pub(crate) fn write_png(image: &Image, out: impl Write) -> Result<(), ImageFault
     Ok(writer.finish()?)
 }
 
+/// A PNG file of 8-bit sRGB. `bytes` are red, green and blue of each pixel, row by row.
+///
+/// # Errors
+///
+/// [`ImageFault::Refused`] if these are no whole rows of `width` pixels, or more than the format holds.
+pub fn rgb_png(width: usize, bytes: &[u8]) -> Result<Vec<u8>, ImageFault> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width as u32, (bytes.len() / 3 / width) as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    // A tenth larger and five times as fast as the usual.
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()?;
+    Ok(file)
+}
+
 /// Writes color or gray.
 pub(crate) fn write_tga(image: &Image, out: impl Write) -> Result<(), ImageFault> {
     let planes = image.visible_planes()?;

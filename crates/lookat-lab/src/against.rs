@@ -6,6 +6,7 @@ mod worlds;
 
 use lookat_image::{means, relative_mse_trimmed};
 
+use crate::estimate::{Estimate, mean, mean_and_error};
 pub use command::Against;
 use scenes::{Row, SIDE, pictures, rows};
 
@@ -15,6 +16,13 @@ const FIREFLIES: f64 = 1.5;
 const BLOCK: usize = 8;
 /// The standard errors by which the means of two pictures of one scene differ at most.
 const AGREE: f64 = 5.0;
+
+/// One run of a program.
+struct Run {
+    /// Wall time of the whole process in seconds.
+    seconds: f64,
+    pixels: Vec<[f32; 3]>,
+}
 
 /// What a program took for a picture, and how far it is from the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,18 +45,18 @@ struct Ratio {
 }
 
 impl Outcome {
-    /// The errors of pictures of one size, averaged, with the time.
+    /// The median time of some runs, and the mean of their errors.
     ///
     /// # Panics
     ///
     /// If a picture does not have the size of the reference.
-    fn of(seconds: f64, pictures: &[Vec<[f32; 3]>], reference: &[[f32; 3]]) -> Outcome {
-        let count = pictures.len() as f64;
-        let error =
-            pictures.iter().map(|picture| means(picture, reference).relative_mse).sum::<f64>() / count;
-        let trimmed =
-            pictures.iter().map(|picture| relative_mse_trimmed(picture, reference)).sum::<f64>() / count;
-        Outcome { seconds, error, trimmed }
+    fn of(runs: &[Run], reference: &[[f32; 3]]) -> Outcome {
+        let all = |value: &dyn Fn(&Run) -> f64| runs.iter().map(value).collect::<Vec<f64>>();
+        Outcome {
+            seconds: Estimate::median(&all(&|run| run.seconds)).value,
+            error: mean(&all(&|run| means(&run.pixels, reference).relative_mse)),
+            trimmed: mean(&all(&|run| relative_mse_trimmed(&run.pixels, reference))),
+        }
     }
 
     /// This error over another one at the same samples.
@@ -77,11 +85,9 @@ fn disagreement(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> Option<f64> {
         pixels.map(|i| sum(&actual[i]) - sum(&expected[i])).sum::<f64>()
     };
     let differences: Vec<f64> = (0..blocks * blocks).map(difference).collect();
-    let count = differences.len() as f64;
-    let mean = differences.iter().sum::<f64>() / count;
-    let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    let (mean, standard_error) = mean_and_error(&differences);
     let whole = expected.iter().map(sum).sum::<f64>() / expected.len() as f64 * (BLOCK * BLOCK) as f64;
-    (mean.abs() > AGREE * (variance / count).sqrt()).then_some(mean / whole)
+    (mean.abs() > AGREE * standard_error).then_some(mean / whole)
 }
 
 #[cfg(test)]
@@ -113,8 +119,9 @@ mod tests {
     #[test]
     fn outcomes_average_over_pictures() {
         let reference = vec![[1.0; 3]; 4];
-        let pictures = [vec![[1.0; 3]; 4], vec![[2.0; 3]; 4]];
-        let found = Outcome::of(1.0, &pictures, &reference);
+        let runs = [1.0, 2.0].map(|value| Run { seconds: f64::from(value), pixels: vec![[value; 3]; 4] });
+        let found = Outcome::of(&runs, &reference);
+        assert_eq!(found.seconds, 1.5);
         assert!((found.error - 0.5 / 1.01).abs() < 1e-6, "{found:?}");
     }
 }

@@ -3,22 +3,23 @@
 //! Each number is a median of rounds in which all compared things are measured in turn, so that other work on the machine
 //! disturbs them equally.
 
+mod bench_table;
 mod features;
 mod latency;
 mod meshes;
 mod profile;
 mod reading;
 mod rendering;
-mod table;
 mod tracing;
 
+use std::error::Error;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use crate::print;
-use table::{BenchTable, Machine};
+use bench_table::{BenchTable, Machine};
 
 /// The arguments of `lookat-lab bench`.
 #[derive(Debug, Args)]
@@ -71,7 +72,7 @@ const FEWEST_ROUNDS: u16 = 3;
 
 impl Bench {
     /// Measures and prints. Fails with the reason.
-    pub fn run(&self) -> Result<(), String> {
+    pub fn run(&self) -> Result<(), Box<dyn Error>> {
         let rounds = if self.view.is_empty() { self.rounds } else { 1 };
         let version = env!("CARGO_PKG_VERSION");
         let mut report = Report { version, machine: Machine::here(), rounds, tables: Vec::new() };
@@ -99,8 +100,7 @@ impl Bench {
             add(vec![latency::latency(&crate::lookat_program(self.lookat.as_deref())?, &self.view)?])?;
         }
         if self.json {
-            let json = serde_json::to_string(&report).map_err(|error| error.to_string())?;
-            print(&(json + "\n"))?;
+            print(&(serde_json::to_string(&report)? + "\n"))?;
         }
         Ok(())
     }

@@ -4,18 +4,16 @@
 //! and [`as_csv`] show it.
 
 mod draw;
-mod estimate;
 mod measure;
 mod method;
 mod reference;
 mod results;
 
 pub use draw::{Plot, draw};
-pub use estimate::{Estimate, Slope};
 pub use measure::{
     CommonSquare, End, FEWEST_SEEDS, MOST_POINTS, Measured, Measurement, Picture, Plan, Point, Renderer,
     Watch,
 };
 pub use method::{DEFAULT, METHODS, Method, named};
-pub use reference::{Fitted, Origin, Reference, fitted};
-pub use results::{Chart, EqualTable, FrontPoint, MethodResult, OtherResult, as_csv, plain, significant};
+pub use reference::{Fitted, Origin, Reference, Unfit, fitted};
+pub use results::{Chart, ChartSetup, EqualTable, FrontPoint, MethodResult, OtherResult, as_csv};

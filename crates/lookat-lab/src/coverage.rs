@@ -9,7 +9,7 @@ use glam::DVec3;
 use lookat_render::{DARK, Reached, Settings, Stop, TargetError};
 use lookat_scene::LUMINANCE;
 
-use crate::interval::interval_at;
+use crate::estimate::interval_at;
 pub use known::{Known, edges, fireflies, lens, plain};
 
 /// The most samples of a pixel.
@@ -69,16 +69,14 @@ pub const STRATA: [[f64; 2]; 4] = [[0.0, 0.02], [0.02, 0.1], [0.1, 0.5], [0.5, 1
 impl Stratum {
     /// Counts those pixels of which `belongs` holds.
     pub fn count(pixels: &[Judged], belongs: impl Fn(&Judged) -> bool) -> Stratum {
-        let mut stratum = Stratum::default();
-        for pixel in pixels.iter().filter(|pixel| belongs(pixel)) {
-            stratum.pixels += 1;
-            if pixel.samples >= MAX_SAMPLES {
-                stratum.at_cap += 1;
-            } else {
-                stratum.within += u64::from(pixel.is_within);
-            }
+        let pixels: Vec<&Judged> = pixels.iter().filter(|pixel| belongs(pixel)).collect();
+        let is_promised = |pixel: &&&Judged| pixel.samples < MAX_SAMPLES;
+        let promised = || pixels.iter().filter(is_promised);
+        Stratum {
+            pixels: pixels.len() as u64,
+            at_cap: (pixels.len() - promised().count()) as u64,
+            within: promised().filter(|pixel| pixel.is_within).count() as u64,
         }
-        stratum
     }
 
     /// The share of promised pixels that are as exact as promised, and the bound that it is above with 99 %.

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use lookat_image::{Image, agreement, align};
-use lookat_lab::interval::interval;
+use lookat_lab::estimate::interval;
 use lookat_scene::{FilmOverride, LoadOptions, Scene};
 
 const SIGNIFICANCE: f64 = 0.01;

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{DVec2, DVec3};
-use lookat_render::{Probe, Ray, Scene};
+use lookat_render::{Prepared, Ray, Scene};
 
 /// Vertices of the field on each side.
 const FIELD: usize = 200;
@@ -35,44 +35,45 @@ fn main() {
     divan::main();
 }
 
-fn camera_rays(probe: &Probe) -> Vec<Ray> {
+fn camera_rays(prepared: &Prepared) -> Vec<Ray> {
     let pixel = |at: usize| DVec2::new((at % SIDE) as f64 + 0.5, (at / SIDE) as f64 + 0.5);
-    (0..SIDE * SIDE).map(|at| probe.camera_ray(pixel(at), DVec2::splat(0.5))).collect()
+    let camera = prepared.camera(&SCENE.view);
+    (0..SIDE * SIDE).map(|at| camera.ray(pixel(at), DVec2::splat(0.5))).collect()
 }
 
 /// From where camera rays meet the field, to a light above it.
-fn shadow_rays(probe: &Probe) -> Vec<Ray> {
-    let light = DVec3::new(0.2, 0.3, 1.0) - probe.origin();
+fn shadow_rays(prepared: &Prepared) -> Vec<Ray> {
+    let light = DVec3::new(0.2, 0.3, 1.0) - prepared.origin();
     let leave = |ray: &Ray| {
-        let hit = probe.nearest(ray)?;
-        let to_light = light - probe.point(ray, &hit).p;
-        Some(Ray { t_max: to_light.length(), ..probe.spawn_ray(ray, &hit, to_light.normalize()) })
+        let surface = prepared.surface(ray, &prepared.nearest(ray)?);
+        let to_light = light - surface.p;
+        Some(Ray { t_max: to_light.length(), ..surface.spawn_ray(to_light.normalize()) })
     };
-    camera_rays(probe).iter().filter_map(leave).collect()
+    camera_rays(prepared).iter().filter_map(leave).collect()
 }
 
 #[divan::bench]
 fn nearest(bencher: Bencher) {
-    trace(bencher, camera_rays, |probe, ray| probe.nearest(ray).is_some());
+    trace(bencher, camera_rays, |prepared, ray| prepared.nearest(ray).is_some());
 }
 
 #[divan::bench]
 fn occluded(bencher: Bencher) {
-    trace(bencher, shadow_rays, |probe, ray| probe.occluded(ray));
+    trace(bencher, shadow_rays, |prepared, ray| prepared.occluded(ray));
 }
 
 /// Counts the rays that meet something.
-fn trace(bencher: Bencher, rays: fn(&Probe) -> Vec<Ray>, meets: impl Fn(&Probe, &Ray) -> bool) {
-    let probe = Probe::new(&SCENE);
-    let rays = rays(&probe);
+fn trace(bencher: Bencher, rays: fn(&Prepared) -> Vec<Ray>, meets: impl Fn(&Prepared, &Ray) -> bool) {
+    let prepared = Prepared::new(&SCENE);
+    let rays = rays(&prepared);
     bencher
         .counter(ItemsCount::new(rays.len()))
-        .bench_local(|| rays.iter().filter(|ray| meets(&probe, black_box(ray))).count());
+        .bench_local(|| rays.iter().filter(|ray| meets(&prepared, black_box(ray))).count());
 }
 
 /// From the scene to the tree.
 #[divan::bench(sample_count = 20)]
 fn build(bencher: Bencher) {
     let triangles = 2 * (FIELD - 1) * (FIELD - 1);
-    bencher.counter(ItemsCount::new(triangles)).bench_local(|| Probe::new(black_box(&SCENE)).origin());
+    bencher.counter(ItemsCount::new(triangles)).bench_local(|| Prepared::new(black_box(&SCENE)).origin());
 }

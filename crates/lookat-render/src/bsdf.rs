@@ -250,7 +250,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
 /// The share of samples that lobes have alike, whatever they scatter: a lobe may scatter more than it seems to, or what it
 /// scatters may be brighter (defensive mixtures; Hesterberg, "Weighted average importance sampling and defensive mixture
 /// distributions", Technometrics 37(2), 1995).
-const ALIKE: f32 = 0.25;
+const UNIFORM_SHARE: f32 = 0.25;
 
 /// Sets the probabilities of lobes by their albedo at an angle of cosine `cos_o`.
 #[inline(always)]
@@ -270,7 +270,8 @@ fn weigh<S: Simd>(slots: &mut [LobeSlot<S>], cos_o: f32x8<S>) {
     let usable = sum.simd_gt(0.0) & sum.is_finite();
     let alike = 1.0 / count;
     for slot in slots {
-        let own = usable.select(alike * ALIKE + slot.probability / sum * (1.0 - ALIKE), alike);
+        let own =
+            usable.select(alike * UNIFORM_SHARE + slot.probability / sum * (1.0 - UNIFORM_SHARE), alike);
         slot.probability = slot.mask.select(own, none);
     }
 }

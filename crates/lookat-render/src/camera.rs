@@ -3,7 +3,7 @@
 
 use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
-use lookat_scene::{Camera, Film, Lens, Projection};
+use lookat_scene::{Camera, Film, Lens, Projection, Transform};
 
 use crate::number::{LANES, Vec2x8, Vec3x8, baseline};
 use crate::ray::Ray;
@@ -12,9 +12,11 @@ use crate::warp::square_to_disk;
 
 /// A camera, prepared to make rays, which are relative to an origin.
 #[derive(Debug)]
-pub(crate) struct CameraRays {
+pub struct CameraRays {
     world_from_camera: DMat3,
-    /// The eye, relative to the origin.
+    camera_from_world: Transform,
+    /// The eye, relative to [`Prepared::origin`](crate::Prepared::origin): the position of a perspective camera, the middle of
+    /// the window of an orthographic one.
     pub eye: DVec3,
     /// The middle of the film in pixels; its place in camera space, on the plane z = 1 of a perspective camera and
     /// relative to the eye of an orthographic one; and the steps to the next pixel. Counted from the middle, no digits
@@ -31,11 +33,11 @@ pub(crate) struct CameraRays {
 impl CameraRays {
     /// The eye in the world: the position of a perspective camera, the middle of the window
     /// of an orthographic one.
-    pub fn eye(camera: &Camera) -> DVec3 {
+    pub(crate) fn eye(camera: &Camera) -> DVec3 {
         camera.world_from_camera.point(eye_in_camera(camera).extend(0.0))
     }
 
-    pub fn new(camera: &Camera, film: &Film, origin: DVec3) -> Self {
+    pub(crate) fn new(camera: &Camera, film: &Film, origin: DVec3) -> Self {
         let screen = &camera.screen;
         let middle = eye_in_camera(camera);
         let scale = match camera.projection {
@@ -48,6 +50,7 @@ impl CameraRays {
         let resolution = DVec2::new(f64::from(film.resolution[0]), f64::from(film.resolution[1]));
         CameraRays {
             world_from_camera: DMat3::from_mat4(camera.world_from_camera.matrix()),
+            camera_from_world: camera.world_from_camera.inverse(),
             eye: CameraRays::eye(camera) - origin,
             film_middle: resolution * 0.5,
             start,
@@ -59,11 +62,17 @@ impl CameraRays {
     }
 
     /// True if rays need a point on the lens.
-    pub fn has_lens(&self) -> bool {
+    pub(crate) fn has_lens(&self) -> bool {
         self.lens.is_some()
     }
 
-    /// One ray.
+    /// The z of a point in camera space: the focal distance at which it is sharp. Negative behind an environment camera.
+    pub fn depth(&self, p: DVec3) -> f64 {
+        self.camera_from_world.vector(p - self.eye).z
+    }
+
+    /// The ray through a place of the film, in pixels from the top left corner of the full picture, and the point of the lens
+    /// that `u`, in 0..1, chooses. `u` of 0.5 is the middle of the lens.
     pub fn ray(&self, film: DVec2, u: DVec2) -> Ray {
         baseline!(simd => {
             let [film, u] = [film, u].map(|at| [at.x.simd_into(simd), at.y.simd_into(simd)]);
@@ -75,7 +84,12 @@ impl CameraRays {
     /// The origins and directions of rays through places of the film, in pixels from the top left corner; `u` chooses the points on the
     /// lens (PBR 6.2.3).
     #[inline(always)]
-    pub fn rays<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
+    pub(crate) fn rays<S: Simd>(
+        &self,
+        simd: S,
+        film: Vec2x8<S>,
+        u: Option<Vec2x8<S>>,
+    ) -> (Vec3x8<S>, Vec3x8<S>) {
         let (o, d) = self.lines(simd, film, u);
         (o, d.normalize())
     }

@@ -25,7 +25,7 @@ pub const REPLICATES: u32 = 16;
 /// The picture while it is rendered.
 #[derive(Debug)]
 pub(crate) struct Film<'v> {
-    pub of: &'v lookat_scene::Film,
+    pub settings: &'v lookat_scene::Film,
     pub filter: PixelFilter,
     /// Pixels on a side of the tiles.
     side: i32,
@@ -119,7 +119,7 @@ impl<'v> Film<'v> {
             .map(|sources| Mutex::new(Tile::new(sources.intersection(crop), sources, keeps, has_unfiltered)))
             .collect();
         Film {
-            of: &view.film,
+            settings: &view.film,
             filter,
             side,
             has_unfiltered,
@@ -131,7 +131,7 @@ impl<'v> Film<'v> {
 
     /// The pixels of the picture.
     pub fn crop(&self) -> Area {
-        Area::of(self.of.crop)
+        Area::of(self.settings.crop)
     }
 
     /// The pixels in which samples are taken.
@@ -150,12 +150,12 @@ impl<'v> Film<'v> {
     }
 
     /// Adds the samples of an image block.
-    pub fn add(&self, frame: &ImageBlock) {
+    pub fn add(&self, samples: &ImageBlock) {
         let scale = self.scale();
-        for at in self.tiles_of(frame.area.grown(self.filter.reach())) {
+        for at in self.tiles_of(samples.area.grown(self.filter.reach())) {
             let Tile { bounds, sources, counts, sums, pass, unfiltered, .. } = &mut *lock(&self.tiles[at]);
             let into = if pass.is_empty() { sums } else { pass };
-            for (block, sums) in frame.sums() {
+            for (block, sums) in samples.sums() {
                 let part = block.intersection(*bounds);
                 for y in (part.y0..part.y1).filter(|_| part.width() > 0) {
                     let (own, from) = (bounds.index([part.x0, y]), block.index([part.x0, y]));
@@ -164,11 +164,11 @@ impl<'v> Film<'v> {
                     }
                 }
             }
-            for pixel in sources.intersection(frame.area).pixels() {
-                let at = frame.area.index(pixel);
-                counts[sources.index(pixel)] += frame.counts[at];
-                if bounds.contains(pixel) && !unfiltered.is_empty() && frame.counts[at] > 0 {
-                    unfiltered[bounds.index(pixel)].add(frame.unfiltered[at], frame.counts[at]);
+            for pixel in sources.intersection(samples.area).pixels() {
+                let at = samples.area.index(pixel);
+                counts[sources.index(pixel)] += samples.counts[at];
+                if bounds.contains(pixel) && !unfiltered.is_empty() && samples.counts[at] > 0 {
+                    unfiltered[bounds.index(pixel)].add(samples.unfiltered[at], samples.counts[at]);
                 }
             }
         }
@@ -255,10 +255,10 @@ impl<'v> Film<'v> {
     #[inline(always)]
     pub fn limited(&self, radiance: Vec3) -> Vec3 {
         let brightness = luminance(radiance);
-        if brightness <= self.of.max_sample_luminance {
+        if brightness <= self.settings.max_sample_luminance {
             return radiance;
         }
-        radiance * (self.of.max_sample_luminance / brightness) as f32
+        radiance * (self.settings.max_sample_luminance / brightness) as f32
     }
 
     /// The picture so far; `with_errors` adds the layers of its error if there are spreads.
@@ -276,7 +276,7 @@ impl<'v> Film<'v> {
             let value = |(own, pixel)| (crop.index(pixel), self.value(&tile, own));
             tile.bounds.pixels().enumerate().map(value).collect::<Vec<_>>()
         };
-        let mut image = develop(self.of, self.tiles.iter().flat_map(of_tile));
+        let mut image = develop(self.settings, self.tiles.iter().flat_map(of_tile));
         if !errors.is_empty() {
             image.add_errors(&errors);
         }
@@ -285,7 +285,7 @@ impl<'v> Film<'v> {
 
     /// An error on the scale of the picture.
     fn scaled(&self, error: PixelError) -> PixelError {
-        let scaled = |errors: [f32; 3]| errors.map(|error| error * self.of.scale.abs() as f32);
+        let scaled = |errors: [f32; 3]| errors.map(|error| error * self.settings.scale.abs() as f32);
         let shared = error.shared.map(|shared| Shared { unfiltered: scaled(shared.unfiltered), ..shared });
         PixelError { standard_error: scaled(error.standard_error), shared, ..error }
     }
@@ -444,7 +444,7 @@ pub(crate) struct ImageBlock {
 }
 
 impl ImageBlock {
-    /// Makes a frame for an area, without samples.
+    /// Empties the block, and gives it an area.
     pub fn restart(&mut self, film: &Film, area: Area) {
         self.area = area;
         self.reach = film.filter.reach();
@@ -568,12 +568,12 @@ mod tests {
             .map(|source| (source, DVec2::new(0.25, 0.5), 3.0))
             .chain([(bright.0, bright.1, 100.0)])
             .collect();
-        let mut frame = ImageBlock::default();
-        frame.restart(&film, film.sources());
+        let mut block = ImageBlock::default();
+        block.restart(&film, film.sources());
         for (source, place, value) in &places {
-            frame.add(&film.filter, *source, *place, DVec3::splat(*value).extend(1.0));
+            block.add(&film.filter, *source, *place, DVec3::splat(*value).extend(1.0));
         }
-        film.add(&frame);
+        film.add(&block);
         let image = film.develop(false).rgb().unwrap();
         for (pixel, found) in film.crop().pixels().zip(image) {
             let mut sum = [0.0; 2];
@@ -642,10 +642,10 @@ mod tests {
             PixelFilter \"box\" WorldBegin Shape \"sphere\" WorldEnd",
         );
         let film = Film::new(&scene.view, Keeps::Sums);
-        let mut frame = ImageBlock::default();
-        frame.restart(&film, film.sources());
-        frame.add(&film.filter, [3, 4], DVec2::splat(0.5), DVec3::splat(2.0).extend(1.0));
-        film.add(&frame);
+        let mut block = ImageBlock::default();
+        block.restart(&film, film.sources());
+        block.add(&film.filter, [3, 4], DVec2::splat(0.5), DVec3::splat(2.0).extend(1.0));
+        film.add(&block);
         assert!(film.add_splat(DVec2::new(3.2, 4.9), Vec3::splat(6.0)));
         for far in [1e9, 1e10, -1e10, 1e300] {
             assert!(film.add_splat(DVec2::new(-0.1, far), Vec3::splat(6.0)));

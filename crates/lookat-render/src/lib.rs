@@ -31,7 +31,8 @@
 //! | add up pictures of other samples, exactly | [`Progress::sums`] and [`FilmSums`] |
 //! | know what is at a place of a picture | [`Prepared::pick`] |
 //! | give a picture depth, normals and other layers | [`Settings::layers`] |
-//! | trace rays of your own | [`Probe`] |
+//! | trace rays of your own | [`Prepared::camera`], [`Prepared::nearest`], [`Prepared::occluded`], [`Prepared::surface`] |
+//! | know how much light comes to a surface | [`Prepared::irradiance`] |
 //! | know where the time goes | [`profile()`] |
 //! | know what a scene takes | [`inspect()`], [`film_bytes`], [`preparation_bytes`] |
 //!
@@ -52,12 +53,13 @@ mod filter;
 mod frame;
 mod inspect;
 mod integrator;
+mod irradiance;
 mod light;
 mod number;
 mod parametric;
 mod prepare;
-mod probe;
 mod ray;
+mod ray_query;
 mod render;
 mod sampler;
 mod shading;
@@ -69,23 +71,22 @@ mod threads;
 mod trace;
 mod traceable;
 mod triangle;
-mod view_facts;
 mod warp;
 
-pub use crate::camera::Focus;
-pub use crate::view_facts::Picked;
+pub use camera::{CameraRays, Focus};
 pub use film::{FilmSums, FilmSumsError, REPLICATES};
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::{SampleDimensions, StageProfile};
+pub use irradiance::{Irradiance, LightPlace, r2_sequence};
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::{Scene, glam};
 pub use prepare::{Prepared, preparation_bytes};
-pub use probe::{Probe, SurfacePoint};
-pub use ray::{ElementId, Hit, Ray};
+pub use ray::{ElementId, Hit, Ray, ShapeId};
+pub use ray_query::Picked;
 pub use render::{
     BrightestSample, DARK, Layer, Layers, PathEnd, Progress, Reached, Rendered, Settings, Statistics, Stop,
     TargetError, TimeLeft, film_bytes, profile, render,
 };
+pub use surface::Surface;
 pub use threads::{start_threads, threads};
-pub use view_facts::{Flat, LightFacts, LightPlace, ShapeFacts, ViewFacts};

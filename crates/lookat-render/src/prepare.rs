@@ -28,7 +28,7 @@ use crate::triangle::corners;
 /// # let scene = lookat_scene::load(Path::new("a"), &|_| Ok(text.into()), &Default::default()).scene.unwrap();
 /// use lookat_render::Prepared;
 ///
-/// let mut prepared = Prepared::new(&scene);
+/// let prepared = Prepared::new(&scene);
 /// let mut view = scene.view.clone();
 /// view.film.scale = 2.0;
 /// let rendered = prepared.render(&view, &Default::default(), &|_| ControlFlow::Continue(()));
@@ -36,7 +36,7 @@ use crate::triangle::corners;
 /// ```
 ///
 /// Coordinates are relative to an origin: the eye, rounded to a lattice whose cells are at most as large as
-/// four worlds. A view from another cell prepares the world again. So each view has the same pixels as when it is rendered alone.
+/// four worlds. After [`Prepared::look`], each view has the same pixels as when it is rendered alone.
 pub struct Prepared {
     world: Arc<World>,
     lattice: Lattice,
@@ -84,7 +84,8 @@ impl Prepared {
         self.lattice.origin(CameraRays::eye(camera)) == self.traceable.origin
     }
 
-    /// Moves the origin to the cell of a camera, and returns the time that this took.
+    /// Moves the origin to the cell of a camera, so that its pictures equal those of [`render`](crate::render()). This builds
+    /// the BVHs and light tables again, unless the camera [is near](Prepared::is_near). Returns the time that it took.
     pub fn look(&mut self, camera: &Camera) -> Duration {
         let started = Instant::now();
         if !self.is_near(camera) {
@@ -97,8 +98,8 @@ impl Prepared {
         started.elapsed()
     }
 
-    /// The rays of a camera of the origin's cell.
-    pub(crate) fn camera(&self, view: &View) -> CameraRays {
+    /// The camera rays of a view. They are exact if the camera [is near](Prepared::is_near).
+    pub fn camera(&self, view: &View) -> CameraRays {
         CameraRays::new(&view.camera, &view.film, self.traceable.origin)
     }
 
@@ -428,7 +429,8 @@ mod tests {
             let settings = Settings { seed: number, ..Settings::default() };
             let progress = |_: crate::Progress| ControlFlow::Continue(());
             let is_near = prepared.is_near(&scene.view.camera);
-            let unmoved = prepared.render_unmoved(&scene.view, &settings, &progress).image.rgb().unwrap();
+            let unmoved = prepared.render(&scene.view, &settings, &progress).image.rgb().unwrap();
+            prepared.look(&scene.view.camera);
             let seen = prepared.render(&scene.view, &settings, &progress).image.rgb().unwrap();
             let alone = render(&scene, &settings, &progress);
             assert_eq!(Some(&seen), alone.image.rgb().as_ref(), "{number}");

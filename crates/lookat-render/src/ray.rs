@@ -71,6 +71,24 @@ impl ElementId {
     pub const NONE: ElementId = ElementId { instance: u32::MAX, primitive: u32::MAX, index: u32::MAX };
     /// A light that is a point. A shadow ray to it ends just there, and what it lies in does not block.
     pub const POINT_LIGHT: ElementId = ElementId { index: u32::MAX - 1, ..ElementId::NONE };
+
+    /// The shape that the element is a part of.
+    pub fn shape(&self) -> ShapeId {
+        if self.instance == ElementId::WORLD {
+            ShapeId::Primitive(self.primitive)
+        } else {
+            ShapeId::Instance(self.instance)
+        }
+    }
+}
+
+/// Names a shape of the world, or an instance of an object as a whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ShapeId {
+    /// The index of an instance, see [`ElementId::instance`].
+    Instance(u32),
+    /// The index in [`World::primitives`](lookat_scene::World::primitives).
+    Primitive(u32),
 }
 
 /// The nearest hit of a ray so far.

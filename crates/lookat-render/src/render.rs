@@ -20,6 +20,7 @@ use std::time::{Duration, Instant};
 
 use lookat_image::Image;
 use lookat_scene::{Scene, View};
+use serde::Serialize;
 
 use crate::film::{Film, FilmSums, Keeps, lock};
 use crate::integrator::Profiler;
@@ -94,7 +95,7 @@ pub struct Rendered {
     pub sums: Option<FilmSums>,
     /// Counts of samples and rays.
     pub statistics: Statistics,
-    /// The time to build BVHs and light tables, before the first sample.
+    /// The time to build BVHs and light tables, before the first sample. Zero from [`Prepared::render`], which builds none.
     pub preparation: Duration,
     /// True if the rendering finished or used up its time. False if the callback stopped it.
     pub complete: bool,
@@ -125,7 +126,7 @@ pub struct Statistics {
 }
 
 /// Pixels, by whether they reached the target error.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Reached {
     /// Pixels that reached the target error.
     pub within: u64,
@@ -156,24 +157,9 @@ pub fn render(
 }
 
 impl Prepared {
-    /// Renders a view of the world as [`render`] does, with the same pixels, and prepares only what has to move with the
-    /// camera: nothing, unless it has left its cell.
+    /// Renders a view of the world. If the camera [is near](Prepared::is_near), the pixels equal those of [`render`]. Otherwise its
+    /// coordinates have other rounding errors: to avoid them, call [`Prepared::look`] first.
     pub fn render(
-        &mut self,
-        view: &View,
-        settings: &Settings,
-        progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
-    ) -> Rendered {
-        let deadline = settings.stop.deadline();
-        on_threads(settings, || {
-            let preparation = self.look(&view.camera);
-            Rendered { preparation, ..run(self, view, settings, deadline, progress, None) }
-        })
-    }
-
-    /// Renders a view at once, without preparing anything. If the camera [is in the cell](Prepared::is_near) of the origin, the
-    /// pixels equal those of [`Prepared::render`]. Otherwise its coordinates have other rounding errors.
-    pub fn render_unmoved(
         &self,
         view: &View,
         settings: &Settings,
@@ -183,7 +169,7 @@ impl Prepared {
         on_threads(settings, || run(self, view, settings, deadline, progress, None))
     }
 
-    /// The layers of the settings as [`Prepared::render_unmoved`] gives them, beside a black picture. `progress` is called with a
+    /// The layers of the settings as [`Prepared::render`] gives them, beside a black picture. `progress` is called with a
     /// picture without samples. `None` if it breaks.
     pub fn layers(
         &self,

@@ -15,9 +15,9 @@ use crate::trace::{
 use crate::traceable::Traceable;
 use crate::triangle::{Triangle, sheared::BoxedTriangle};
 
-/// A point of a surface, relative to the origin. Normals have length one.
+/// A point of a surface, relative to [`Prepared::origin`](crate::Prepared::origin). Normals have length one.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Surface<'s> {
+pub struct Surface<'s> {
     /// Position.
     pub p: DVec3,
     /// The largest coordinate that its computation went through: its rounding is in proportion.
@@ -39,7 +39,7 @@ pub(crate) struct Surface<'s> {
 
 impl<'s> Surface<'s> {
     /// The surface at a hit of `ray`.
-    pub fn new(scene: &'s Traceable, ray: &Ray, hit: &Hit) -> Self {
+    pub(crate) fn new(scene: &'s Traceable, ray: &Ray, hit: &Hit) -> Self {
         let Hit { t, element, place, .. } = *hit;
         let (primitive, instance) = (scene.primitive(element.primitive), scene.instance(element.instance));
         let turned = |n| flipped(n, primitive.reverse_orientation != primitive.mirrored);

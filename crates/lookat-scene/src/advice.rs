@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use lookat_syntax::{Diagnostic, EntityKind, Severity, Span, shown};
 
 use crate::draft::Built;
-use crate::facts::{Block, BlockStart, Facts, OverlappingEnd};
+use crate::facts::{Block, BlockStart, Facts};
 use crate::options::ResolvedOptions;
 use crate::report::Report;
 use crate::sources::Sources;
@@ -39,7 +39,7 @@ type Pass = fn(&Summary, &mut Report);
 const ALWAYS: &[Pass] = &[
     world_block,
     blocks,
-    options,
+    missing_options,
     placement::transformations,
     placement::rotations,
     names,
@@ -104,20 +104,9 @@ pub(super) fn blocks(summary: &Summary, report: &mut Report) {
         let help = format!("add {end} before the end of the world block");
         warn(report, *at, format!("this {begin} is not closed"), help);
     }
-    for OverlappingEnd { keyword, at, inner } in &summary.facts.overlapping_ends {
-        let (begin, end) = inner.kind.keywords();
-        let warning = Diagnostic::warning(*at, format!("{keyword} inside the block of {begin}"))
-            .related(inner.at, "the block opens here")
-            .help(format!("as in pbrt-v3, this closes the outer block and leaves the inner block open: write {end} before this directive"));
-        report.push(warning);
-    }
 }
 
 fn world_block(summary: &Summary, report: &mut Report) {
-    for at in &summary.facts.after_end {
-        let message = "lookat ignores directives after WorldEnd: it renders one picture per file";
-        report.unsupported(*at, message.into());
-    }
     match (summary.facts.part, summary.facts.world_begin) {
         (Some((block, first)), None) => part(summary, block, first, report),
         (None, None) => no_world(summary, report),
@@ -160,15 +149,7 @@ fn no_world(summary: &Summary, report: &mut Report) {
     });
 }
 
-pub(super) fn options(summary: &Summary, report: &mut Report) {
-    for (kind, at, before) in &summary.facts.replaced_options {
-        let warning = Diagnostic::warning(*at, format!("a second {}: the last one is used", kind.keyword()));
-        report.push(warning.related(*before, "this one is ignored"));
-    }
-    missing(summary, report);
-}
-
-fn missing(summary: &Summary, report: &mut Report) {
+fn missing_options(summary: &Summary, report: &mut Report) {
     let Facts { missing_options, idle_transform, .. } = summary.facts;
     // A transformation that waits for a Camera has its own warning.
     let is_told = |kind: &&EntityKind| **kind == EntityKind::Camera && idle_transform.is_some();
@@ -182,9 +163,15 @@ fn missing(summary: &Summary, report: &mut Report) {
     } else {
         Severity::Note
     };
-    let remark = Diagnostic::warning(world_begin, format!("no {} before WorldBegin", names.join(", no ")))
-        .help(format!("the default applies: {}", defaults.join("; ")));
-    report.push(Diagnostic { severity, ..remark });
+    let (names, applies) = match &names[..] {
+        [several @ .., last] if !several.is_empty() => {
+            (format!("{} or {last}", several.join(", ")), "the defaults apply")
+        }
+        _ => (names.concat(), "the default applies"),
+    };
+    let message = format!("no {names} before WorldBegin");
+    let help = format!("{applies}: {}", defaults.join("; "));
+    report.push(Diagnostic::new(severity, world_begin, message).help(help));
 }
 
 fn default(kind: EntityKind) -> &'static str {
@@ -202,7 +189,7 @@ pub(super) fn names(summary: &Summary, report: &mut Report) {
         let message = format!("{what} \"{name}\" is defined again: the new definition applies from here on");
         report.push(Diagnostic::note_at(*at, message));
     }
-    let media = summary.symbols.all().iter().filter(|symbol| symbol.kind == SymbolKind::Medium);
+    let media = summary.symbols.list.iter().filter(|symbol| symbol.kind == SymbolKind::Medium);
     for place in media.filter(|medium| medium.definition.is_some()).flat_map(|medium| &medium.uses) {
         let message = "lookat does not render participating media: it renders empty space instead";
         report.unsupported(*place, message.into());
@@ -218,7 +205,7 @@ fn short(kind: SymbolKind) -> &'static str {
 }
 
 fn unused_objects(summary: &Summary, report: &mut Report) {
-    let symbols = summary.facts.objects.iter().map(|(at, symbol)| (*at, summary.symbols.get(*symbol)));
+    let symbols = summary.facts.objects.iter().map(|(at, symbol)| (*at, &summary.symbols[*symbol]));
     // A note says where a name is defined again.
     let last: BTreeMap<&str, _> = symbols.map(|(at, symbol)| (&symbol.name[..], (at, symbol))).collect();
     for (name, (at, _)) in last.into_iter().filter(|(_, (_, symbol))| symbol.uses.is_empty()) {

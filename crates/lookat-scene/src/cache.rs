@@ -12,8 +12,8 @@ use lookat_image::Wrap;
 use lookat_syntax::{LongList, ParamType};
 use rayon::prelude::*;
 
+use crate::Mesh;
 use crate::mesh::Oddities;
-use crate::{Mesh, Transform};
 
 /// Tells one version of a file from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -58,9 +58,9 @@ pub(crate) struct KeptText {
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) enum MeshKey {
     /// The lists of a directive.
-    Lists(Vec<(String, ParamType, List)>, Placement),
+    Lists(Vec<(String, ParamType, List)>, TransformBits),
     /// A file.
-    File(PathBuf, Stamp, Placement),
+    File(PathBuf, Stamp, TransformBits),
 }
 
 /// The text of a list.
@@ -72,15 +72,7 @@ pub(crate) enum List {
 }
 
 /// The bits of a transformation and of its inverse.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(crate) struct Placement([[u64; 16]; 2]);
-
-impl From<&Transform> for Placement {
-    fn from(transform: &Transform) -> Self {
-        let matrices = [transform.matrix(), transform.inverse_matrix()];
-        Placement(matrices.map(|matrix| matrix.to_cols_array().map(f64::to_bits)))
-    }
-}
+pub(crate) type TransformBits = [[u64; 16]; 2];
 
 /// A mesh, and what is reported about it.
 #[derive(Debug, Clone)]
@@ -96,36 +88,21 @@ pub(crate) struct KeptMesh {
 type KeptPictureKey = (PictureKey, Stamp, TypeId);
 
 /// The settings for decoding a picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct PictureSettings {
     pub wrap: Wrap,
     /// True to convert from sRGB to linear.
     pub gamma: bool,
-    /// The factor on the linear values.
-    pub scale: f32,
+    /// The bits of the factor on the linear values, which compare and hash.
+    pub scale: u32,
     /// True if the first row is the bottom row, as in texture coordinates.
     pub bottom_up: bool,
     /// True to clamp negative values to 0, for pictures of light.
     pub not_negative: bool,
 }
 
-/// The file and its settings. Floats are stored as bits, for comparison.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(crate) struct PictureKey {
-    pub path: PathBuf,
-    wrap: Wrap,
-    gamma: bool,
-    bottom_up: bool,
-    not_negative: bool,
-    scale: u32,
-}
-
-impl PictureKey {
-    pub fn new(path: PathBuf, settings: &PictureSettings) -> Self {
-        let PictureSettings { wrap, gamma, scale, bottom_up, not_negative } = *settings;
-        PictureKey { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() }
-    }
-}
+/// The file and its settings.
+pub(crate) type PictureKey = (PathBuf, PictureSettings);
 
 /// The access of a load to what the one before has kept.
 #[derive(Clone, Copy)]
@@ -204,14 +181,14 @@ impl Reuse<'_> {
 
     /// The picture for a key.
     pub fn picture<T: Any + Send + Sync>(&self, key: &PictureKey) -> Option<Arc<T>> {
-        let key = (key.clone(), (self.stamp)(&key.path)?, TypeId::of::<T>());
+        let key = (key.clone(), (self.stamp)(&key.0)?, TypeId::of::<T>());
         let kept = self.old.pictures.get(&key)?.clone();
         self.new.borrow_mut().pictures.insert(key, kept.clone());
         kept.downcast().ok()
     }
 
     pub fn keep_picture<T: Any + Send + Sync>(&self, key: &PictureKey, picture: &Arc<T>) {
-        if let Some(stamp) = (self.stamp)(&key.path) {
+        if let Some(stamp) = (self.stamp)(&key.0) {
             let key = (key.clone(), stamp, TypeId::of::<T>());
             self.new.borrow_mut().pictures.insert(key, picture.clone());
         }

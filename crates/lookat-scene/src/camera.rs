@@ -2,11 +2,12 @@
 
 use glam::{DVec2, DVec3};
 use lookat_syntax::{ParamType, Span};
+use serde::{Deserialize, Serialize};
 
 use crate::Film;
 use crate::params::Params;
 use crate::params::value::{Edges, Name};
-use crate::schema::{Effect, Key, Keys, Kind, Range, Unit};
+use crate::schema::{Effect, Key, Keys, Kind, Range, Unit, number};
 use crate::transform::{LookAtError, Transform, in_range};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
@@ -53,13 +54,24 @@ pub struct ScreenWindow {
 }
 
 /// A thin lens around the origin of camera space.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lens {
     /// The aperture radius in camera space units, above 0 (parameter `lensradius`, default 0 for a pinhole).
     pub radius: f64,
     /// The distance along +z to the plane of focus in camera space units, above 0 (parameter `focaldistance`, default
     /// 1e6).
     pub focal_distance: f64,
+}
+
+impl Projection {
+    /// The type of the camera in a scene file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Projection::Perspective { .. } => "perspective",
+            Projection::Orthographic { .. } => "orthographic",
+            Projection::Environment => "environment",
+        }
+    }
 }
 
 impl Camera {
@@ -70,7 +82,7 @@ impl Camera {
         Camera { world_from_camera: camera_from_world.inverse(), projection, screen, lens: None }
     }
 
-    /// The angle of view, in degrees. `None` if it is no perspective camera.
+    /// The angle of view, in degrees. `None` unless it is a perspective camera.
     pub fn fov(&self) -> Option<f64> {
         match self.projection {
             Projection::Perspective { fov } => Some(fov),
@@ -133,13 +145,15 @@ pub(crate) fn camera(
             params.unsupported(
                 "lookat does not support Camera \"realistic\"; it uses a pinhole camera instead".into(),
             );
-            if let Some(file) = params.take(&LENS_FILE) {
-                params.warn_of_unread_path(&file);
+            if let Some(file) = params.take(&LENS_FILE)
+                && let Ok((path, _)) = params.files.open_named(&file.value, file.span)
+            {
+                params.warn_of_path(&file, &path);
             }
             params.ignore_rest();
             Projection::Perspective { fov: view.fov.unwrap_or(90.0) }
         }
-        _ => return params.unknown_kind(KINDS),
+        _ => return params.reject_unknown_type(KINDS),
     };
     let screen = screen_window(params, film, view.screen_window);
     let lens = if projection == Projection::Environment { no_lens(params) } else { lens(params, view) };
@@ -147,7 +161,7 @@ pub(crate) fn camera(
         Projection::Orthographic { .. } => orthographic(params, lens.is_some()),
         other => other,
     };
-    // Without motion, the shutter has no effect.
+    // Checked and dropped: lookat renders no motion.
     params.take(&SHUTTER_OPEN);
     params.take(&SHUTTER_CLOSE);
     params.finish().then_some(Camera { world_from_camera, projection, screen, lens })
@@ -195,7 +209,9 @@ fn screen_window(params: &mut Params, film: &Film, instead: Option<[f64; 4]>) ->
                 params.warn(
                     "frameaspectratio",
                     &format!(
-                        "frameaspectratio {aspect} differs from the film's {own:.4}: pixels are not square"
+                        "frameaspectratio {} differs from the film's {}: pixels are not square",
+                        number(aspect),
+                        number((own * 1e4).round() / 1e4)
                     ),
                     "choose xresolution and yresolution in the same ratio",
                 );
@@ -306,15 +322,16 @@ const COMMON: Keys =
     &[&FRAME_ASPECT_RATIO, &SCREEN_WINDOW, &LENS_RADIUS, &FOCAL_DISTANCE, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
 const LENS_FILE: Key<Name> = Key::string("lensfile", "the file that describes the lenses").not_rendered();
-const APERTURE_DIAMETER: Key<f64> =
-    Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters").not_rendered();
-const FOCUS_DISTANCE: Key<f64> = Key::float("focusdistance", 10.0, "the distance to the plane of focus")
-    .unit(Unit::CameraSpace)
-    .not_rendered();
-const SIMPLE_WEIGHTING: Key<bool> =
-    Key::bool("simpleweighting", true, "true weights rays as if the film were small").not_rendered();
-const REALISTIC: Keys =
-    &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &SHUTTER_OPEN, &SHUTTER_CLOSE];
+const REALISTIC: Keys = &[
+    &LENS_FILE,
+    &Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters").not_rendered(),
+    &Key::float("focusdistance", 10.0, "the distance to the plane of focus")
+        .unit(Unit::CameraSpace)
+        .not_rendered(),
+    &Key::bool("simpleweighting", true, "true weights rays as if the film were small").not_rendered(),
+    &SHUTTER_OPEN,
+    &SHUTTER_CLOSE,
+];
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON]).by_default(),
@@ -325,7 +342,8 @@ pub(crate) const KINDS: &[Kind] = &[
 ];
 
 /// Settings that replace the placement and the parameters of the camera in the scene.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct ViewOverride {
     /// Eye, target and up vector of a `LookAt`. It replaces the whole camera transformation.
     pub look_at: Option<[f64; 9]>,
@@ -397,14 +415,14 @@ impl CameraPlacement {
         CameraPlacement { span: None, before: Transform::IDENTITY, points, after: Transform::IDENTITY }
     }
 
-    /// The placement of a camera by points of the caller's choice. `before` is what else the camera does, such as mirroring the picture.
+    /// The placement of a camera by points of the caller's choice. `before` is the rest of the transformation, such as mirroring the picture.
     pub fn of(world_from_camera: Transform, points: [f64; 9]) -> Result<Self, LookAtError> {
         let looking = CameraPlacement::new(points);
         let before = world_from_camera.inverse() * looking.world_from_camera()?;
         Ok(CameraPlacement { before, ..looking })
     }
 
-    /// The transformation of the camera that is placed so.
+    /// World from camera space for this placement.
     pub fn world_from_camera(&self) -> Result<Transform, LookAtError> {
         let placed = (self.before * look_at(self.points)? * self.after).inverse();
         placed.in_range().then_some(placed).ok_or(LookAtError::OutOfRange)

@@ -98,7 +98,7 @@ fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
             [gray] => Some(format!("for the same value at all wavelengths, write [400 {gray} 700 {gray}]")),
             _ => None,
         };
-        return Err(Box::new(error));
+        return error.fail();
     }
     let mut samples: Vec<(f64, f64)> = flat.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -118,7 +118,7 @@ fn interpolate(samples: &[(f64, f64)], at: f64) -> f64 {
 /// A spectrum from a file of numbers, separated by spaces or commas. `#` starts a comment.
 fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {
     let Some(name) = names.first() else {
-        return Err(Box::new(Diagnostic::error(at, "a spectrum needs the name of a file")));
+        return Diagnostic::error(at, "a spectrum needs the name of a file").fail();
     };
     let (path, bytes) = files
         .read_named(&name.value, name.span)
@@ -134,12 +134,12 @@ fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Re
         };
         if let Some(word) = decimal_comma(line) {
             let help = "use a decimal point: 0.5";
-            return Err(Box::new(refused(format!("pbrt reads `{word}` as two numbers")).help(help)));
+            return refused(format!("pbrt reads `{word}` as two numbers")).help(help).fail();
         }
         for word in line.split([' ', '\t', ',']).filter(|word| !word.is_empty()) {
             match word.parse::<f64>() {
                 Ok(number) if number.is_finite() => numbers.push(number),
-                _ => return Err(Box::new(refused(format!("`{word}` is not a number")))),
+                _ => return refused(format!("`{word}` is not a number")).fail(),
             }
         }
     }

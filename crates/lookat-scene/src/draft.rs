@@ -68,11 +68,6 @@ pub(crate) struct Built {
 }
 
 impl Built {
-    /// The shapes that a picture can show. Shapes of an object count once, however many instances it has.
-    pub fn drawn(&self) -> Vec<&Primitive> {
-        self.world.shapes().filter(|primitive| !primitive.shape.is_invisible()).collect()
-    }
-
     /// All shapes, also those of objects without an instance.
     pub fn all(&self) -> impl Iterator<Item = &Primitive> {
         self.world.primitives.iter().chain(self.objects.iter().flat_map(|object| &object.primitives))

@@ -16,14 +16,8 @@ pub(crate) struct Facts {
     pub part: Option<(Block, Span)>,
     /// World directives before `WorldBegin`: keyword and place.
     pub early: Vec<(&'static str, Span)>,
-    /// Directives after `WorldEnd`.
-    pub after_end: Vec<Span>,
     /// Blocks without an end.
     pub unclosed: Vec<BlockStart>,
-    /// Ends of an outer block.
-    pub overlapping_ends: Vec<OverlappingEnd>,
-    /// Options that a later one replaces: kind, place of the later one, place of the first.
-    pub replaced_options: Vec<(EntityKind, Span, Span)>,
     /// Options that are left to their defaults.
     pub missing_options: Vec<EntityKind>,
     /// The types of the lights of the world.
@@ -48,8 +42,6 @@ pub(crate) struct Facts {
     pub redefined: Vec<(SymbolKind, String, Span)>,
     /// Objects with shapes: the place of `ObjectBegin`, and the name.
     pub objects: Vec<(Span, SymbolId)>,
-    /// LightSources inside objects.
-    pub lights_in_objects: Vec<Span>,
     /// AreaLightSources that are not black.
     pub emissions: Vec<Span>,
     /// The first shape without a material, which rays pass through.
@@ -91,14 +83,6 @@ impl BlockKind {
 pub(crate) struct BlockStart {
     pub kind: BlockKind,
     pub at: Span,
-}
-
-/// An end that closes a block although `inner` is still open inside the block.
-#[derive(Debug)]
-pub(crate) struct OverlappingEnd {
-    pub keyword: &'static str,
-    pub at: Span,
-    pub inner: BlockStart,
 }
 
 /// The numbers of a `Rotate`: the angle in degrees and the axis.

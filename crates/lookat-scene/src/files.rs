@@ -22,6 +22,9 @@ use content::Content;
 pub(crate) use content::{Access, Charged};
 pub use content::{Open, Read};
 
+/// A file and its path, or the first path tried and its error.
+pub(crate) type FileResult<T> = Result<(PathBuf, T), (PathBuf, io::Error)>;
+
 /// The files of a scene, with access to more.
 pub(crate) struct Files<'a> {
     pub sources: Sources,
@@ -32,8 +35,8 @@ pub(crate) struct Files<'a> {
     pub reuse: Option<Reuse<'a>>,
     /// The directory of the scene file.
     root: PathBuf,
-    /// The folders listed for missing files.
-    folders: RefCell<Folders>,
+    /// The folders listed for missing files, if files are on disk.
+    folders: Option<RefCell<Folders>>,
     /// All files read so far.
     inputs: RefCell<BTreeSet<PathBuf>>,
 }
@@ -46,7 +49,7 @@ impl<'a> Files<'a> {
             memory,
             reuse,
             root: parent(scene),
-            folders: RefCell::default(),
+            folders: matches!(access, Access::Open(_)).then(RefCell::default),
             inputs: RefCell::default(),
         }
     }
@@ -102,7 +105,7 @@ impl<'a> Files<'a> {
             };
             lists.push((name.value.clone(), *ty, list));
         }
-        Some(MeshKey::Lists(lists, world_from_object.into()))
+        Some(MeshKey::Lists(lists, world_from_object.bits()))
     }
 
     /// A mesh that an earlier load has made. `None` also where memory is short, so that errors are the same as without it.
@@ -115,7 +118,7 @@ impl<'a> Files<'a> {
     /// What a mesh in a file depends on.
     pub fn mesh_file_key(&self, path: &Path, world_from_object: &Transform) -> Option<MeshKey> {
         let stamp = self.reuse.and_then(|reuse| (reuse.stamp)(path))?;
-        Some(MeshKey::File(path.to_owned(), stamp, world_from_object.into()))
+        Some(MeshKey::File(path.to_owned(), stamp, world_from_object.bits()))
     }
 
     /// The files of the scene's text, all that were read, and what memory is left.
@@ -130,34 +133,30 @@ impl<'a> Files<'a> {
     }
 
     /// Reads the file named at `span`, relative to the file that contains the name, or else to the scene file.
-    /// (pbrt-v3 does only the second.) Returns the path found, or the first path tried and its error.
-    pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
+    /// (pbrt-v3 does only the second.)
+    pub fn read_named(&self, name: &str, span: Span) -> FileResult<Charged> {
         self.named(name, span, |_, content| no_pointer(content.bytes(&self.memory)?))
     }
 
-    /// The text named at `span`. A text that an earlier load has kept is not read again. Returns paths as [`Files::read_named`] does.
-    pub fn text_named(&self, name: &str, span: Span) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
+    /// The text named at `span`. A text that an earlier load has kept is not read again.
+    pub fn text_named(&self, name: &str, span: Span) -> FileResult<Charged> {
         self.named(name, span, |path, content| no_pointer(self.text(path, content)?))
     }
 
-    /// Opens the file named at `span`, and reads it unless its contents are known. Returns paths as [`Files::read_named`] does.
+    /// Opens the file named at `span`, and reads it unless its contents are known.
     pub fn read_unless(
         &self,
         name: &str,
         span: Span,
         is_known: impl Fn(&Path) -> bool,
-    ) -> Result<(PathBuf, Option<Charged>), (PathBuf, io::Error)> {
+    ) -> FileResult<Option<Charged>> {
         self.named(name, span, |path, content| {
             if is_known(path) { Ok(None) } else { no_pointer(content.bytes(&self.memory)?).map(Some) }
         })
     }
 
-    /// Opens the file named at `span` for streaming. Returns paths as [`Files::read_named`] does.
-    pub fn open_named(
-        &self,
-        name: &str,
-        span: Span,
-    ) -> Result<(PathBuf, Box<dyn io::Read>), (PathBuf, io::Error)> {
+    /// Opens the file named at `span` for streaming.
+    pub fn open_named(&self, name: &str, span: Span) -> FileResult<Box<dyn io::Read>> {
         self.named(name, span, |_, content| Ok(content.stream()))
     }
 
@@ -166,7 +165,7 @@ impl<'a> Files<'a> {
         name: &str,
         span: Span,
         take: impl Fn(&Path, Content) -> io::Result<T>,
-    ) -> Result<(PathBuf, T), (PathBuf, io::Error)> {
+    ) -> FileResult<T> {
         let get = |path: &Path| {
             let taken = self.access.content(path).and_then(|content| take(path, content))?;
             self.inputs.borrow_mut().insert(path.to_owned());
@@ -273,9 +272,11 @@ impl<'a> Files<'a> {
                 let also = normal(&self.root.join(&name.value));
                 let rule = match self.sources.files.first() {
                     Some(scene) if scene.path == Path::new("-") => {
-                        "file names are relative to the file that contains them; for standard input, to the working folder"
+                        "lookat looks in the folder of the file that names it; for standard input, in the working folder"
                     }
-                    _ => "file names are relative to the file that contains them, or else to the scene file",
+                    _ => {
+                        "lookat looks in the folder of the file that names it, then in the folder of the scene"
+                    }
                 };
                 diagnostic.help(if also == *path {
                     rule.to_owned()
@@ -288,36 +289,29 @@ impl<'a> Files<'a> {
 
     /// The outermost missing folder of a path. `None` if files are not on disk.
     fn missing_folder<'p>(&self, path: &'p Path) -> Option<&'p Path> {
-        if let Access::Read(_) = self.access {
-            return None;
-        }
+        self.folders.as_ref()?;
         let folders = path.ancestors().skip(1).filter(|folder| !folder.as_os_str().is_empty());
         folders.take_while(|folder| !folder.exists()).last()
     }
 
     /// An existing file with a name similar to a missing scene file.
     pub fn meant_scene(&self, path: &Path) -> Option<String> {
-        if let Access::Read(_) = self.access {
-            return None;
-        }
+        let listed = self.folders.as_ref()?;
         let ended = format!("{}.pbrt", path.to_str()?);
         if Path::new(&ended).is_file() {
             return Some(ended);
         }
         let from = if path.is_absolute() { "/" } else { "" };
-        let meant = self.folders.borrow_mut().meant(path.to_str()?, &[PathBuf::from(from)])?;
+        let meant = listed.borrow_mut().meant(path.to_str()?, &[PathBuf::from(from)])?;
         Some(format!("{from}{meant}"))
     }
 
     /// An existing file with a name similar to a missing one. Files that the scene already uses count only if the
     /// names differ in case alone, because the files of a scene have similar names.
     fn meant(&self, name: &Text) -> Option<String> {
-        // Only folders on disk can be listed.
-        if let Access::Read(_) = self.access {
-            return None;
-        }
+        let listed = self.folders.as_ref()?;
         let folders = [self.folder(name.span), self.root.clone()];
-        let meant = self.folders.borrow_mut().meant(&name.value, &folders)?;
+        let meant = listed.borrow_mut().meant(&name.value, &folders)?;
         let is_known = |path: PathBuf| self.sources.files.iter().any(|source| source.path == path);
         let is_same = meant.to_lowercase() == name.value.to_lowercase();
         (is_same || !folders.iter().any(|folder| is_known(normal(&folder.join(&meant))))).then_some(meant)

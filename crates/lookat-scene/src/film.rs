@@ -136,7 +136,7 @@ pub(crate) const KINDS: &[Kind] = &[Kind::new(
 pub(crate) fn film(params: &mut Params, film_override: &FilmOverride) -> (Film, PathBuf) {
     let known = params.is_known_kind(KINDS);
     if !known {
-        params.unknown_kind::<()>(KINDS);
+        params.reject_unknown_type::<()>(KINDS);
     }
     let own = [&X_RESOLUTION, &Y_RESOLUTION].map(|side| params.take(side) as u32);
     let resolution = match film_override.resolution {

@@ -101,7 +101,7 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
         "gaussian" => (TWO, FilterKind::Gaussian { alpha: params.take(&ALPHA) }),
         "mitchell" => (TWO, FilterKind::Mitchell { b: params.take(&B), c: params.take(&C) }),
         "sinc" => (FOUR, FilterKind::Sinc { tau: params.take(&TAU) }),
-        _ => return params.unknown_kind(KINDS),
+        _ => return params.reject_unknown_type(KINDS),
     };
     let radius = DVec2::new(params.take(&sides.0), params.take(&sides.1));
     for (name, radius) in [("xwidth", radius.x), ("ywidth", radius.y)] {

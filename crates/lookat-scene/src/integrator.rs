@@ -4,7 +4,7 @@ use lookat_syntax::ParamType;
 
 use crate::params::Params;
 use crate::params::value::Integers;
-use crate::schema::{Effect, Key, Keys, Kind, Range};
+use crate::schema::{Key, Keys, Kind, Range};
 
 /// The light transport algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +66,7 @@ impl Integrator {
 }
 
 const MAX_DEPTH: Key<i32> =
-    Key::integer("maxdepth", 5, "the most surfaces of a path; over 20000 counts as 20000")
+    Key::integer("maxdepth", 5, "the largest number of surfaces of a path; over 20000 counts as 20000")
         .within(Range::at_least(0.0));
 const MIRROR_DEPTH: Key<i32> = Key {
     meaning: "the largest number of surfaces along mirrors and glass, including the first; 0 counts as 1, over 20000 as 20000",
@@ -155,7 +155,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             params.ignore_rest();
             integrator
         }
-        _ => return params.unknown_kind(KINDS),
+        _ => return params.reject_unknown_type(KINDS),
     };
     pixel_bounds(params);
     params.finish();
@@ -199,50 +199,41 @@ fn depth(params: &mut Params) -> u32 {
 // `bdpt`, `mlt` and `sppm`: `path` stands in for them. The picture is the same, except for caustics of lights that no ray can
 // hit.
 
-const LIGHT_PATH: Key<&[&str]> = Key {
-    default: &["power", "spatial", "uniform"],
-    meaning: "how a path chooses its light",
-    effect: Effect::NotRendered,
-    ..LIGHT_STRATEGY
-};
-const STRATEGIES: Key<bool> =
-    Key::bool("visualizestrategies", false, "true also writes a picture of each strategy").not_rendered();
-const WEIGHTS: Key<bool> =
-    Key::bool("visualizeweights", false, "true also writes a picture of the weights of each strategy")
-        .not_rendered();
-const BDPT_KEYS: Keys = &[&MAX_DEPTH, &LIGHT_PATH, &STRATEGIES, &WEIGHTS, &PIXEL_BOUNDS];
+const BDPT_IGNORED: Keys = &[
+    &Key::choice("lightsamplestrategy", &["power", "spatial", "uniform"], "how a path chooses its light"),
+    &Key::bool("visualizestrategies", false, "true also writes a picture of each strategy"),
+    &Key::bool("visualizeweights", false, "true also writes a picture of the weights of each strategy"),
+    &PIXEL_BOUNDS,
+];
 
-const BOOTSTRAP: Key<i32> =
-    Key::integer("bootstrapsamples", 100_000, "the paths among which the chains choose their starts")
-        .not_rendered();
-const CHAINS: Key<i32> = Key::integer("chains", 1000, "the number of Markov chains").not_rendered();
-const MUTATIONS: Key<i32> =
-    Key::integer("mutationsperpixel", 100, "the mutations of paths in each pixel, on average").not_rendered();
-const LARGE_STEP: Key<f64> =
-    Key::float("largestepprobability", 0.3, "the probability that a mutation is a new path").not_rendered();
-const SIGMA: Key<f64> =
-    Key::float("sigma", 0.01, "the standard deviation of a small mutation, as a fraction of a dimension")
-        .not_rendered();
-const MLT_KEYS: Keys = &[&MAX_DEPTH, &BOOTSTRAP, &CHAINS, &MUTATIONS, &LARGE_STEP, &SIGMA];
+const MLT_IGNORED: Keys = &[
+    &Key::integer("bootstrapsamples", 100_000, "the paths among which the chains choose their starts"),
+    &Key::integer("chains", 1000, "the number of Markov chains"),
+    &Key::integer("mutationsperpixel", 100, "the mutations of paths in each pixel, on average"),
+    &Key::float("largestepprobability", 0.3, "the probability that a mutation is a new path"),
+    &Key::float("sigma", 0.01, "the standard deviation of a small mutation, as a fraction of a dimension"),
+];
 
-const ITERATIONS: Key<i32> = Key::integer("numiterations", 64, "the number of photon passes").not_rendered();
+const ITERATIONS: Key<i32> = Key::integer("numiterations", 64, "the number of photon passes");
 const SAME_ITERATIONS: Key<i32> =
     Key { name: "iterations", meaning: "another name of numiterations, which it replaces", ..ITERATIONS }
         .default_words("numiterations");
-const PHOTONS: Key<i32> =
-    Key::integer("photonsperiteration", -1, "the photons of a pass; at most 0 counts as one per pixel")
-        .not_rendered();
-const WRITE_FREQUENCY: Key<i32> =
-    Key::integer("imagewritefrequency", i32::MAX, "the passes after which the picture is written")
-        .not_rendered()
-        .default_words("only at the end");
-const RADIUS: Key<f64> =
-    Key::float("radius", 1.0, "the first radius of the search for photons").not_rendered();
-const SPPM_KEYS: Keys = &[&MAX_DEPTH, &ITERATIONS, &SAME_ITERATIONS, &PHOTONS, &WRITE_FREQUENCY, &RADIUS];
+const SPPM_IGNORED: Keys = &[
+    &ITERATIONS,
+    &SAME_ITERATIONS,
+    &Key::integer("photonsperiteration", -1, "the photons of a pass; at most 0 counts as one per pixel"),
+    &Key::integer("imagewritefrequency", i32::MAX, "the passes after which the picture is written")
+        .default_words("only at the end"),
+    &Key::float("radius", 1.0, "the first radius of the search for photons"),
+];
 
-const BDPT: Kind = Kind::new("bdpt", "bidirectional path tracing", &[BDPT_KEYS]).instead("path");
-const MLT: Kind = Kind::new("mlt", "Metropolis light transport", &[MLT_KEYS]).instead("path");
-const SPPM: Kind = Kind::new("sppm", "photon mapping", &[SPPM_KEYS]).instead("path");
+const BDPT: Kind = Kind::new("bdpt", "bidirectional path tracing", &[&[&MAX_DEPTH]])
+    .ignoring(&[BDPT_IGNORED])
+    .instead("path");
+const MLT: Kind =
+    Kind::new("mlt", "Metropolis light transport", &[&[&MAX_DEPTH]]).ignoring(&[MLT_IGNORED]).instead("path");
+const SPPM: Kind =
+    Kind::new("sppm", "photon mapping", &[&[&MAX_DEPTH]]).ignoring(&[SPPM_IGNORED]).instead("path");
 
 #[cfg(test)]
 mod tests {

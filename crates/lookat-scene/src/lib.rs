@@ -91,8 +91,8 @@ pub use shape::{
 pub use sources::{Location, Source, Sources};
 pub use symbols::{Symbol, SymbolKind};
 pub use texture::{
-    Bilerp, Cells, Checkerboard, Dots, ImageFilter, ImageMap, Mapping, Marble, Node, Octaves, Texture, Value,
-    Varying,
+    AnyTexture, Bilerp, Cells, Checkerboard, Dots, ImageFilter, ImageMap, Mapping, Marble, Node, Octaves,
+    Texture, Value, Varying,
 };
 pub use transform::{LookAtError, Transform};
 pub use validate::{InvalidField, InvalidScene};

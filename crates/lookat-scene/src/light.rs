@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
-use lookat_syntax::{Span, Text};
+use lookat_syntax::{ParamType, Span, Text};
 
 use crate::Transform;
 use crate::cache::PictureSettings;
@@ -93,17 +93,26 @@ impl Light {
         !matches!(self, Light::Infinite { .. } | Light::Environment { .. })
     }
 
-    /// True if it gives no light at all.
-    pub(crate) fn is_black(&self) -> bool {
-        let map = match self {
+    /// Its picture.
+    pub(crate) fn map(&self) -> Option<&Arc<MipMap<Vec3>>> {
+        match self {
             Light::Environment { map, .. } | Light::Goniometric { map, .. } => Some(map),
             Light::Projection { map, .. } => map.as_ref(),
             _ => None,
-        };
+        }
+    }
+
+    /// True if it gives no light at all.
+    pub(crate) fn is_black(&self) -> bool {
         // Texels are at least 0.
-        if map.is_some_and(|map| map.mean() == Vec3::ZERO) {
+        if self.map().is_some_and(|map| map.mean() == Vec3::ZERO) {
             return true;
         }
+        self.color() == Vec3::ZERO
+    }
+
+    /// The factor of its light.
+    pub(crate) fn color(&self) -> Vec3 {
         let (Light::Point { intensity: color, .. }
         | Light::Spot { intensity: color, .. }
         | Light::Goniometric { intensity: color, .. }
@@ -111,7 +120,7 @@ impl Light {
         | Light::Distant { radiance: color, .. }
         | Light::Infinite { radiance: color, .. }
         | Light::Environment { scale: color, .. }) = self;
-        *color == Vec3::ZERO
+        *color
     }
 }
 
@@ -128,9 +137,8 @@ const N_SAMPLES: Key<i32> = Key::integer(
     1,
     "the light samples at each surface, for directlighting; below 1 counts as 1, over 65536 as 65536",
 );
-const SAMPLES: Key<i32> =
-    Key { name: "samples", meaning: "an old name of nsamples, which replaces it", ..N_SAMPLES }
-        .default_words("nsamples");
+const SAMPLES: Key<i32> = Key { name: "samples", meaning: "old name of nsamples; overrides it", ..N_SAMPLES }
+    .default_words("nsamples");
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("point", "a point that shines equally in all directions", &[POINT_KEYS]),
@@ -164,7 +172,7 @@ pub(crate) fn light(
             params.reject("", "LightSource has no type for shapes", Some(help));
             return None;
         }
-        _ => return params.unknown_kind(KINDS),
+        _ => return params.reject_unknown_type(KINDS),
     };
     let is_usable = params.finish();
     light.filter(|_| is_usable)
@@ -211,7 +219,7 @@ fn light_map(
     let settings = PictureSettings {
         wrap: Wrap::Repeat,
         gamma: false,
-        scale: 1.0,
+        scale: 1.0_f32.to_bits(),
         bottom_up: false,
         not_negative: true,
     };
@@ -229,7 +237,8 @@ fn scaled(params: &mut Params, key: &Key<Color>) -> Vec3 {
     let [color, scale] = [key, &SCALE].map(|key| {
         let (name, color) = (key.name, params.take(key));
         // Spectra outside the sRGB gamut have negative components.
-        if color.min_element() < 0.0 && (params.was_rgb(name) || color.dot(LUMINANCE.as_vec3()) < 0.0) {
+        let is_rgb = params.was_of_type(name, &[ParamType::Rgb]);
+        if color.min_element() < 0.0 && (is_rgb || color.dot(LUMINANCE.as_vec3()) < 0.0) {
             params.warn(
                 name,
                 "a light with a negative color subtracts light; pbrt-v3 shows samples below 0 as black",
@@ -364,14 +373,13 @@ fn warn_scaled(params: &mut Params, world_from_light: &Transform) {
     );
 }
 
-const GONIOMETRIC_WHERE_ONE: Key<Color> =
-    Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
+const WHERE_ONE: Key<Color> = Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
 const ALL_DIRECTIONS: Key<Name> = Key {
     meaning: "the picture of all directions: the first row is +y, the last -y, the columns go from +x through +z",
     ..MAP_NAME
 };
 
-const GONIOMETRIC_KEYS: Keys = &[&GONIOMETRIC_WHERE_ONE, &ALL_DIRECTIONS, &SCALE];
+const GONIOMETRIC_KEYS: Keys = &[&WHERE_ONE, &ALL_DIRECTIONS, &SCALE];
 
 /// pbrt-v3's CreateGoniometricLight.
 pub(super) fn goniometric(
@@ -379,7 +387,7 @@ pub(super) fn goniometric(
     world_from_light: Transform,
     pictures: &mut Pictures,
 ) -> Light {
-    let intensity = scaled(params, &GONIOMETRIC_WHERE_ONE);
+    let intensity = scaled(params, &WHERE_ONE);
     let file = map_name(params);
     if file.is_none() {
         no_map(params, "it has equal intensity in all directions");
@@ -390,19 +398,17 @@ pub(super) fn goniometric(
     }
 }
 
-const PROJECTION_WHERE_ONE: Key<Color> =
-    Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
 const FOV: Key<f64> = Key::float("fov", 45.0, "the angle of the shorter side of the picture")
     .within(Range::between(0.0, 180.0))
     .unit(Unit::Degrees);
 const SLIDE: Key<Name> = Key { meaning: "the picture, with its first row at the smallest y", ..MAP_NAME }
     .default_words("a white square");
 
-const PROJECTION_KEYS: Keys = &[&PROJECTION_WHERE_ONE, &FOV, &SLIDE, &SCALE];
+const PROJECTION_KEYS: Keys = &[&WHERE_ONE, &FOV, &SLIDE, &SCALE];
 
 /// pbrt-v3's CreateProjectionLight.
 pub(super) fn projection(params: &mut Params, world_from_light: Transform, pictures: &mut Pictures) -> Light {
-    let intensity = scaled(params, &PROJECTION_WHERE_ONE);
+    let intensity = scaled(params, &WHERE_ONE);
     let fov = params.take(&FOV);
     let file = map_name(params);
     if file.is_none() {
@@ -460,7 +466,7 @@ pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
         return None;
     }
     if !params.is_known_kind(AREA_KINDS) {
-        return params.unknown_kind(AREA_KINDS);
+        return params.reject_unknown_type(AREA_KINDS);
     }
     let radiance = scaled(params, &RADIANCE);
     let two_sided = params.take(&TWO_SIDED);

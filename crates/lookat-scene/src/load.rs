@@ -111,7 +111,7 @@ fn load_through(access: Access, path: &Path, options: &LoadOptions, reuse: Optio
                     loader.resolver.files.meant_scene(path).map(|meant| format!("did you mean {meant}?"))
                 }
                 ErrorKind::IsADirectory => {
-                    Some("to render all scenes of a folder, use `lookat verify`".into())
+                    Some(format!("name its files, as in {}", path.join("*.pbrt").display()))
                 }
                 _ => None,
             };
@@ -130,7 +130,7 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
         symbols: &symbols,
         resolved: resolved.as_ref(),
         built: &built,
-        drawn: built.drawn(),
+        drawn: built.world.shapes().filter(|primitive| !primitive.shape.is_invisible()).collect(),
         sources: &files.sources,
         end: files.sources.end(file),
         accept_part: options.accept_part,
@@ -143,7 +143,7 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
     let keeps_going = options.keep_going && !report.exhausted;
     let is_whole = (!report.has_errors() || keeps_going) && override_error.is_none() && !options.fast;
     let output = resolved.as_ref().map_or(DEFAULT_OUTPUT.into(), |resolved| resolved.output.clone());
-    let mut places = resolved.as_ref().map_or_else(Places::default, |resolved| resolved.places.clone());
+    let mut places = resolved.as_ref().map(|resolved| resolved.places.clone()).unwrap_or_default();
     places.lights = facts.lights;
     let scene = resolved.filter(|_| is_whole);
     let scene = scene.map(|resolved| Scene { view: resolved.view, world: Arc::new(built.world) });
@@ -165,21 +165,7 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
 /// The result for a file that is not a scene.
 fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
     let (sources, inputs, memory) = files.into_parts();
-    Loaded {
-        sources,
-        inputs,
-        memory,
-        scene: None,
-        places: Places::default(),
-        output: DEFAULT_OUTPUT.into(),
-        diagnostics,
-        symbols: Vec::new(),
-        unread: 0,
-        can_keep_going: false,
-        placement: None,
-        world_follows_camera: false,
-        override_error: None,
-    }
+    Loaded { sources, inputs, memory, output: DEFAULT_OUTPUT.into(), diagnostics, ..Loaded::default() }
 }
 
 struct Loader<'a> {
@@ -221,8 +207,15 @@ impl Loader<'_> {
                 self.append(std::mem::take(&mut rest), parsed.statements.last_mut());
             }
             directives += parsed.statements.len();
-            for statement in parsed.statements {
-                self.statement(statement);
+            for mut statement in parsed.statements {
+                let is_shape = matches!(statement.directive, Directive::Entity(EntityKind::Shape, _));
+                if let Some(params) = statement.directive.params_mut().filter(|_| !is_shape) {
+                    self.resolver.files.read_lists(params);
+                }
+                match statement.directive {
+                    Directive::Include { file, rest } => self.include(file, rest, statement.span),
+                    directive => self.resolver.apply(Statement { directive, ..statement }),
+                }
             }
         }
         self.open.pop();
@@ -256,17 +249,6 @@ impl Loader<'_> {
                     "parameters after an Include belong to the last directive of the included file, which takes no parameters",
                 )
             })),
-        }
-    }
-
-    fn statement(&mut self, mut statement: Statement) {
-        let is_shape = matches!(statement.directive, Directive::Entity(EntityKind::Shape, _));
-        if let Some(params) = statement.directive.params_mut().filter(|_| !is_shape) {
-            self.resolver.files.read_lists(params);
-        }
-        match statement.directive {
-            Directive::Include { file, rest } => self.include(file, rest, statement.span),
-            directive => self.resolver.apply(Statement { directive, ..statement }),
         }
     }
 
@@ -377,7 +359,7 @@ fn part(id: FileId, text: &[u8], most_bytes: u64) -> Option<(Block, Span)> {
 }
 
 /// The result of [`load`](crate::load()).
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Loaded {
     /// The texts that diagnostics refer to.
     pub sources: Sources,

@@ -10,15 +10,14 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_syntax::{Entity, Param, ParamType, Span, Text, Values};
 
-use crate::material::models::{bump, share};
+use crate::material::models::{bump, reflectance};
 use crate::names::Names;
 use crate::params::value::Name;
-use crate::params::{Params, class};
-use crate::schema::{Key, Kind};
+use crate::params::{ParamValue, Params, class};
+use crate::schema::{Key, Keys, Kind};
 use crate::symbols::SymbolId;
-use crate::texture::{Texture, Value};
+use crate::texture::{AnyTexture, Texture};
 
-pub(crate) use crate::material::models::KINDS;
 pub use crate::material::models::{
     Glass, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Translucent, Uber,
 };
@@ -99,6 +98,26 @@ impl Material {
         self.bump.as_ref()
     }
 
+    /// This material, and all parts of a mix.
+    pub(crate) fn all(&self) -> Vec<&Material> {
+        let mut all = vec![self];
+        let mut next = 0;
+        while let Some(material) = all.get(next) {
+            if let MaterialKind::Mix(mix) = &material.kind {
+                all.extend(mix.materials.iter().map(|part| &**part));
+            }
+            next += 1;
+        }
+        all
+    }
+
+    /// The textures and constants of this material and of all its parts.
+    pub(crate) fn textures(&self) -> impl Iterator<Item = AnyTexture<'_>> {
+        self.all()
+            .into_iter()
+            .flat_map(|part| part.kind.textures().chain(part.bump.as_ref().map(AnyTexture::Numbers)))
+    }
+
     /// The surface data that it needs.
     #[inline]
     pub fn needs(&self) -> Needs {
@@ -110,13 +129,67 @@ pub(crate) const TYPE: Key<Name> = Key::string("type", "the type of the material
 
 /// The type of a named material, which is a parameter.
 pub(crate) fn named_type(params: &mut Params) -> Option<Text> {
-    let kind = params.take(&TYPE);
-    if kind.is_none() {
-        let message = format!("named material \"{}\" has no type", params.kind());
-        params.missing(TYPE.name, &message, "add \"string type\" \"matte\"");
-    }
+    let kind = Name::take(&TYPE, params);
+    let message = format!("named material \"{}\" has no type", params.kind());
+    params.missing(TYPE.name, &message, "add \"string type\" \"matte\"");
     kind
 }
+
+const BUMP_KEYS: Keys = &[&models::BUMP];
+
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new("matte", "a diffuse surface", &[models::MATTE_KEYS, BUMP_KEYS]).by_default(),
+    Kind::new("plastic", "a diffuse base under a glossy coating", &[models::PLASTIC_KEYS, BUMP_KEYS]),
+    Kind::new(
+        "translucent",
+        "a thin surface that reflects and transmits",
+        &[models::TRANSLUCENT_KEYS, BUMP_KEYS],
+    ),
+    Kind::new("glass", "smooth or rough glass", &[models::GLASS_KEYS, BUMP_KEYS]),
+    Kind::new("mirror", "a perfect mirror", &[models::MIRROR_KEYS, BUMP_KEYS]),
+    Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS])
+        .ignoring(&[stand_in::HAIR_IGNORED])
+        .instead("matte of the same color"),
+    Kind::new("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
+        .ignoring(&[stand_in::DISNEY_IGNORED])
+        .instead("uber, glass, translucent or their mix, of the same color and roughness"),
+    Kind::new("mix", "a blend of two named materials", &[models::MIX_KEYS]),
+    Kind::new("metal", "a rough metal", &[models::METAL_KEYS, BUMP_KEYS]),
+    Kind::new(
+        "substrate",
+        "a diffuse base under a coating that reflects more at grazing angles",
+        &[models::SUBSTRATE_KEYS, BUMP_KEYS],
+    ),
+    Kind::new(
+        "uber",
+        "diffuse, glossy and specular reflection, refraction and opacity in one",
+        &[models::UBER_KEYS, BUMP_KEYS],
+    ),
+    Kind::new(
+        "subsurface",
+        "subsurface scattering from coefficients",
+        &[subsurface::COEFFICIENTS, subsurface::SURFACE, BUMP_KEYS],
+    )
+    .instead("uber with the diffuse color of the coefficients"),
+    Kind::new(
+        "kdsubsurface",
+        "subsurface scattering from the diffuse color",
+        &[subsurface::COLOR, subsurface::SURFACE, BUMP_KEYS],
+    )
+    .instead("uber with the same Kd and index"),
+    Kind::new(
+        "fourier",
+        "measured or simulated scattering from a file",
+        &[stand_in::FOURIER_KEYS, BUMP_KEYS],
+    )
+    .instead("matte or translucent of the same mean color"),
+    Kind::new(
+        "none",
+        "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt",
+        &[],
+    ),
+    Kind::new("", "the same as none", &[]),
+];
 
 /// The named materials.
 pub(crate) type Named = Names<Rc<MaterialInstance>>;
@@ -154,7 +227,7 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
             return Material::new(kind, bump);
         }
         _ => {
-            params.unknown_kind::<()>(KINDS);
+            params.reject_unknown_type::<()>(KINDS);
             let kind = MaterialKind::Matte(models::matte(params));
             let bump = bump(params);
             params.ignore_rest();
@@ -197,13 +270,11 @@ impl MaterialInstance {
         })
     }
 
-    /// Splits the parameters of a shape into material parameters and the rest.
-    pub fn split(&self, params: Vec<Param>) -> (Vec<Param>, Vec<Param>) {
-        let Some(known) = &self.known else { return (params, Vec::new()) };
-        let is_known = |param: &Param| {
-            known.iter().any(|(name, ty)| *name == param.name.value && class(*ty) == class(param.ty))
-        };
-        params.into_iter().partition(is_known)
+    /// True if it takes a parameter of this name and type, so that a shape can replace it.
+    pub fn takes(&self, param: &Param) -> bool {
+        let is_same =
+            |(name, ty): &(&str, ParamType)| *name == param.name.value && class(*ty) == class(param.ty);
+        self.known.as_ref().is_none_or(|known| known.iter().any(is_same))
     }
 }
 
@@ -243,15 +314,21 @@ impl MaterialKind {
     }
 
     /// The numbers of this material that can be textures.
-    pub(crate) fn numbers(&self) -> Vec<&Texture<f64>> {
+    fn numbers(&self) -> Vec<&Texture<f64>> {
         let sigma = if let MaterialKind::Matte(it) = self { Some(&it.sigma) } else { None };
         let widths = self.roughness().into_iter().flat_map(|width| std::iter::once(&width.u).chain(&width.v));
         sigma.into_iter().chain(self.index()).chain(widths).collect()
     }
 
+    /// The textures and constants of this material, without those of the parts of a mix.
+    pub(crate) fn textures(&self) -> impl Iterator<Item = AnyTexture<'_>> {
+        let colors = self.colors().into_iter().map(AnyTexture::Colors);
+        colors.chain(self.numbers().into_iter().map(AnyTexture::Numbers))
+    }
+
     /// True if it scatters no light. Textures that vary count as light.
     pub fn is_black(&self) -> bool {
-        let are_black = |all: &[&Texture<Vec3>]| all.iter().all(|share| share.constant() == Some(Vec3::ZERO));
+        let are_black = |all: &[&Texture<Vec3>]| all.iter().all(|color| color.constant() == Some(Vec3::ZERO));
         match self {
             MaterialKind::Translucent(it) => {
                 are_black(&[&it.kd, &it.ks]) || are_black(&[&it.reflect, &it.transmit])
@@ -319,11 +396,9 @@ impl Needs {
 
     pub(super) fn of(kind: &MaterialKind, bump: Option<&Texture<f64>>) -> Self {
         let mut needs = Needs { coordinates: bump.is_some(), footprint: bump.is_some() };
-        for color in kind.colors() {
-            needs.texture(color);
-        }
-        for number in kind.numbers() {
-            needs.texture(number);
+        for texture in kind.textures().map(AnyTexture::properties) {
+            needs.coordinates |= texture.cost > 0;
+            needs.footprint |= texture.filtered;
         }
         if let Some(Roughness { u, v: Some(v), .. }) = kind.roughness() {
             needs.coordinates |= u.constant() != v.constant();
@@ -335,11 +410,6 @@ impl Needs {
             }
         }
         needs
-    }
-
-    fn texture<T: Value>(&mut self, texture: &Texture<T>) {
-        self.coordinates |= texture.constant().is_none();
-        self.footprint |= texture.is_filtered();
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use lookat_syntax::{Diagnostic, ParamType, Text};
+use lookat_syntax::{Diagnostic, ParamType};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
@@ -178,7 +178,7 @@ impl Mesh {
     }
 
     /// Transforms the arrays from object space to world space, in place.
-    fn place(mut self, transform: Transform) -> Self {
+    fn transformed(mut self, transform: Transform) -> Self {
         if transform != Transform::IDENTITY {
             for p in &mut self.positions {
                 *p = transform.point(DVec3::from(*p)).into();
@@ -223,7 +223,8 @@ const ST: Key<Pairs> = texture_coordinate("st", "another name of uv");
 const FACE_INDICES: Key<Integers> =
     Key::new("faceIndices", ParamType::Integer, Integers, "the Ptex face of each triangle")
         .effect(Effect::NoEffect);
-const FILE_NAME: Key<Name> = Key::string("filename", "the PLY file").required();
+/// The file of pbrt-v3's CreatePLYMesh.
+pub(crate) const FILE_NAME: Key<Name> = Key::string("filename", "the PLY file").required();
 
 const fn texture_coordinate(name: &'static str, meaning: &'static str) -> Key<Pairs> {
     Key::new(name, ParamType::Point2, Pairs, meaning)
@@ -264,21 +265,11 @@ pub(crate) fn triangle_mesh(
         note_flat(params, "indices", flat, mesh.triangles());
         return Some(mesh);
     }
-    match (indices, positions) {
-        (Some(indices), Some(positions)) => {
-            (mesh.indices, mesh.positions) = (indices, positions);
-            check_indices(params, &mesh);
-            check_lengths(params, &mesh, uv);
-            mesh.uvs.truncate(mesh.positions.len());
-        }
-        (None, _) => params.missing(
-            "indices",
-            "a trianglemesh needs indices",
-            "add \"integer indices\" [...] with three vertices for each triangle",
-        ),
-        (_, None) => params.missing("P", "a trianglemesh needs P", "add \"point P\" [...] with the vertices"),
-    }
-    let mesh = Arc::new(place(params, mesh, world_from_object)?);
+    (mesh.indices, mesh.positions) = (indices?, positions?);
+    check_indices(params, &mesh);
+    check_lengths(params, &mesh, uv);
+    mesh.uvs.truncate(mesh.positions.len());
+    let mesh = Arc::new(to_world_space(params, mesh, world_from_object)?);
     let flat = mesh.without_area();
     // Other messages are given when the mesh is made.
     if let (Some(reuse), Some(key)) = (params.files.reuse, params.mesh_key.take())
@@ -290,18 +281,9 @@ pub(crate) fn triangle_mesh(
     Some(mesh)
 }
 
-/// pbrt-v3's CreatePLYMesh: the name of the file.
-pub(crate) fn ply_file(params: &mut Params) -> Option<Text> {
-    let name = params.take(&FILE_NAME);
-    if name.is_none() {
-        params.missing("filename", "a plymesh needs a file", "add \"string filename\" \"mesh.ply\"");
-    }
-    name
-}
-
 /// Transforms a mesh to world space. Reports coordinates out of range and triangles without an area.
 pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
-    let mesh = place(params, mesh, world_from_object)?;
+    let mesh = to_world_space(params, mesh, world_from_object)?;
     // Surfaces with poles always have triangles without area.
     if params.kind() != "nurbs" {
         note_flat(params, "indices", mesh.without_area(), mesh.triangles());
@@ -310,13 +292,13 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
 }
 
 /// Transforms a mesh to world space. Reports coordinates out of range.
-pub(crate) fn place(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
+pub(crate) fn to_world_space(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
     if !params.usable() {
         return None;
     }
     let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
     params.reserve(name, mesh.bytes())?.keep();
-    let mesh = mesh.place(world_from_object);
+    let mesh = mesh.transformed(world_from_object);
     for (name, values) in [("P", &mesh.positions), ("N", &mesh.normals), ("S", &mesh.tangents)] {
         if !in_range(values.as_flattened()) {
             let at = if params.kind() == "plymesh" { "filename" } else { name };

@@ -1,33 +1,29 @@
-//! Names with scopes.
-
-use std::collections::HashMap;
+//! Names and what they stand for.
 
 use lookat_syntax::Text;
+use rpds::HashTrieMap;
 
 use crate::report::Report;
 use crate::symbols::{SymbolId, SymbolKind};
 
-/// The names of one kind that are defined in the current block and the blocks around it, or everywhere if the kind has no
-/// scopes.
-///
-/// The end of a block undoes its definitions one by one. Copying all names for each block, as pbrt-v3 does, takes
-/// time and memory proportional to names times blocks.
+/// The names of one kind that are defined at a place of the scene. A copy, which a block saves, shares them: copying all names for each
+/// block, as pbrt-v3 does, takes time and memory proportional to names times blocks.
+#[derive(Clone)]
 pub(crate) struct Names<T> {
     kind: SymbolKind,
-    known: HashMap<String, Named<T>>,
-    /// The values that definitions replaced.
-    replaced: Vec<(String, Option<Named<T>>)>,
+    known: HashTrieMap<String, Named<T>>,
 }
 
+#[derive(Clone)]
 struct Named<T> {
     value: T,
     /// `None` for a name that pbrt-v3 defines itself.
     symbol: Option<SymbolId>,
 }
 
-impl<T> Names<T> {
+impl<T: Clone> Names<T> {
     pub fn new(kind: SymbolKind) -> Self {
-        Names { kind, known: HashMap::new(), replaced: Vec::new() }
+        Names { kind, known: HashTrieMap::new() }
     }
 
     pub fn kind(&self) -> SymbolKind {
@@ -61,36 +57,12 @@ impl<T> Names<T> {
 
     pub fn define(&mut self, name: &Text, value: T, report: &mut Report) -> SymbolId {
         let symbol = report.symbols.define(self.kind, name);
-        self.insert(name.value.clone(), value, Some(symbol));
+        self.known.insert_mut(name.value.clone(), Named { value, symbol: Some(symbol) });
         symbol
     }
 
     /// Defines a name that has no symbol.
     pub fn define_builtin(&mut self, name: &str, value: T) {
-        self.insert(name.into(), value, None);
-    }
-
-    fn insert(&mut self, name: String, value: T, symbol: Option<SymbolId>) {
-        if !self.kind.is_scoped() {
-            self.known.insert(name, Named { value, symbol });
-            return;
-        }
-        let before = self.known.insert(name.clone(), Named { value, symbol });
-        self.replaced.push((name, before));
-    }
-
-    /// The number of definitions so far, as input for `take_back`.
-    pub fn definitions(&self) -> usize {
-        self.replaced.len()
-    }
-
-    /// Undoes all definitions after the first `definitions`.
-    pub fn take_back(&mut self, definitions: usize) {
-        for (name, before) in self.replaced.drain(definitions..).rev() {
-            match before {
-                Some(value) => self.known.insert(name, value),
-                None => self.known.remove(&name),
-            };
-        }
+        self.known.insert_mut(name.into(), Named { value, symbol: None });
     }
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use lookat_syntax::{Entity, EntityKind, Severity, Span, Spanned, Text};
+use lookat_syntax::{Entity, EntityKind, Severity, Span, Text};
 
 use crate::camera::{self, Camera, Projection, ViewOverride};
 use crate::facts::Facts;
@@ -12,7 +12,6 @@ use crate::files::Files;
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
 use crate::params::Params;
-use crate::params::value::Name;
 use crate::report::Report;
 use crate::sampler::{self, Sampler};
 use crate::scene::Places;
@@ -41,14 +40,8 @@ pub struct LoadOptions {
 /// The last directive of each kind of option.
 #[derive(Default)]
 pub(crate) struct Options {
-    given: HashMap<EntityKind, OptionDirective>,
-}
-
-struct OptionDirective {
-    entity: Entity,
-    at: Span,
-    /// The camera transformation here.
-    world_from_camera: Transform,
+    /// With the places of the directives.
+    given: HashMap<EntityKind, (Entity, Span)>,
 }
 
 /// The resolved options.
@@ -66,15 +59,23 @@ pub(crate) struct ResolvedOptions {
 
 impl Options {
     /// Stores an option. The last one of a kind counts. Returns the place of the one before.
-    pub fn set(
+    pub fn set(&mut self, kind: EntityKind, entity: Entity, at: Span) -> Option<Span> {
+        self.given.insert(kind, (entity, at)).map(|(_, before)| before)
+    }
+
+    /// The parameters of an option, or of its default.
+    fn params<'a>(
         &mut self,
         kind: EntityKind,
-        entity: Entity,
-        at: Span,
-        world_from_camera: Transform,
-    ) -> Option<Span> {
-        let given = OptionDirective { entity, at, world_from_camera };
-        self.given.insert(kind, given).map(|before| before.at)
+        default: &str,
+        world_begin: Span,
+        files: &'a Files<'a>,
+        report: &'a mut Report,
+    ) -> Params<'a> {
+        let missing = || Text { value: default.into(), span: world_begin };
+        let given = self.given.remove(&kind).map(|(entity, _)| entity);
+        let entity = given.unwrap_or_else(|| Entity { name: missing(), params: Vec::new() });
+        Params::new(kind.keyword(), entity, files, report)
     }
 
     /// Resolves the options. Reports an option with an error and replaces it by the default.
@@ -91,49 +92,32 @@ impl Options {
             let usual = [EntityKind::Camera, EntityKind::Film, EntityKind::Sampler, EntityKind::Integrator];
             facts.missing_options = usual.into_iter().filter(|kind| !self.given.contains_key(kind)).collect();
         }
-        let camera = self.given.get(&EntityKind::Camera);
-        let camera = camera.map(|given| (given.entity.name.span, given.world_from_camera));
-        let mut entity = |kind: EntityKind, default: &str| match self.given.remove(&kind) {
-            Some(given) => given.entity,
-            None => Entity { name: Spanned { value: default.into(), span: world_begin }, params: Vec::new() },
-        };
-        let film_params = &mut Params::new("Film", entity(EntityKind::Film, "image"), files, report);
+        let camera_at = self.given.get(&EntityKind::Camera).map(|(entity, _)| entity.name.span);
+        let film_params = &mut self.params(EntityKind::Film, "image", world_begin, files, report);
         let (film, output) = film::film(film_params, &load_options.film);
         let crop_window = film_params.given_place("cropwindow");
-        let filter = filter::filter(&mut Params::new(
-            "PixelFilter",
-            entity(EntityKind::PixelFilter, "box"),
-            files,
-            report,
-        ));
-        let sampler = sampler::sampler(&mut Params::new(
-            "Sampler",
-            entity(EntityKind::Sampler, "halton"),
-            files,
-            report,
-        ));
-        let integrator_params =
-            &mut Params::new("Integrator", entity(EntityKind::Integrator, "path"), files, report);
+        let filter =
+            filter::filter(&mut self.params(EntityKind::PixelFilter, "box", world_begin, files, report));
+        let sampler =
+            sampler::sampler(&mut self.params(EntityKind::Sampler, "halton", world_begin, files, report));
+        let integrator_params = &mut self.params(EntityKind::Integrator, "path", world_begin, files, report);
         let passes_boundaries = integrator::passes_boundaries(integrator_params.kind());
         let replaced = Some(integrator_params.kind_text());
         let replaced_integrator = replaced.filter(|kind| integrator::is_replaced(&kind.value));
         let integrator = integrator::integrator(integrator_params);
         // An unknown type is only a warning, because the picture does not depend on it.
-        let accelerator =
-            &mut Params::new("Accelerator", entity(EntityKind::Accelerator, "bvh"), files, report);
+        let accelerator = &mut self.params(EntityKind::Accelerator, "bvh", world_begin, files, report);
         if !accelerator.is_known_kind(KINDS) {
-            accelerator.say_unknown_kind(KINDS, Severity::Warning);
+            accelerator.report_unknown_type(KINDS, Severity::Warning);
         }
         let view_override = &load_options.view;
         if let Err(reason) = view_override.check() {
             report.override_error = Some(reason);
         }
-        let world_from_camera = match camera {
-            Some((_, world_from_camera)) => world_from_camera,
-            None => view_override.world_from_camera().unwrap_or(Transform::IDENTITY),
-        };
-        let params = &mut Params::new("Camera", entity(EntityKind::Camera, "perspective"), files, report);
-        let camera_at = camera.map(|(at, _)| at);
+        let given = facts.camera.map(|(_, world_from_camera)| world_from_camera);
+        let world_from_camera = given.or_else(|| view_override.world_from_camera());
+        let world_from_camera = world_from_camera.unwrap_or(Transform::IDENTITY);
+        let params = &mut self.params(EntityKind::Camera, "perspective", world_begin, files, report);
         let camera = camera::camera(params, world_from_camera, &film, view_override);
         let places = Places {
             camera: camera_at,
@@ -156,32 +140,17 @@ impl Options {
     }
 }
 
-const SPLIT_METHOD: Key<Name> =
-    Key::string("splitmethod", "how nodes are split: sah, hlbvh, middle or equal")
-        .default_words("\"sah\"")
-        .not_rendered();
-const MOST_IN_NODE: Key<i32> = Key::integer("maxnodeprims", 4, "the most shapes in a leaf").not_rendered();
-const INTERSECT_COST: Key<i32> =
-    Key::integer("intersectcost", 80, "the cost of an intersection test").not_rendered();
-const TRAVERSAL_COST: Key<i32> =
-    Key::integer("traversalcost", 1, "the cost of visiting a node").not_rendered();
-const EMPTY_BONUS: Key<f64> =
-    Key::float("emptybonus", 0.5, "the share of the cost that a split saves with an empty side")
-        .not_rendered();
-const MOST_IN_LEAF: Key<i32> = Key::integer("maxprims", 1, "the most shapes in a leaf").not_rendered();
-const MAX_DEPTH: Key<i32> =
-    Key::integer("maxdepth", -1, "the depth of the tree; negative depends on the number of shapes")
-        .not_rendered();
-
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new(
-        "bvh",
-        "a bounding volume hierarchy; lookat always builds its own",
-        &[&[&SPLIT_METHOD, &MOST_IN_NODE]],
-    ),
-    Kind::new(
-        "kdtree",
-        "a k-d tree; lookat builds its own bounding volume hierarchy",
-        &[&[&INTERSECT_COST, &TRAVERSAL_COST, &EMPTY_BONUS, &MOST_IN_LEAF, &MAX_DEPTH]],
-    ),
+    Kind::new("bvh", "a bounding volume hierarchy; lookat always builds its own", &[]).ignoring(&[&[
+        &Key::string("splitmethod", "how nodes are split: sah, hlbvh, middle or equal")
+            .default_words("\"sah\""),
+        &Key::integer("maxnodeprims", 4, "the largest number of shapes in a leaf"),
+    ]]),
+    Kind::new("kdtree", "a k-d tree; lookat builds its own bounding volume hierarchy", &[]).ignoring(&[&[
+        &Key::integer("intersectcost", 80, "the cost of an intersection test"),
+        &Key::integer("traversalcost", 1, "the cost of visiting a node"),
+        &Key::float("emptybonus", 0.5, "the share of the cost that a split saves with an empty side"),
+        &Key::integer("maxprims", 1, "the largest number of shapes in a leaf"),
+        &Key::integer("maxdepth", -1, "the depth of the tree; negative depends on the number of shapes"),
+    ]]),
 ];

@@ -5,16 +5,16 @@ mod messages;
 pub(crate) mod value;
 
 use std::collections::HashSet;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use lookat_image::Charge;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
 use crate::cache::MeshKey;
-use crate::files::{Charged, Files};
+use crate::files::{Charged, FileResult, Files};
 use crate::report::Report;
-use crate::schema::{Key, Kind, Parameter, Unit};
+use crate::schema::{Key, Kind, Parameter, REQUIRED, Unit};
 use crate::texture::Textures;
 
 pub(crate) use crate::params::value::ParamValue;
@@ -29,8 +29,8 @@ pub(crate) struct Params<'a> {
     /// The type of thing, such as `sphere`.
     kind: Text,
     params: Vec<Param>,
-    /// The names and types that the constructor has asked for.
-    asked: Vec<(&'static str, ParamType)>,
+    /// The names and types of the parameters that the constructor takes.
+    registered: Vec<(&'static str, ParamType)>,
     /// The places and types of the values taken.
     places: Vec<(&'static str, Span, ParamType)>,
     failed: bool,
@@ -52,7 +52,7 @@ impl<'a> Params<'a> {
             keyword,
             kind: entity.name,
             params: entity.params,
-            asked: Vec::new(),
+            registered: Vec::new(),
             places: Vec::new(),
             failed: false,
             rest_ignored: false,
@@ -111,15 +111,26 @@ impl<'a> Params<'a> {
     }
 
     /// Registers a parameter name with a type.
-    pub fn ask(&mut self, name: &'static str, ty: ParamType) {
-        if !self.asked.contains(&(name, ty)) {
-            self.asked.push((name, ty));
+    pub fn register(&mut self, name: &'static str, ty: ParamType) {
+        if !self.registered.contains(&(name, ty)) {
+            self.registered.push((name, ty));
         }
     }
 
-    /// Takes the value of a parameter, or its default. Rejects a value outside the range of the key.
+    /// Takes the value of a parameter, or its default. Rejects a value outside the range of the key, and a directive that lacks
+    /// a required parameter.
     pub fn take<T: ParamValue>(&mut self, key: &Key<T>) -> T::Taken {
-        T::take(key, self)
+        let taken = T::take(key, self);
+        if key.default_words == REQUIRED {
+            let article = if self.kind().starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+            let message = format!("{article} {} needs {}", self.kind(), key.name);
+            let value = if key.ty == ParamType::String { "\"...\"" } else { "[...]" };
+            // Files write "point", not "point3".
+            let ty = key.ty.name().trim_end_matches('3');
+            let help = format!("add \"{ty} {}\" {value}: {}", key.name, key.meaning);
+            self.missing(key.name, &message, &help);
+        }
+        taken
     }
 
     /// Rejects a number outside the range of the key. True if it is inside.
@@ -155,18 +166,9 @@ impl<'a> Params<'a> {
         self.places.iter().any(|(taken, ..)| *taken == name)
     }
 
-    /// True if a parameter was given as red, green and blue.
-    pub fn was_rgb(&self, name: &str) -> bool {
-        self.was_of_type(name, ParamType::Rgb)
-    }
-
-    /// True if a parameter was given as the name of a texture.
-    pub fn was_texture(&self, name: &str) -> bool {
-        self.was_of_type(name, ParamType::Texture)
-    }
-
-    fn was_of_type(&self, name: &str, ty: ParamType) -> bool {
-        self.places.iter().any(|(taken, _, given)| *taken == name && *given == ty)
+    /// True if a parameter was given with one of these types.
+    pub fn was_of_type(&self, name: &str, types: &[ParamType]) -> bool {
+        self.places.iter().any(|(taken, _, given)| *taken == name && types.contains(given))
     }
 
     /// The place of one number in a taken list.
@@ -215,7 +217,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// Reports something, unless it may come of a part that could not be read.
+    /// Reports a problem, unless an unreadable part may cause it.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         if !self.report.partial {
             self.report.push(diagnostic);
@@ -227,7 +229,7 @@ impl<'a> Params<'a> {
         self.remark(Severity::Warning, name, message, help);
     }
 
-    /// Gives a note about the value of a parameter, unless that may come of a part that could not be read.
+    /// Gives a note about the value of a parameter, unless an unreadable part may cause it.
     pub fn note(&mut self, name: &str, message: &str, help: &str) {
         self.remark(Severity::Note, name, message, help);
     }
@@ -250,8 +252,7 @@ impl<'a> Params<'a> {
 
     fn remark(&mut self, severity: Severity, name: &str, message: &str, help: &str) {
         if !self.report.partial {
-            let remark = Diagnostic::warning(self.place(name), message).help(help);
-            self.report.push(Diagnostic { severity, ..remark });
+            self.report.push(Diagnostic::new(severity, self.place(name), message).help(help));
         }
     }
 
@@ -266,13 +267,13 @@ impl<'a> Params<'a> {
     }
 
     /// Reports an unknown type and returns `None`.
-    pub fn unknown_kind<T>(&mut self, known: &[Kind]) -> Option<T> {
+    pub fn reject_unknown_type<T>(&mut self, known: &[Kind]) -> Option<T> {
         self.failed = true;
-        self.say_unknown_kind(known, Severity::Error);
+        self.report_unknown_type(known, Severity::Error);
         None
     }
 
-    /// Reads something that the directive does without: errors do not reject the directive.
+    /// Reads something optional: its errors do not reject the directive.
     pub fn without_rejection<R>(&mut self, read: impl FnOnce(&mut Self) -> R) -> R {
         let failed = std::mem::take(&mut self.failed);
         let result = read(self);
@@ -290,19 +291,19 @@ impl<'a> Params<'a> {
         self.report.partial && !self.was_taken(name)
     }
 
-    /// Ignores known parameters that the constructor has not asked for, without a warning.
+    /// Ignores known parameters that the constructor does not take, without a warning.
     pub fn ignore(&mut self, known: impl Iterator<Item = Parameter>) {
         for Parameter { name, ty, is_textured, .. } in known {
             if self.types(name).next().is_some() {
                 continue;
             }
-            self.ask(name, ty);
+            self.register(name, ty);
             if is_textured {
-                self.ask(name, ParamType::Texture);
+                self.register(name, ParamType::Texture);
             }
-            let asked = &self.asked;
+            let registered = &self.registered;
             let is_known = |param: &Param| {
-                asked.iter().any(|(asked, ty)| *asked == param.name.value && class(*ty) == class(param.ty))
+                registered.iter().any(|(name, ty)| *name == param.name.value && class(*ty) == class(param.ty))
             };
             self.params.retain(|param| param.name.value != name || !is_known(param));
         }
@@ -314,25 +315,17 @@ impl<'a> Params<'a> {
         self.rest_ignored = true;
     }
 
-    /// Takes the parameters that the constructor has not asked for.
-    pub fn take_rest(&mut self) -> Vec<Param> {
-        let asked = &self.asked;
-        let (known, rest) = std::mem::take(&mut self.params)
-            .into_iter()
-            .partition(|param| asked.iter().any(|(name, _)| *name == param.name.value));
-        self.params = known;
-        rest
+    /// Takes the parameters that the constructor does not take and that `is_meant` accepts.
+    pub fn take_rest(&mut self, is_meant: impl Fn(&Param) -> bool) -> Vec<Param> {
+        let registered = &self.registered;
+        let is_taken = |param: &Param| registered.iter().any(|(name, _)| *name == param.name.value);
+        self.params.extract_if(.., |param| !is_taken(param) && is_meant(param)).collect()
     }
 
-    /// Puts back parameters from `take_rest`.
-    pub fn put_back(&mut self, params: Vec<Param>) {
-        self.params.extend(params);
-    }
-
-    /// The names asked for so far.
-    pub fn asked(&self) -> Vec<&'static str> {
+    /// The names registered so far, each once.
+    pub fn names(&self) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = Vec::new();
-        for (name, _) in &self.asked {
+        for (name, _) in &self.registered {
             if !names.contains(name) {
                 names.push(name);
             }
@@ -340,9 +333,9 @@ impl<'a> Params<'a> {
         names
     }
 
-    /// The names and types asked for. `None` if the rest is ignored.
+    /// The registered names and types. `None` if the rest is ignored.
     pub fn known(&self) -> Option<Vec<(&'static str, ParamType)>> {
-        (!self.rest_ignored).then(|| self.asked.clone())
+        (!self.rest_ignored).then(|| self.registered.clone())
     }
 
     /// Warns about unused parameters. True if the result of the constructor is usable.
@@ -355,9 +348,9 @@ impl<'a> Params<'a> {
         !self.failed && !self.report.partial
     }
 
-    /// The types asked for under a name.
+    /// The types registered under a name.
     fn types(&self, name: &str) -> impl Iterator<Item = ParamType> {
-        self.asked.iter().filter(move |(asked, _)| *asked == name).map(|(_, ty)| *ty)
+        self.registered.iter().filter(move |(taken, _)| *taken == name).map(|(_, ty)| *ty)
     }
 }
 
@@ -366,8 +359,8 @@ pub(crate) fn class(ty: ParamType) -> ParamType {
     if SPECTRUM_TYPES.contains(&ty) { ParamType::Spectrum } else { ty }
 }
 
-impl Params<'_> {
-    /// The bytes of a file that the rest does without. `None`, and a warning, where it cannot be read.
+impl<'a> Params<'a> {
+    /// The bytes of an optional file. Warns of an unreadable one and returns `None`.
     pub fn file_if_readable(&mut self, name: &Text) -> Option<Charged> {
         match self.files.read_named(&name.value, name.span) {
             Ok((path, bytes)) => {
@@ -382,36 +375,27 @@ impl Params<'_> {
         }
     }
 
-    /// The bytes of a file named by a parameter, or `None` for them if they are known. Reports an unreadable file and returns `None`.
-    pub fn file_unless(
+    /// A file named by a parameter, as `find` gives it. Reports an unreadable one and returns `None`.
+    pub fn file<T>(
         &mut self,
         name: &Text,
-        is_known: impl Fn(&Path) -> bool,
-    ) -> Option<(PathBuf, Option<Charged>)> {
-        let read = self.files.read_unless(&name.value, name.span, is_known);
-        let (path, bytes) = read.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
-        self.warn_of_path(name, &path);
-        Some((path, bytes))
-    }
-
-    /// Opens a file named by a parameter. Reports a file that it cannot open and returns `None`.
-    pub fn open(&mut self, name: &Text) -> Option<(PathBuf, Box<dyn Read>)> {
-        let opened = self.files.open_named(&name.value, name.span);
-        let (path, file) = opened.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
-        self.warn_of_path(name, &path);
-        Some((path, file))
+        find: impl FnOnce(&Files<'a>, &str, Span) -> FileResult<T>,
+    ) -> Option<(PathBuf, T)> {
+        match find(self.files, &name.value, name.span) {
+            Ok((path, file)) => {
+                self.warn_of_path(name, &path);
+                Some((path, file))
+            }
+            Err((path, error)) => {
+                self.unreadable(name, &path, &error);
+                None
+            }
+        }
     }
 
     /// Warns of a name that leads to `path` here and not in pbrt-v3.
     pub fn warn_of_path(&mut self, name: &Text, path: &Path) {
         self.report.extend(self.files.not_found_by_pbrt(name, path));
-    }
-
-    /// Warns of a name that leads to different files here and in pbrt-v3. The file is not read.
-    pub fn warn_of_unread_path(&mut self, name: &Text) {
-        if let Ok((path, _)) = self.files.open_named(&name.value, name.span) {
-            self.warn_of_path(name, &path);
-        }
     }
 
     /// Reports an unreadable file.

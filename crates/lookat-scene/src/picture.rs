@@ -10,7 +10,7 @@ use lookat_syntax::{Diagnostic, Text};
 
 use crate::cache::{PictureKey, PictureSettings};
 use crate::color;
-use crate::files::{Charged, shown_path};
+use crate::files::{Charged, Files, shown_path};
 use crate::params::Params;
 
 /// The pictures of a scene so far. Each file is decoded once for each type of texel and settings.
@@ -40,8 +40,9 @@ impl Pictures {
         params.without_rejection(|params| {
             let (path, made) = if self.fast {
                 self.unread += 1;
-                let (path, _) = params.open(file)?;
-                let made = check_name(&path).map(|()| gray(&settings));
+                let (path, _) = params.file(file, Files::open_named)?;
+                let checked = PictureFile::check_name(&PathBuf::from(shown_path(&path)));
+                let made = checked.map(|()| gray(&settings)).map_err(unreadable);
                 (path, made)
             } else {
                 self.decoded(params, name, file, settings)?
@@ -76,15 +77,16 @@ impl Pictures {
             None => {
                 let reuse = params.files.reuse;
                 let is_kept = |path: &Path| {
-                    let key = PictureKey::new(path.to_owned(), &settings);
+                    let key = (path.to_owned(), settings);
                     reuse.is_some_and(|reuse| reuse.picture::<MipMap<T>>(&key).is_some())
                 };
-                let (path, bytes) = params.file_unless(file, is_kept)?;
+                let (path, bytes) =
+                    params.file(file, |files, name, at| files.read_unless(name, at, is_kept))?;
                 self.found.insert(first, path.clone());
                 (path, bytes)
             }
         };
-        let key = PictureKey::new(path.clone(), &settings);
+        let key = (path.clone(), settings);
         if let Some(made) = T::made(self).get(&key) {
             return Some((path, made.clone()));
         }
@@ -93,7 +95,7 @@ impl Pictures {
             None => {
                 let bytes = match bytes {
                     Some(bytes) => bytes,
-                    None => params.file_unless(file, |_| false)?.1?,
+                    None => params.file(file, Files::read_named)?.1,
                 };
                 let reported = params.reported();
                 let made = decode(params, name, &path, bytes, &settings);
@@ -177,7 +179,7 @@ fn is_too_bright(value: f32) -> bool {
 
 fn texel_value(value: f32, settings: &PictureSettings) -> f32 {
     let linear = if settings.gamma { linear_from_srgb(value) } else { value };
-    let scaled = settings.scale * linear;
+    let scaled = f32::from_bits(settings.scale) * linear;
     let least = if settings.not_negative { 0.0 } else { -LARGEST };
     if scaled.is_nan() { 0.0 } else { scaled.clamp(least, LARGEST) }
 }
@@ -232,11 +234,6 @@ pub(super) fn decode<T: FromColor>(
     Ok(Arc::new(map))
 }
 
-/// Checks the extension of a picture's name. The error is a message and help.
-fn check_name(path: &Path) -> Result<(), (String, String)> {
-    PictureFile::check_name(&PathBuf::from(shown_path(path))).map_err(unreadable)
-}
-
 fn unreadable(error: ImageError) -> (String, String) {
     (error.to_string(), help(&error))
 }
@@ -282,7 +279,13 @@ mod tests {
     use super::*;
 
     fn settings(gamma: bool, scale: f32) -> PictureSettings {
-        PictureSettings { wrap: Wrap::Repeat, gamma, scale, bottom_up: true, not_negative: false }
+        PictureSettings {
+            wrap: Wrap::Repeat,
+            gamma,
+            scale: scale.to_bits(),
+            bottom_up: true,
+            not_negative: false,
+        }
     }
 
     /// pbrt-v3 converts a color to its luminance first, then from sRGB to linear.

@@ -20,7 +20,8 @@ use lookat_syntax::{Diagnostic, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
-use crate::mesh::{Mesh, Oddities, note_flat, place};
+use crate::files::Files;
+use crate::mesh::{Mesh, Oddities, note_flat, to_world_space};
 use crate::params::Params;
 use crate::ply::header::{Element, Format, Header};
 use crate::ply::stream::Stream;
@@ -114,7 +115,11 @@ fn unzipped<T>(read: Result<T, PlyError>, error: Option<io::Error>) -> Result<T,
 fn read_stream(stream: &mut Stream<impl Read>, memory: &MemoryBudget) -> Result<PlyMesh, PlyError> {
     let header = header::parse(stream)?;
     let oddities = check(&header)?;
-    let mut mesh = read_body(&header, stream, memory).map_err(|error| {
+    let bytes = header.elements.iter().map(most_bytes).fold(0, u64::saturating_add);
+    let charge = memory.reserve(bytes);
+    let refused = |shortage| PlyError(format!("the mesh is too large: {shortage}"));
+    let read = charge.map_err(refused).and_then(|_charge| body::read(&header, stream));
+    let mut mesh = read.map_err(|error| {
         // A count that does not fit the file explains other errors.
         let available = stream.skip_all() - header.size;
         header
@@ -128,17 +133,6 @@ fn read_stream(stream: &mut Stream<impl Read>, memory: &MemoryBudget) -> Result<
     Ok(mesh)
 }
 
-fn read_body(
-    header: &Header,
-    stream: &mut Stream<impl Read>,
-    memory: &MemoryBudget,
-) -> Result<PlyMesh, PlyError> {
-    let bytes = header.elements.iter().map(most_bytes).fold(0, u64::saturating_add);
-    let refused = |shortage| PlyError(format!("the mesh is too large: {shortage}"));
-    let _charge = memory.reserve(bytes).map_err(refused)?;
-    body::read(header, stream)
-}
-
 /// Checks that a header declares a mesh, and tells what is odd about it.
 fn check(header: &Header) -> Result<Oddities, PlyError> {
     for (name, plural) in [("vertex", "vertices"), ("face", "faces")] {
@@ -146,7 +140,11 @@ fn check(header: &Header) -> Result<Oddities, PlyError> {
             return Err(PlyError(format!("the PLY file has no {plural}")));
         }
     }
-    header.elements.iter().find_map(too_many).map_or(Ok(()), Err)?;
+    const MOST: u64 = i32::MAX as u64;
+    let is_long = |element: &&Element| element.name == "vertex" && element.count > MOST;
+    if let Some(element) = header.elements.iter().find(is_long) {
+        return Err(PlyError(format!("{}, but at most {MOST} can be indexed", element.promise())));
+    }
     header.elements.iter().try_for_each(body::check)?;
     let is_other = |element: &Element| element.name == "face" && element.find("vertex_indices").is_none();
     Ok(Oddities { is_vertex_index: header.elements.iter().any(is_other), ..Oddities::default() })
@@ -176,13 +174,6 @@ fn broken_promise(header: &Header, element: &Element, available: u64) -> Option<
     })
 }
 
-/// The error for more vertices than indices can address.
-fn too_many(element: &Element) -> Option<PlyError> {
-    let most = i32::MAX;
-    (element.name == "vertex" && element.count > most as u64)
-        .then(|| PlyError(format!("{}, but at most {most} can be indexed", element.promise())))
-}
-
 /// A word of the file for an error message, shortened and printable.
 fn quote(word: &[u8]) -> String {
     let (shown, dots) = if word.len() > 32 { (&word[..32], "...") } else { (word, "") };
@@ -210,7 +201,12 @@ impl PlyFiles {
     ) -> Option<Arc<Mesh>> {
         if self.fast {
             self.unread += 1;
-            check_file_header(params, name);
+            if let Some((path, file)) = params.file(name, Files::open_named)
+                && let Some(oddities) = ok_or_report(params, name, &path, check_header(file))
+            {
+                // Faces are not counted.
+                report_oddities(params, name, &oddities, 0);
+            }
             return Some(Arc::new(Mesh::unread()));
         }
         let first = params.files.beside(&name.value, name.span);
@@ -220,7 +216,7 @@ impl PlyFiles {
                 (path.clone(), None, Some(mesh))
             }
             _ => {
-                let (path, file) = params.open(name)?;
+                let (path, file) = params.file(name, Files::open_named)?;
                 (path, Some(file), None)
             }
         };
@@ -245,23 +241,13 @@ impl PlyFiles {
         };
         let PlyMesh { mesh, oddities } = mesh;
         report_oddities(params, name, &oddities, mesh.triangles());
-        let mesh = Arc::new(place(params, mesh, world_from_object)?);
+        let mesh = Arc::new(to_world_space(params, mesh, world_from_object)?);
         let flat = mesh.without_area();
         if let (Some(reuse), Some(key)) = (params.files.reuse, key) {
             reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, oddities });
         }
         note_flat(params, "filename", flat, mesh.triangles());
         Some(mesh)
-    }
-}
-
-/// Reports a file that cannot be opened, or that has a wrong header. Reads no more.
-fn check_file_header(params: &mut Params, name: &Text) {
-    if let Some((path, file)) = params.open(name)
-        && let Some(oddities) = ok_or_report(params, name, &path, check_header(file))
-    {
-        // Faces are not counted.
-        report_oddities(params, name, &oddities, 0);
     }
 }
 

@@ -67,7 +67,7 @@ impl Report {
             return;
         }
         self.places += 1;
-        let (diagnostic, symbols) = (self.diagnostics.len(), self.symbols.all().len());
+        let (diagnostic, symbols) = (self.diagnostics.len(), self.symbols.list.len());
         self.undefined.push(Undefined { kind, name: name.value.clone(), diagnostic, symbols });
         self.diagnostics.push(with_help(error, kind, name, known));
     }
@@ -110,7 +110,7 @@ impl Report {
     /// Returns all diagnostics in the order in which the scene is read, and the symbols. A place that an Include repeats
     /// counts once.
     pub fn finish(mut self, sources: &Sources) -> (Vec<Diagnostic>, Vec<Symbol>) {
-        explain(&self.undefined, self.symbols.all(), &mut self.diagnostics);
+        explain(&self.undefined, &self.symbols.list, &mut self.diagnostics);
         // Explanations can make two problems equal, so merge them again.
         self.known.clear();
         for diagnostic in std::mem::take(&mut self.diagnostics).into_iter() {
@@ -128,7 +128,7 @@ impl Report {
             self.diagnostics.retain(|diagnostic| !replaced.contains(&diagnostic.span()));
             self.diagnostics.insert(0, v4_scene(&v4_places, sources));
         }
-        (self.diagnostics, self.symbols.into_all())
+        (self.diagnostics, self.symbols.list)
     }
 
     pub fn has_errors(&self) -> bool {

@@ -50,7 +50,11 @@ impl<'a> Resolver<'a> {
             block: Block::Options,
             blocks: Blocks::default(),
             state: GraphicsState::new(),
-            definitions: Definitions::new(),
+            definitions: Definitions {
+                objects: Names::new(SymbolKind::Object),
+                media: Names::new(SymbolKind::Medium),
+                coordinate_systems: Names::new(SymbolKind::CoordinateSystem),
+            },
             options: Options::default(),
             resolved: None,
             draft: Draft::new(load_options.fast),
@@ -112,7 +116,7 @@ impl<'a> Resolver<'a> {
             Directive::WorldBegin => self.world_begin(at),
             Directive::WorldEnd => self.world_end(),
             Directive::NamedMaterial(name) => {
-                let known = self.definitions.materials.find(&name, &mut self.report);
+                let known = self.state.materials.find(&name, &mut self.report);
                 if let Some(known) = known {
                     self.state.material = known.clone();
                 }
@@ -148,16 +152,19 @@ impl<'a> Resolver<'a> {
                 self.definitions.media.define(&entity.name, (), &mut self.report);
             }
             _ => {
-                let instead = self.load_options.view.world_from_camera();
-                let world_from_camera = instead.unwrap_or_else(|| self.state.ctm.inverse());
                 if kind == EntityKind::Camera {
+                    let instead = self.load_options.view.world_from_camera();
+                    let world_from_camera = instead.unwrap_or_else(|| self.state.ctm.inverse());
                     self.use_transform();
                     self.facts.placement = self.facts.placed;
                     self.facts.camera = Some((at, world_from_camera));
                     self.definitions.coordinate_systems.define_builtin("camera", world_from_camera);
                 }
-                let replaced = self.options.set(kind, entity, at, world_from_camera);
-                self.facts.replaced_options.extend(replaced.map(|before| (kind, at, before)));
+                let replaced = self.options.set(kind, entity, at);
+                self.report.extend(replaced.map(|before| {
+                    let message = format!("a second {}: the last one is used", kind.keyword());
+                    Diagnostic::warning(at, message).related(before, "this one is ignored")
+                }));
             }
         }
         Ok(())
@@ -192,7 +199,10 @@ impl Resolver<'_> {
     }
 
     fn set_ctm(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
-        let ctm = in_range(ctm, at)?;
+        if !ctm.in_range() {
+            let help = "transformations accumulate: check the ones before it, too";
+            return Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help).fail();
+        }
         if self.block == Block::Options && ctm != self.state.ctm {
             self.facts.idle_transform.get_or_insert(at);
         }
@@ -237,35 +247,24 @@ impl Resolver<'_> {
                     }
                     LookAtError::OutOfRange => "write smaller numbers",
                 };
-                Err(Box::new(Diagnostic::error(span, fault.to_string()).help(help)))
+                Diagnostic::error(span, fault.to_string()).help(help).fail()
             }
         }
     }
 }
 
-fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>> {
-    if transform.in_range() {
-        return Ok(transform);
-    }
-    let help = "transformations accumulate: check the ones before it, too";
-    Err(Box::new(Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help)))
-}
-
 pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
     let message =
         if by.contains(&0.0) { "Scale by 0 is not invertible" } else { "this Scale is too small to invert" };
-    Transform::scale(by.into()).ok_or_else(|| {
-        Box::new(Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape"))
-    })
+    let fault =
+        || Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape");
+    Transform::scale(by.into()).map_or_else(|| fault().fail(), Ok)
 }
 
 pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
-    Transform::rotate(degrees, axis.into()).ok_or_else(|| {
-        Box::new(
-            Diagnostic::error(*span, "the axis of Rotate has length 0")
-                .help("the first number is the angle in degrees, the next three are the axis"),
-        )
-    })
+    let help = "the first number is the angle in degrees, the next three are the axis";
+    let fault = || Diagnostic::error(*span, "the axis of Rotate has length 0").help(help);
+    Transform::rotate(degrees, axis.into()).map_or_else(|| fault().fail(), Ok)
 }
 
 pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transform, Box<Diagnostic>> {
@@ -296,52 +295,16 @@ pub(crate) struct GraphicsState {
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
     pub emission: Option<Emission>,
-}
-
-/// The named definitions. The end of a block undoes those of materials and textures.
-pub(crate) struct Definitions {
     pub materials: Names<Rc<MaterialInstance>>,
     pub textures: Textures,
+}
+
+/// The definitions that outlast their block.
+pub(crate) struct Definitions {
     /// The index of each object in the draft.
     pub objects: Names<usize>,
     pub media: Names<()>,
     pub coordinate_systems: Names<Transform>,
-}
-
-impl Definitions {
-    pub fn new() -> Self {
-        Definitions {
-            materials: Names::new(SymbolKind::Material),
-            textures: Textures::default(),
-            objects: Names::new(SymbolKind::Object),
-            media: Names::new(SymbolKind::Medium),
-            coordinate_systems: Names::new(SymbolKind::CoordinateSystem),
-        }
-    }
-
-    fn counts(&self) -> [usize; 3] {
-        let Textures { float, spectrum } = &self.textures;
-        [self.materials.definitions(), float.definitions(), spectrum.definitions()]
-    }
-}
-
-/// The state at the start of a block.
-pub(crate) struct Saved {
-    state: GraphicsState,
-    definitions: [usize; 3],
-}
-
-impl Saved {
-    pub fn new(state: &GraphicsState, definitions: &Definitions) -> Box<Self> {
-        Box::new(Saved { state: state.clone(), definitions: definitions.counts() })
-    }
-
-    pub fn restore(self, state: &mut GraphicsState, definitions: &mut Definitions) {
-        *state = self.state;
-        definitions.materials.take_back(self.definitions[0]);
-        definitions.textures.float.take_back(self.definitions[1]);
-        definitions.textures.spectrum.take_back(self.definitions[2]);
-    }
 }
 
 impl GraphicsState {
@@ -352,6 +315,8 @@ impl GraphicsState {
             reverse_orientation: false,
             material: Rc::new(MaterialInstance::default()),
             emission: None,
+            materials: Names::new(SymbolKind::Material),
+            textures: Textures::default(),
         }
     }
 }

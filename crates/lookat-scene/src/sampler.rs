@@ -131,7 +131,7 @@ pub(crate) fn sampler(params: &mut Params) -> Option<Sampler> {
             (SamplerKind::SOBOL, params.take(&PIXEL_SAMPLES))
         }
         "stratified" => stratified(params),
-        _ => return params.unknown_kind(KINDS),
+        _ => return params.reject_unknown_type(KINDS),
     };
     params.finish().then_some(Sampler { kind, samples_per_pixel: samples as u32 })
 }

@@ -4,12 +4,11 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::DVec3;
-use lookat_image::{MipMap, Texel};
 use lookat_syntax::Span;
 
 use crate::{
-    Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, MaterialKind, Sampler, Shape,
-    Texture, Transform, Value, Varying,
+    AnyTexture, Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, Sampler, Shape,
+    Transform,
 };
 
 /// A scene, ready to render: a view of a world. Lengths are in world units, except for quadrics and curves, which are in
@@ -89,6 +88,12 @@ impl Primitive {
         Primitive { emission: Some(emission), ..self }
     }
 
+    /// The alpha masks of the shape.
+    pub(crate) fn masks(&self) -> impl Iterator<Item = AnyTexture<'_>> {
+        let masks = self.cutout.iter().flat_map(|cutout| [&cutout.alpha, &cutout.shadow_alpha]);
+        masks.flatten().map(AnyTexture::Numbers)
+    }
+
     /// The emission of the shape. `None` if it is black.
     pub(crate) fn light(&self) -> Option<Emission> {
         self.emission.filter(|emission| !emission.is_black())
@@ -143,7 +148,7 @@ impl World {
             let object = objects.entry(Arc::as_ptr(&instance.object));
             let own =
                 *object.or_insert_with(|| around(instance.object.primitives.iter().filter_map(of_shape)));
-            own.map(|own| placed(own, &instance.world_from_object))
+            own.map(|own| transformed(own, &instance.world_from_object))
         });
         around(self.primitives.iter().filter_map(of_shape).chain(instances))
     }
@@ -154,7 +159,7 @@ fn of_shape(primitive: &Primitive) -> Option<Bounds> {
         Shape::TriangleMesh(mesh) => around(mesh.positions().iter().map(|point| [DVec3::from(*point); 2])),
         Shape::Quadric(quadric) => {
             let (low, high) = quadric.corners();
-            Some(placed([low, high], &quadric.world_from_object))
+            Some(transformed([low, high], &quadric.world_from_object))
         }
         Shape::Curve(curve) => {
             let points = curve.segments.iter().flatten();
@@ -164,7 +169,7 @@ fn of_shape(primitive: &Primitive) -> Option<Bounds> {
 }
 
 /// The box around a transformed box.
-fn placed([low, high]: Bounds, transform: &Transform) -> Bounds {
+fn transformed([low, high]: Bounds, transform: &Transform) -> Bounds {
     let (center, half) = ((low + high) / 2.0, (high - low) / 2.0);
     let extent = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| transform.vector(axis * half).abs());
     let (center, extent) = (transform.point(center), extent[0] + extent[1] + extent[2]);
@@ -211,23 +216,25 @@ impl World {
 
     /// The memory of the world.
     pub fn memory(&self) -> Memory {
-        let mut counted = CountedBytes::default();
+        let (mut meshes, mut pictures, mut materials) = (HashMap::new(), HashMap::new(), HashSet::new());
         for primitive in self.shapes() {
-            counted.primitive(primitive);
-        }
-        for light in &self.lights {
-            match light {
-                Light::Environment { map, .. } | Light::Goniometric { map, .. } => counted.picture(map),
-                Light::Projection { map: Some(map), .. } => counted.picture(map),
-                _ => {}
+            if let Shape::TriangleMesh(mesh) = &primitive.shape {
+                meshes.insert(Arc::as_ptr(mesh), mesh.bytes());
             }
+            let is_new = materials.insert(Arc::as_ptr(&primitive.material));
+            let of_material = is_new.then(|| primitive.material.textures());
+            let textures = of_material.into_iter().flatten().chain(primitive.masks());
+            pictures.extend(textures.flat_map(AnyTexture::all).filter_map(AnyTexture::picture));
         }
+        pictures.extend(
+            self.lights.iter().filter_map(Light::map).map(|map| (Arc::as_ptr(map).addr(), map.bytes())),
+        );
         Memory {
             shapes: self.shapes().map(shape_bytes).sum(),
             instances: size_of_val(&self.instances[..]),
-            meshes: counted.meshes.values().sum(),
-            pictures: counted.pictures.len(),
-            picture_bytes: counted.pictures.values().sum(),
+            meshes: meshes.values().sum(),
+            pictures: pictures.len(),
+            picture_bytes: pictures.values().sum(),
         }
     }
 }
@@ -238,66 +245,6 @@ fn shape_bytes(primitive: &Primitive) -> usize {
         _ => 0,
     };
     size_of::<Primitive>() + array
-}
-
-/// Bytes by address.
-#[derive(Default)]
-struct CountedBytes {
-    meshes: HashMap<usize, usize>,
-    pictures: HashMap<usize, usize>,
-    materials: HashSet<usize>,
-}
-
-impl CountedBytes {
-    fn primitive(&mut self, primitive: &Primitive) {
-        if let Shape::TriangleMesh(mesh) = &primitive.shape {
-            self.meshes.insert(Arc::as_ptr(mesh).addr(), mesh.bytes());
-        }
-        if let Some(cutout) = &primitive.cutout {
-            for alpha in cutout.alpha.iter().chain(&cutout.shadow_alpha) {
-                self.texture(alpha);
-            }
-        }
-        self.material(&primitive.material);
-    }
-
-    fn material(&mut self, material: &Arc<Material>) {
-        if !self.materials.insert(Arc::as_ptr(material).addr()) {
-            return;
-        }
-        if let Some(bump) = &material.bump {
-            self.texture(bump);
-        }
-        for color in material.kind.colors() {
-            self.texture(color);
-        }
-        for number in material.kind.numbers() {
-            self.texture(number);
-        }
-        if let MaterialKind::Mix(mix) = &material.kind {
-            for part in &mix.materials {
-                self.material(part);
-            }
-        }
-    }
-
-    fn texture<T: Value>(&mut self, texture: &Texture<T>) {
-        let Texture::Varying(node) = texture else { return };
-        if let Varying::ImageMap(image) = &node.texture {
-            self.picture(&image.map);
-        }
-        let (parts, weight) = node.texture.parts();
-        for part in parts {
-            self.texture(part);
-        }
-        if let Some(weight) = weight {
-            self.texture(weight);
-        }
-    }
-
-    fn picture<T: Texel>(&mut self, map: &Arc<MipMap<T>>) {
-        self.pictures.insert(Arc::as_ptr(map).addr(), map.bytes());
-    }
 }
 
 /// The places of what a view consists of, and of the lights. `None` where the text leaves a default.

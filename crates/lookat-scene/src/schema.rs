@@ -29,17 +29,24 @@ pub struct Kind {
     keys: &'static [Keys],
     /// Parameters before `keys`.
     first: Keys,
+    /// Parameters after `keys`, which lookat ignores, unlike pbrt-v3.
+    ignored: &'static [Keys],
 }
 
 impl Kind {
     /// A type that lookat renders. Its parameters are lists, so that types can share some. [`crate::kinds()`] adds the directive.
     pub(crate) const fn new(name: &'static str, meaning: &'static str, keys: &'static [Keys]) -> Kind {
-        Kind { directive: "", name, meaning, instead: "", is_default: false, keys, first: &[] }
+        Kind { directive: "", name, meaning, instead: "", is_default: false, keys, first: &[], ignored: &[] }
     }
 
     /// A type that lookat does not render, and what it renders instead.
     pub(crate) const fn instead(self, instead: &'static str) -> Kind {
         Kind { instead, ..self }
+    }
+
+    /// This type with parameters that lookat ignores, unlike pbrt-v3.
+    pub(crate) const fn ignoring(self, ignored: &'static [Keys]) -> Kind {
+        Kind { ignored, ..self }
     }
 
     /// The type that pbrt-v3 uses if a scene lacks the directive.
@@ -55,7 +62,9 @@ impl Kind {
     /// The parameters, in the order of the documentation.
     pub fn parameters(&self) -> impl Iterator<Item = Parameter> {
         let keys = self.first.iter().chain(self.keys.iter().copied().flatten());
-        keys.map(|key| key.parameter()).map(|parameter| Parameter {
+        let ignored = self.ignored.iter().copied().flatten().map(|key| key.parameter());
+        let ignored = ignored.map(|parameter| Parameter { effect: Effect::NotRendered, ..parameter });
+        keys.map(|key| key.parameter()).chain(ignored).map(|parameter| Parameter {
             synonyms: synonyms::words_for(self.directive, self.name, parameter.name),
             ..parameter
         })
@@ -183,7 +192,7 @@ impl<T: Copy> Key<T> {
         Key { unit, ..self }
     }
 
-    /// Words a default that depends on something.
+    /// Describes in words a default that is not a constant.
     pub const fn default_words(self, default_words: &'static str) -> Key<T> {
         Key { default_words, ..self }
     }
@@ -238,12 +247,12 @@ impl Range {
         Range { least: f64::NEG_INFINITY, most, is_open: [true; 2] }
     }
 
-    /// Without the ends.
+    /// An open interval.
     pub const fn between(least: f64, most: f64) -> Range {
         Range { least, most, is_open: [true; 2] }
     }
 
-    /// Without the least, with the most.
+    /// Excludes `least`, includes `most`.
     pub const fn above_to(least: f64, most: f64) -> Range {
         Range { least, most, is_open: [true, false] }
     }

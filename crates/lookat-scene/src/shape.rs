@@ -11,9 +11,9 @@ use lookat_syntax::{ParamType, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
-use crate::mesh::{self, Mesh, finish, grid, ply_file, triangle_mesh};
+use crate::mesh::{self, Mesh, finish, grid, triangle_mesh};
 use crate::params::Params;
-use crate::params::value::{Floats, RequiredInteger};
+use crate::params::value::{Floats, OptionalInteger};
 use crate::schema::{Key, Kind, Range};
 
 pub use crate::shape::curve::{Curve, CurveKind};
@@ -84,7 +84,7 @@ pub(crate) fn shape(
     world_from_object: Transform,
 ) -> Option<Geometry> {
     let shape = match params.kind() {
-        "plymesh" => return ply_file(params).map(Geometry::PlyFile),
+        "plymesh" => return params.take(&mesh::FILE_NAME).map(Geometry::PlyFile),
         "trianglemesh" => triangle_mesh(params, kept, world_from_object).map(Shape::TriangleMesh),
         "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Arc::new(curve))),
         "heightfield" => heightfield(params, world_from_object).map(triangles),
@@ -92,7 +92,7 @@ pub(crate) fn shape(
         "nurbs" => nurbs::nurbs(params, world_from_object).map(triangles),
         _ if !params.is_known_kind(KINDS) => {
             params.ignore_rest();
-            return params.unknown_kind(KINDS);
+            return params.reject_unknown_type(KINDS);
         }
         _ => quadric::quadric(params, world_from_object).map(|quadric| Shape::Quadric(Box::new(quadric))),
     };
@@ -103,10 +103,10 @@ fn triangles(mesh: Mesh) -> Shape {
     Shape::TriangleMesh(Arc::new(mesh))
 }
 
-const NU: Key<RequiredInteger> =
-    Key::required_integer("nu", "the number of heights along u").within(Range::at_least(2.0));
-const NV: Key<RequiredInteger> =
-    Key::required_integer("nv", "the number of heights along v").within(Range::at_least(2.0));
+const NU: Key<OptionalInteger> =
+    Key::optional_integer("nu", "the number of heights along u").within(Range::at_least(2.0)).required();
+const NV: Key<OptionalInteger> =
+    Key::optional_integer("nv", "the number of heights along v").within(Range::at_least(2.0)).required();
 const HEIGHTS: Key<Floats> =
     Key::new("Pz", ParamType::Float, Floats, "nu times nv heights, in rows along x").required();
 
@@ -116,14 +116,7 @@ pub(super) const KIND: Kind =
 /// pbrt-v3's CreateHeightfield: `Pz` has `nv` rows along y, each with `nu` heights along x.
 pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
     let size = [&NU, &NV].map(|key| params.take(key));
-    let Some(heights) = params.take(&HEIGHTS) else {
-        params.missing(
-            "Pz",
-            "a heightfield needs heights",
-            "add \"float Pz\" [...] with nu times nv heights",
-        );
-        return None;
-    };
+    let heights = params.take(&HEIGHTS)?;
     let [nu, nv] = size.map(|count| count.unwrap_or_default() as usize);
     if nu.checked_mul(nv) != Some(heights.len()) && params.usable() {
         let message = format!("nu times nv is {nu} times {nv}, but there are {} heights", heights.len());

@@ -1,7 +1,8 @@
 //! Named things: where each is defined and used, and errors for undefined names.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{BTreeSet, HashMap};
+use std::ops::Index;
 
 use lookat_syntax::{Diagnostic, Span, Text, nearest};
 
@@ -27,32 +28,24 @@ pub enum SymbolKind {
 impl SymbolKind {
     /// The kind in words.
     pub fn name(self) -> &'static str {
-        match self {
-            SymbolKind::Material => "named material",
-            SymbolKind::FloatTexture => "float texture",
-            SymbolKind::SpectrumTexture => "spectrum texture",
-            SymbolKind::Object => "object",
-            SymbolKind::Medium => "medium",
-            SymbolKind::CoordinateSystem => "coordinate system",
-            SymbolKind::Include => "included file",
-        }
+        self.words().0
     }
 
     /// The directive that defines this kind, or includes the file.
     pub fn definer(self) -> &'static str {
-        match self {
-            SymbolKind::Material => "MakeNamedMaterial",
-            SymbolKind::FloatTexture | SymbolKind::SpectrumTexture => "Texture",
-            SymbolKind::Object => "ObjectBegin",
-            SymbolKind::Medium => "MakeNamedMedium",
-            SymbolKind::CoordinateSystem => "CoordinateSystem",
-            SymbolKind::Include => "Include",
-        }
+        self.words().1
     }
 
-    /// True if a definition lasts until the end of its block.
-    pub fn is_scoped(self) -> bool {
-        matches!(self, SymbolKind::Material | SymbolKind::FloatTexture | SymbolKind::SpectrumTexture)
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            SymbolKind::Material => ("named material", "MakeNamedMaterial"),
+            SymbolKind::FloatTexture => ("float texture", "Texture"),
+            SymbolKind::SpectrumTexture => ("spectrum texture", "Texture"),
+            SymbolKind::Object => ("object", "ObjectBegin"),
+            SymbolKind::Medium => ("medium", "MakeNamedMedium"),
+            SymbolKind::CoordinateSystem => ("coordinate system", "CoordinateSystem"),
+            SymbolKind::Include => ("included file", "Include"),
+        }
     }
 }
 
@@ -78,7 +71,8 @@ pub(crate) struct SymbolId(usize);
 /// The symbols so far.
 #[derive(Debug, Default)]
 pub(crate) struct Symbols {
-    list: Vec<Symbol>,
+    /// All symbols in the order of their definition, or of the first use of an undefined name.
+    pub list: Vec<Symbol>,
     /// Undefined names and included files.
     global: HashMap<(SymbolKind, String), SymbolId>,
 }
@@ -107,19 +101,6 @@ impl Symbols {
         self.use_at(symbol, name);
     }
 
-    /// All symbols in the order of their definition, or of the first use of an undefined name.
-    pub fn all(&self) -> &[Symbol] {
-        &self.list
-    }
-
-    pub fn get(&self, symbol: SymbolId) -> &Symbol {
-        &self.list[symbol.0]
-    }
-
-    pub fn into_all(self) -> Vec<Symbol> {
-        self.list
-    }
-
     fn add(&mut self, symbol: Symbol) -> SymbolId {
         self.list.push(symbol);
         SymbolId(self.list.len() - 1)
@@ -136,6 +117,14 @@ impl Symbols {
                 *new.insert(symbol)
             }
         }
+    }
+}
+
+impl Index<SymbolId> for Symbols {
+    type Output = Symbol;
+
+    fn index(&self, symbol: SymbolId) -> &Symbol {
+        &self.list[symbol.0]
     }
 }
 
@@ -186,11 +175,17 @@ pub(crate) fn explain(undefined: &[Undefined], symbols: &[Symbol], diagnostics: 
     if undefined.is_empty() {
         return;
     }
-    let elsewhere = Elsewhere::new(symbols);
+    let defined =
+        symbols.iter().enumerate().filter_map(|(at, symbol)| Some((at, symbol, symbol.definition?)));
     for Undefined { kind, name, diagnostic, symbols } in undefined {
         let (error, definer) = (&mut diagnostics[*diagnostic], kind.definer());
-        let definitions = elsewhere.of(*kind, name);
-        let before = definitions.iter().rfind(|(index, _)| index < symbols);
+        let of_kind = defined.clone().filter(|(_, symbol, _)| symbol.kind == *kind);
+        let of_name = |name: &str| {
+            let of_name = of_kind.clone().filter(|(_, symbol, _)| symbol.name == name);
+            of_name.map(|(at, _, place)| (at, place)).collect::<Vec<_>>()
+        };
+        let definitions = of_name(name);
+        let before = definitions.iter().rfind(|(at, _)| at < symbols);
         let (place, text, help) = match (before, definitions.first()) {
             (Some((_, place)), _) => (
                 *place,
@@ -201,16 +196,22 @@ pub(crate) fn explain(undefined: &[Undefined], symbols: &[Symbol], diagnostics: 
             (None, Some((_, place))) if !is_before(*place, error.span()) => {
                 (*place, "it is defined here, too late", format!("move {definer} before the first use"))
             }
-            (None, None) if error.fix.is_none() => match elsewhere.nearest(*kind, name) {
-                Some((near, place)) => (
+            (None, None) if error.fix.is_none() => {
+                // The most similar name in any block.
+                let names = of_kind.clone().map(|(_, symbol, _)| &symbol.name[..]);
+                let near = in_order(names).and_then(|names| nearest(name, names));
+                let Some((near, (_, place))) = near.and_then(|near| Some((near, *of_name(near).first()?)))
+                else {
+                    continue;
+                };
+                (
                     place,
                     "this name is defined here, too late or in a block that has ended",
                     format!(
                         "did you mean \"{near}\"? move {definer} before its use, and out of blocks that end earlier"
                     ),
-                ),
-                None => continue,
-            },
+                )
+            }
             _ => continue,
         };
         *error = error.clone().related(place, text).help(help);
@@ -218,40 +219,11 @@ pub(crate) fn explain(undefined: &[Undefined], symbols: &[Symbol], diagnostics: 
     }
 }
 
-/// The definitions in all blocks: the index of the symbol and its place.
-struct Elsewhere<'s> {
-    definitions: HashMap<(SymbolKind, &'s str), Vec<(usize, Span)>>,
-}
-
-impl<'s> Elsewhere<'s> {
-    fn new(symbols: &'s [Symbol]) -> Self {
-        let mut definitions: HashMap<_, Vec<(usize, Span)>> = HashMap::new();
-        for (index, symbol) in symbols.iter().enumerate() {
-            if let Some(place) = symbol.definition {
-                definitions.entry((symbol.kind, &symbol.name[..])).or_default().push((index, place));
-            }
-        }
-        Elsewhere { definitions }
-    }
-
-    fn of<'a>(&'a self, kind: SymbolKind, name: &'a str) -> &'a [(usize, Span)] {
-        self.definitions.get(&(kind, name)).map_or(&[], |places| places)
-    }
-
-    /// The most similar name in any block.
-    fn nearest(&self, kind: SymbolKind, name: &str) -> Option<(&'s str, Span)> {
-        let names = self.definitions.keys().filter(|(of, _)| *of == kind).map(|(_, name)| *name);
-        let near = nearest(name, in_order(names)?)?;
-        self.of(kind, near).first().map(|(_, place)| (near, *place))
-    }
-}
-
-/// Names in sorted order, so that messages are deterministic. `None` for more than 10,000 names.
+/// Names in sorted order, each once, so that messages are deterministic. `None` for more than 10,000.
 fn in_order<'n>(names: impl Iterator<Item = &'n str>) -> Option<Vec<&'n str>> {
     const MOST: usize = 10_000;
-    let mut names: Vec<&str> = names.take(MOST + 1).collect();
-    names.sort_unstable();
-    (names.len() <= MOST).then_some(names)
+    let names: BTreeSet<&str> = names.collect();
+    (names.len() <= MOST).then(|| names.into_iter().collect())
 }
 
 fn is_before(a: Span, b: Span) -> bool {

@@ -13,7 +13,7 @@ use lookat_image::Texel;
 
 use crate::names::Names;
 use crate::params::Params;
-use crate::params::value::{Color, ColorTexture, Name};
+use crate::params::value::{Color, ColorTexture};
 use crate::picture::{FromColor, Pictures};
 use crate::schema::{Key, Kind};
 use crate::symbols::SymbolKind;
@@ -36,10 +36,16 @@ pub enum Texture<T: Value> {
 #[derive(Debug, Clone)]
 pub struct Node<T: Value> {
     pub(crate) texture: Varying<T>,
-    /// True if the texture footprint changes its value.
-    filtered: bool,
-    /// The number of textures evaluated for one value.
-    cost: u32,
+    properties: Properties,
+}
+
+/// Properties of a texture and of the textures below it. A constant has the default.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Properties {
+    /// True if the texture footprint changes the value.
+    pub filtered: bool,
+    /// The number of textures evaluated for one value; 0 for a constant.
+    pub cost: u32,
 }
 
 impl<T: Value> Node<T> {
@@ -86,20 +92,22 @@ pub enum Varying<T: Value> {
 }
 
 impl<T: Value> Varying<T> {
-    /// The textures in it: those with values of its own type, and the one that weighs them.
-    pub(crate) fn parts(&self) -> (Vec<&Texture<T>>, Option<&Texture<f64>>) {
+    /// The textures directly below it.
+    fn parts(&self) -> Vec<AnyTexture<'_>> {
         match self {
-            Varying::Mix { textures: [a, b], amount } => (vec![a, b], Some(amount)),
+            Varying::Mix { textures: [a, b], amount } => {
+                vec![T::any(a), T::any(b), AnyTexture::Numbers(amount)]
+            }
             Varying::Scale([a, b])
             | Varying::Checkerboard(Checkerboard { textures: [a, b], .. })
-            | Varying::Dots(Dots { dots: a, around: b, .. }) => (vec![a, b], None),
+            | Varying::Dots(Dots { dots: a, around: b, .. }) => vec![T::any(a), T::any(b)],
             Varying::ImageMap(_)
             | Varying::Bilerp(_)
             | Varying::Uv(_)
             | Varying::Fbm(_)
             | Varying::Wrinkled(_)
             | Varying::Windy { .. }
-            | Varying::Marble(_) => (Vec::new(), None),
+            | Varying::Marble(_) => Vec::new(),
         }
     }
 }
@@ -113,25 +121,11 @@ impl<T: Value> Texture<T> {
         }
     }
 
-    /// True if the texture footprint changes its value.
-    pub fn is_filtered(&self) -> bool {
+    fn properties(&self) -> Properties {
         match self {
-            Texture::Constant(_) => false,
-            Texture::Varying(node) => node.filtered,
+            Texture::Constant(_) => Properties::default(),
+            Texture::Varying(node) => node.properties,
         }
-    }
-
-    /// The number of textures evaluated for one value.
-    fn cost(&self) -> u32 {
-        match self {
-            Texture::Constant(_) => 0,
-            Texture::Varying(node) => node.cost,
-        }
-    }
-
-    /// True if it consists of more than a thousand textures.
-    pub(crate) fn is_too_long(&self) -> bool {
-        self.cost() > MOST_TEXTURES
     }
 
     /// The product of two textures.
@@ -157,21 +151,67 @@ impl<T: Value> Texture<T> {
             | Varying::Windy { .. }
             | Varying::Marble(_) => true,
         };
-        let (parts, weight) = texture.parts();
-        let filtered = is_filtered
-            || parts.iter().any(|part| part.is_filtered())
-            || weight.is_some_and(Texture::is_filtered);
-        let costs = parts.iter().map(|part| part.cost()).chain(weight.map(Texture::cost));
-        let cost = costs.fold(1, u32::saturating_add);
-        Texture::Varying(Arc::new(Node { texture, filtered, cost }))
+        let mut properties = Properties { filtered: is_filtered, cost: 1 };
+        for part in texture.parts().into_iter().map(AnyTexture::properties) {
+            properties.filtered |= part.filtered;
+            properties.cost = properties.cost.saturating_add(part.cost);
+        }
+        Texture::Varying(Arc::new(Node { texture, properties }))
+    }
+}
+
+/// A texture of numbers or of colors.
+#[derive(Debug, Clone, Copy)]
+pub enum AnyTexture<'t> {
+    /// Numbers.
+    Numbers(&'t Texture<f64>),
+    /// Colors.
+    Colors(&'t Texture<Vec3>),
+}
+
+impl<'t> AnyTexture<'t> {
+    pub(crate) fn properties(self) -> Properties {
+        match self {
+            AnyTexture::Numbers(texture) => texture.properties(),
+            AnyTexture::Colors(texture) => texture.properties(),
+        }
+    }
+
+    /// True if it consists of more than a thousand textures.
+    pub(crate) fn is_too_long(self) -> bool {
+        self.properties().cost > MOST_TEXTURES
+    }
+
+    /// This texture and all below it.
+    pub(crate) fn all(self) -> Vec<AnyTexture<'t>> {
+        let mut all = vec![self];
+        let mut next = 0;
+        while let Some(texture) = all.get(next) {
+            match texture {
+                AnyTexture::Numbers(Texture::Varying(node)) => all.extend(node.texture.parts()),
+                AnyTexture::Colors(Texture::Varying(node)) => all.extend(node.texture.parts()),
+                _ => {}
+            }
+            next += 1;
+        }
+        all
+    }
+
+    /// The address and the bytes of its picture.
+    pub(crate) fn picture(self) -> Option<(usize, usize)> {
+        fn of<T: Value>(texture: &Texture<T>) -> Option<(usize, usize)> {
+            let Texture::Varying(node) = texture else { return None };
+            let Varying::ImageMap(image) = &node.texture else { return None };
+            Some((Arc::as_ptr(&image.map).addr(), image.map.bytes()))
+        }
+        match self {
+            AnyTexture::Numbers(texture) => of(texture),
+            AnyTexture::Colors(texture) => of(texture),
+        }
     }
 }
 
 const VALUE: Key<Color> = Key::color("value", 1.0, "the value; a number in a float texture");
-
-const PTEX_FILE: Key<Name> = Key::string("filename", "the Ptex file").not_rendered();
-const PTEX_GAMMA: Key<f64> =
-    Key::float("gamma", 2.2, "the exponent of the values of the file").not_rendered();
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("constant", "one value everywhere", &[&[&VALUE]]),
@@ -202,7 +242,11 @@ pub(crate) const KINDS: &[Kind] = &[
         &[patterns::OCTAVES_KEYS, patterns::MARBLE_KEYS],
     ),
     Kind::new("windy", "the height of waves in the wind", &[]),
-    Kind::new("ptex", "a Ptex file", &[&[&PTEX_FILE, &PTEX_GAMMA]])
+    Kind::new("ptex", "a Ptex file", &[])
+        .ignoring(&[&[
+            &Key::string("filename", "the Ptex file"),
+            &Key::float("gamma", 2.2, "the exponent of the values of the file"),
+        ]])
         .instead("the default of each parameter that names it"),
 ];
 
@@ -211,7 +255,7 @@ const MOST_TEXTURES: u32 = 1000;
 
 /// Reports a texture that takes too long to evaluate, and a constant that is not finite. True for any other.
 fn check<T: Value>(params: &mut Params, texture: &Texture<T>) -> bool {
-    if texture.is_too_long() {
+    if T::any(texture).is_too_long() {
         let message = format!("this texture consists of more than {MOST_TEXTURES} textures");
         let help = "use fewer textures; a texture named by two parameters counts twice, with all its parts";
         params.reject("", message, Some(help));
@@ -250,7 +294,14 @@ pub(crate) fn texture<T: Parameter>(
         "wrinkled" => patterns::wrinkled(params, ctm),
         "marble" => colors(params, ctm, patterns::marble),
         "windy" => patterns::windy(ctm),
-        _ => return not_rendered(params),
+        kind if params.is_known_kind(KINDS) => {
+            let message = format!(
+                "lookat does not support Texture \"{kind}\": parameters that name it keep their default"
+            );
+            params.unsupported(message);
+            return None;
+        }
+        _ => return params.reject_unknown_type(KINDS),
     };
     check(params, &texture);
     params.finish().then_some(texture)
@@ -270,18 +321,6 @@ fn colors<T: Parameter>(
     Texture::varying(texture)
 }
 
-fn not_rendered<T>(params: &mut Params) -> Option<T> {
-    if !params.is_known_kind(KINDS) {
-        return params.unknown_kind(KINDS);
-    }
-    let message = format!(
-        "lookat does not support Texture \"{}\": parameters that name it keep their default",
-        params.kind()
-    );
-    params.unsupported(message);
-    None
-}
-
 /// A number or a color.
 pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + 'static {
     /// The texel type of pictures.
@@ -292,6 +331,9 @@ pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + '
 
     /// True if no number of the value is infinite or NaN.
     fn is_finite(self) -> bool;
+
+    /// The texture, where numbers and colors are treated in the same way.
+    fn any(texture: &Texture<Self>) -> AnyTexture<'_>;
 
     /// Linear interpolation: `a` for an `amount` of 0, `b` for 1.
     fn mix(a: Self, b: Self, amount: f64) -> Self;
@@ -308,6 +350,10 @@ impl Value for f64 {
         f64::is_finite(self)
     }
 
+    fn any(texture: &Texture<f64>) -> AnyTexture<'_> {
+        AnyTexture::Numbers(texture)
+    }
+
     fn mix(a: f64, b: f64, amount: f64) -> f64 {
         a * (1.0 - amount) + b * amount
     }
@@ -322,6 +368,10 @@ impl Value for Vec3 {
 
     fn is_finite(self) -> bool {
         Vec3::is_finite(self)
+    }
+
+    fn any(texture: &Texture<Vec3>) -> AnyTexture<'_> {
+        AnyTexture::Colors(texture)
     }
 
     fn mix(a: Vec3, b: Vec3, amount: f64) -> Vec3 {
@@ -366,6 +416,7 @@ impl Parameter for Vec3 {
 }
 
 /// The textures in scope. An unsupported texture has no value, and parameters that name it keep their default.
+#[derive(Clone)]
 pub(crate) struct Textures {
     pub float: Names<Option<Texture<f64>>>,
     pub spectrum: Names<Option<Texture<Vec3>>>,

@@ -100,10 +100,8 @@ impl Transform {
         let up = cross_exact(forward, right).normalize();
         let rotation = DMat3::from_cols(right, up, forward);
         let to_camera = rotation.transpose();
-        let columns = |r: DMat3, t: DVec3| {
-            DMat4::from_cols(r.x_axis.extend(0.0), r.y_axis.extend(0.0), r.z_axis.extend(0.0), t.extend(1.0))
-        };
-        let placed = Transform { m: columns(to_camera, -(to_camera * eye)), inv: columns(rotation, eye) };
+        let m = DMat4::from_mat3_translation(to_camera, -(to_camera * eye));
+        let placed = Transform { m, inv: DMat4::from_mat3_translation(rotation, eye) };
         placed.in_range().then_some(placed).ok_or(LookAtError::OutOfRange)
     }
 
@@ -123,12 +121,7 @@ impl Transform {
         }
         let inverse = linear.inverse() * (1.0 / size);
         let translation = -(inverse * m.w_axis.truncate());
-        let inv = DMat4::from_cols(
-            inverse.x_axis.extend(0.0),
-            inverse.y_axis.extend(0.0),
-            inverse.z_axis.extend(0.0),
-            translation.extend(1.0),
-        );
+        let inv = DMat4::from_mat3_translation(inverse, translation);
         inv.is_finite().then_some(Transform { m, inv })
     }
 
@@ -145,6 +138,11 @@ impl Transform {
     /// The inverse of the matrix, except for rounding.
     pub fn inverse_matrix(&self) -> DMat4 {
         self.inv
+    }
+
+    /// The bits of the matrix and of its inverse.
+    pub(crate) fn bits(&self) -> [[u64; 16]; 2] {
+        [self.m, self.inv].map(|matrix| matrix.to_cols_array().map(f64::to_bits))
     }
 
     /// The inverse.
@@ -186,15 +184,9 @@ impl Transform {
 
     /// True if it swaps handedness.
     pub fn swaps_handedness(&self) -> bool {
-        let linear = DMat3::from_mat4(self.m);
         // With normalized columns, the sign of the determinant survives any scale.
-        DMat3::from_cols(
-            linear.x_axis.normalize_or_zero(),
-            linear.y_axis.normalize_or_zero(),
-            linear.z_axis.normalize_or_zero(),
-        )
-        .determinant()
-            < 0.0
+        let [x, y, z] = self.axes().map(DVec3::normalize_or_zero);
+        DMat3::from_cols(x, y, z).determinant() < 0.0
     }
 }
 

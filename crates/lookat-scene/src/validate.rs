@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::{DVec2, Vec3};
@@ -15,10 +16,9 @@ use crate::params::value::MOST_NESTED;
 use crate::shape::Limits;
 use crate::transform::in_range;
 use crate::{
-    Camera, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, Film, Filter, FilterKind, ImageFilter,
-    Integrator, Lens, Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix, Octaves,
-    Primitive, Projection, Quadric, QuadricForm, Sampler, SamplerKind, Scene, Shape, Texture, Value, Varying,
-    View, color,
+    AnyTexture, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, FilterKind, ImageFilter, Integrator,
+    Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix, Octaves, Primitive, Quadric,
+    QuadricForm, SamplerKind, Scene, Shape, Texture, Value, Varying, View, color,
 };
 
 /// A promise that a scene breaks.
@@ -81,10 +81,8 @@ impl Scene {
 
 const NO_TRANSFORM: &str = "the matrix or its inverse has entries that are not finite, or above 1e50";
 
-/// True for a number of samples within a camera sample.
-fn has_samples(samples: u32) -> bool {
-    (1..=MOST_NESTED as u32).contains(&samples)
-}
+/// The number of samples within a camera sample.
+const SAMPLES: RangeInclusive<u32> = 1..=MOST_NESTED as u32;
 
 fn primitive_faults(primitive: &Primitive, place: &str, found: &mut InvalidScene) {
     let is_right = match &primitive.shape {
@@ -97,13 +95,16 @@ fn primitive_faults(primitive: &Primitive, place: &str, found: &mut InvalidScene
     let is_right = primitive.shape.is_mirrored().is_none_or(|is_mirrored| is_mirrored == primitive.mirrored);
     found.check(is_right, &format!("{place}.mirrored"), "the transformation of the shape says otherwise");
     let (material, field) = (&primitive.material, format!("{place}.material"));
-    let is_visited = !matches!(&material.kind, MaterialKind::Mix(mix) if mix.parts() > Mix::MOST);
-    found.check(is_visited, &field, "a mix has too many parts");
-    found.check(!is_visited || is_material(material), &field, "a color, an index or a part is out of range");
-    found.check(!is_visited || has_textures(material), &field, TEXTURE);
-    let masks = primitive.cutout.iter().flat_map(|cutout| [&cutout.alpha, &cutout.shadow_alpha]);
-    found.check(masks.flatten().all(is_texture), &format!("{place}.cutout"), TEXTURE);
-    let is_light = |light: Emission| color::is_in_range(light.radiance) && has_samples(light.samples);
+    // Others are not even visited: each level can double their number.
+    if matches!(&material.kind, MaterialKind::Mix(mix) if mix.parts() > Mix::MOST) {
+        found.check(false, &field, "a mix has too many parts");
+    } else {
+        let is_right = material.all().into_iter().all(is_material);
+        found.check(is_right, &field, "a color, an index or a part is out of range");
+        found.check(material.textures().all(are_textures), &field, TEXTURE);
+    }
+    found.check(primitive.masks().all(are_textures), &format!("{place}.cutout"), TEXTURE);
+    let is_light = |light: Emission| color::is_in_range(light.radiance) && SAMPLES.contains(&light.samples);
     let is_right = primitive.emission.is_none_or(is_light);
     found.check(is_right, &format!("{place}.emission"), "its numbers are out of range");
 }
@@ -111,31 +112,25 @@ fn primitive_faults(primitive: &Primitive, place: &str, found: &mut InvalidScene
 const TEXTURE: &str = "a number of a texture is out of range, or it has too many parts";
 
 fn is_light(light: &Light) -> bool {
-    match *light {
-        Light::Point { position, intensity } => {
-            in_range(&position.to_array()) && color::is_in_range(intensity)
-        }
-        Light::Spot { ref world_from_light, intensity, cos_total_width, cos_falloff_start } => {
+    let has_samples = |samples: u32| SAMPLES.contains(&samples);
+    let is_placed = match light {
+        Light::Point { position, .. } => in_range(&position.to_array()),
+        Light::Spot { world_from_light, cos_total_width, cos_falloff_start, .. } => {
             let are_cosines =
-                [cos_total_width, cos_falloff_start].iter().all(|cos| (-1.0..=1.0).contains(cos));
-            are_cosines && world_from_light.in_range() && color::is_in_range(intensity)
+                [cos_total_width, cos_falloff_start].iter().all(|cos| (-1.0..=1.0).contains(*cos));
+            are_cosines && world_from_light.in_range()
         }
-        Light::Distant { direction, radiance } => {
-            (direction.length() - 1.0).abs() < 1e-9 && color::is_in_range(radiance)
+        Light::Distant { direction, .. } => (direction.length() - 1.0).abs() < 1e-9,
+        Light::Infinite { samples, .. } => has_samples(*samples),
+        Light::Environment { world_from_light, samples, .. } => {
+            world_from_light.in_range() && has_samples(*samples)
         }
-        Light::Infinite { radiance, samples } => color::is_in_range(radiance) && has_samples(samples),
-        Light::Environment { ref map, scale, ref world_from_light, samples } => {
-            is_map(map) && color::is_in_range(scale) && world_from_light.in_range() && has_samples(samples)
+        Light::Goniometric { world_from_light, .. } => world_from_light.in_range(),
+        Light::Projection { world_from_light, half_size, .. } => {
+            half_size.min_element() > 0.0 && half_size.is_finite() && world_from_light.in_range()
         }
-        Light::Goniometric { ref world_from_light, intensity, ref map } => {
-            is_map(map) && color::is_in_range(intensity) && world_from_light.in_range()
-        }
-        Light::Projection { ref world_from_light, intensity, ref map, half_size } => {
-            let has_size = half_size.min_element() > 0.0 && half_size.is_finite();
-            let is_placed = has_size && world_from_light.in_range();
-            is_placed && color::is_in_range(intensity) && map.as_ref().is_none_or(|map| is_map(map))
-        }
-    }
+    };
+    is_placed && color::is_in_range(light.color()) && light.map().is_none_or(|map| is_map(map))
 }
 
 /// True if no texel is negative, infinite or no number.
@@ -144,69 +139,49 @@ fn is_map(map: &MipMap<Vec3>) -> bool {
 }
 
 /// Adds the promises that a view breaks.
-fn view_faults(view: &View, found: &mut InvalidScene) {
-    found.check(view.camera.world_from_camera.in_range(), "view.camera.world_from_camera", NO_TRANSFORM);
-    found.check(is_camera(&view.camera), "view.camera", "its numbers are out of range");
-    found.check(is_film(&view.film), "view.film", "its size, crop window or limits are out of range");
-    found.check(is_filter(&view.filter), "view.filter", "its numbers are out of range");
-    found.check(
-        is_sampler(&view.sampler),
-        "view.sampler",
-        "there are no samples, too many, or not as many as cells",
-    );
-    found.check(is_integrator(&view.integrator), "view.integrator", "its numbers are out of range");
-}
-
-fn is_integrator(integrator: &Integrator) -> bool {
-    let is_depth = |depth: u32| depth <= LARGEST_DEPTH as u32;
-    match *integrator {
-        Integrator::Path { max_depth, roulette_threshold, .. } => {
-            is_depth(max_depth) && roulette_threshold.is_finite()
-        }
-        Integrator::DirectLighting { max_depth, .. } => is_depth(max_depth),
-        Integrator::AmbientOcclusion { samples, .. } => has_samples(samples),
-    }
-}
-
-fn is_length(x: f64) -> bool {
-    x > 0.0 && x.is_finite()
-}
-
-fn is_camera(camera: &Camera) -> bool {
-    let has_angle = match camera.projection {
-        Projection::Perspective { fov } => FOV.range.contains(fov),
-        Projection::Orthographic { .. } | Projection::Environment => true,
-    };
+fn view_faults(View { camera, film, filter, sampler, integrator }: &View, found: &mut InvalidScene) {
+    const NUMBERS: &str = "its numbers are out of range";
+    found.check(camera.world_from_camera.in_range(), "view.camera.world_from_camera", NO_TRANSFORM);
+    let is_length = |x: f64| x > 0.0 && x.is_finite();
     let size = camera.screen.max - camera.screen.min;
-    let has_lens = |lens: Lens| is_length(lens.radius) && is_length(lens.focal_distance);
-    has_angle && size.is_finite() && size.x != 0.0 && size.y != 0.0 && camera.lens.is_none_or(has_lens)
-}
+    let has_screen = size.is_finite() && size.x != 0.0 && size.y != 0.0;
+    let has_lens = camera.lens.is_none_or(|lens| is_length(lens.radius) && is_length(lens.focal_distance));
+    let has_angle = camera.fov().is_none_or(|fov| FOV.range.contains(fov));
+    found.check(has_screen && has_lens && has_angle, "view.camera", NUMBERS);
 
-fn is_sampler(sampler: &Sampler) -> bool {
-    let has_cells = match sampler.kind {
-        SamplerKind::Stratified { cells: [across, down], .. } => {
-            across > 0 && across.checked_mul(down).is_some_and(|cells| cells >= sampler.samples_per_pixel)
-        }
-        SamplerKind::Random | SamplerKind::Sobol { .. } => true,
-    };
-    has_cells && (1..=MAX_SAMPLES).contains(&sampler.samples_per_pixel)
-}
-
-fn is_film(film: &Film) -> bool {
     let (crop, [width, height]) = (film.crop, film.resolution);
     let has_pixels = crop.x0 < crop.x1 && crop.x1 <= width && crop.y0 < crop.y1 && crop.y1 <= height;
     let has_size = width.max(height) <= MAX_SIDE && crop.area() <= MAX_PIXELS;
-    has_pixels && has_size && SCALE_RANGE.contains(film.scale) && film.max_sample_luminance > 0.0
-}
+    let has_light = SCALE_RANGE.contains(film.scale) && film.max_sample_luminance > 0.0;
+    let message = "its size, crop window or limits are out of range";
+    found.check(has_pixels && has_size && has_light, "view.film", message);
 
-fn is_filter(filter: &Filter) -> bool {
     let has_shape = match filter.kind {
         FilterKind::Box | FilterKind::Triangle => true,
         FilterKind::Gaussian { alpha } => ALPHA_RANGE.contains(alpha),
         FilterKind::Mitchell { b, c } => [b, c].iter().all(|x| MITCHELL_RANGE.contains(*x)),
         FilterKind::Sinc { tau } => TAU_RANGE.contains(tau),
     };
-    has_shape && filter.radius.to_array().iter().all(|x| RADIUS_RANGE.contains(*x))
+    let has_radius = filter.radius.to_array().iter().all(|x| RADIUS_RANGE.contains(*x));
+    found.check(has_shape && has_radius, "view.filter", NUMBERS);
+
+    let has_cells = match sampler.kind {
+        SamplerKind::Stratified { cells: [across, down], .. } => {
+            across > 0 && across.checked_mul(down).is_some_and(|cells| cells >= sampler.samples_per_pixel)
+        }
+        SamplerKind::Random | SamplerKind::Sobol { .. } => true,
+    };
+    let is_right = has_cells && (1..=MAX_SAMPLES).contains(&sampler.samples_per_pixel);
+    found.check(is_right, "view.sampler", "there are no samples, too many, or not as many as cells");
+
+    let is_right = match *integrator {
+        Integrator::Path { max_depth, roulette_threshold, .. } => {
+            max_depth <= LARGEST_DEPTH as u32 && roulette_threshold.is_finite()
+        }
+        Integrator::DirectLighting { max_depth, .. } => max_depth <= LARGEST_DEPTH as u32,
+        Integrator::AmbientOcclusion { samples, .. } => SAMPLES.contains(&samples),
+    };
+    found.check(is_right, "view.integrator", NUMBERS);
 }
 
 pub(super) fn is_curve(curve: &Curve) -> bool {
@@ -256,82 +231,70 @@ fn is_quadric(quadric: &Quadric) -> bool {
     has_form && phi_max > 0.0 && phi_max <= TAU && world_from_object.in_range()
 }
 
-/// True if the textures of a material, and of the parts of a mix, have numbers in range and are not too many.
-fn has_textures(material: &Material) -> bool {
-    material.kind.colors().into_iter().all(is_texture)
-        && material.kind.numbers().into_iter().chain(material.bump()).all(is_texture)
-        && parts(material).iter().all(|part| has_textures(part))
-}
-
-/// True if reflectances and indices of refraction that are constant are in range, and so are the parts of a mix.
+/// True if reflectances and indices of refraction that are constant are in range, without those of the parts of a mix.
 fn is_material(material: &Material) -> bool {
     let kind = &material.kind;
     let is_share = |share: &Texture<Vec3>| share.constant().is_none_or(|color| color.min_element() >= 0.0);
-    let is_surface = |part: &Arc<Material>| !matches!(part.kind, MaterialKind::None) && is_material(part);
+    let is_surface = |part: &Arc<Material>| !matches!(part.kind, MaterialKind::None);
     (matches!(kind, MaterialKind::Metal(_)) || kind.colors().into_iter().all(is_share))
         && kind.index().and_then(Texture::constant).is_none_or(|index| index > 0.0)
-        && parts(material).iter().all(is_surface)
+        && !matches!(kind, MaterialKind::Mix(mix) if !mix.materials.iter().all(is_surface))
 }
 
-/// The parts of a mix.
-fn parts(material: &Material) -> &[Arc<Material>] {
-    if let MaterialKind::Mix(mix) = &material.kind { &mix.materials } else { &[] }
+/// True if all numbers of a texture and of the textures below it are in range, and if those are not too many.
+fn are_textures(texture: AnyTexture) -> bool {
+    !texture.is_too_long()
+        && texture.all().into_iter().all(|texture| match texture {
+            AnyTexture::Numbers(texture) => is_texture(texture),
+            AnyTexture::Colors(texture) => is_texture(texture),
+        })
 }
 
-/// True if all numbers of a texture, and of the textures below it, are in range, and if those are not too many.
+/// True if the numbers of a texture itself are in range.
 fn is_texture<T: Value>(texture: &Texture<T>) -> bool {
-    let node = match texture {
-        Texture::Constant(value) => return value.is_finite(),
-        // Not even visited: it can be deeper than the stack.
-        Texture::Varying(_) if texture.is_too_long() => return false,
-        Texture::Varying(node) => node,
-    };
-    let (parts, weight) = node.texture().parts();
-    is_varying(node.texture()) && parts.into_iter().all(is_texture) && weight.is_none_or(is_texture)
+    match texture {
+        Texture::Constant(value) => value.is_finite(),
+        Texture::Varying(node) => is_varying(node.texture()),
+    }
 }
 
 /// True if the numbers of a texture itself are in range.
 fn is_varying<T: Value>(varying: &Varying<T>) -> bool {
-    match varying {
-        Varying::Scale(_) | Varying::Mix { .. } => true,
-        Varying::ImageMap(image) => {
-            let is_filter = match image.filter {
-                ImageFilter::Trilinear => true,
-                ImageFilter::Ellipse { max_anisotropy } => {
-                    ImageFilter::ANISOTROPY_RANGE.contains(max_anisotropy)
-                }
-            };
-            is_filter && is_mapping(&image.mapping) && T::from_texel(image.map.mean()).is_finite()
-        }
-        Varying::Bilerp(bilerp) => {
-            is_mapping(&bilerp.mapping)
-                && bilerp.corners.as_flattened().iter().all(|corner| corner.is_finite())
-        }
-        Varying::Uv(mapping) | Varying::Dots(Dots { mapping, .. }) => is_mapping(mapping),
-        Varying::Checkerboard(Checkerboard { cells: Cells::Plane { mapping, .. }, .. }) => {
-            is_mapping(mapping)
-        }
-        Varying::Checkerboard(Checkerboard { cells: Cells::Space { texture_from_world }, .. })
-        | Varying::Windy { texture_from_world } => texture_from_world.in_range(),
-        Varying::Fbm(octaves) | Varying::Wrinkled(octaves) => is_octaves(octaves),
-        Varying::Marble(marble) => {
-            is_octaves(&marble.octaves) && marble.scale.is_finite() && marble.variation.is_finite()
-        }
-    }
-}
-
-fn is_octaves(octaves: &Octaves) -> bool {
-    let Octaves { texture_from_world, count, roughness } = octaves;
-    texture_from_world.in_range() && *count <= Octaves::MOST && Octaves::ROUGHNESS_RANGE.contains(*roughness)
-}
-
-fn is_mapping(mapping: &Mapping) -> bool {
-    match mapping {
+    let is_mapping = |mapping: &Mapping| match mapping {
         Mapping::Uv { scale, offset } => scale.is_finite() && offset.is_finite(),
         Mapping::Spherical { texture_from_world } | Mapping::Cylindrical { texture_from_world } => {
             texture_from_world.in_range()
         }
         Mapping::Planar { axes, offset } => axes.iter().all(|axis| axis.is_finite()) && offset.is_finite(),
+    };
+    let are_octaves = |Octaves { texture_from_world, count, roughness }: &Octaves| {
+        let has_numbers = *count <= Octaves::MOST && Octaves::ROUGHNESS_RANGE.contains(*roughness);
+        has_numbers && texture_from_world.in_range()
+    };
+    match varying {
+        Varying::Scale(_) | Varying::Mix { .. } => true,
+        Varying::ImageMap(image) => {
+            let is_filter = match image.filter {
+                ImageFilter::Trilinear => true,
+                ImageFilter::Ellipse { max_anisotropy: most } => ImageFilter::ANISOTROPY_RANGE.contains(most),
+            };
+            is_filter && is_mapping(&image.mapping) && T::from_texel(image.map.mean()).is_finite()
+        }
+        Varying::Bilerp(bilerp) => {
+            let mut corners = bilerp.corners.as_flattened().iter();
+            is_mapping(&bilerp.mapping) && corners.all(|corner| corner.is_finite())
+        }
+        Varying::Uv(mapping)
+        | Varying::Dots(Dots { mapping, .. })
+        | Varying::Checkerboard(Checkerboard { cells: Cells::Plane { mapping, .. }, .. }) => {
+            is_mapping(mapping)
+        }
+        Varying::Checkerboard(Checkerboard { cells: Cells::Space { texture_from_world }, .. })
+        | Varying::Windy { texture_from_world } => texture_from_world.in_range(),
+        Varying::Fbm(octaves) | Varying::Wrinkled(octaves) => are_octaves(octaves),
+        Varying::Marble(marble) => {
+            are_octaves(&marble.octaves) && marble.scale.is_finite() && marble.variation.is_finite()
+        }
     }
 }
 

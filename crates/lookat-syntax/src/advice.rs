@@ -25,6 +25,7 @@ fn foreign(word: Input) -> Option<&'static str> {
     let starts = |prefix: &str| word.starts_with(prefix.as_bytes());
     Some(match word {
         b"," => "separate parameters by spaces only",
+        b"{" | b"}" => "delete it: a block is AttributeBegin ... AttributeEnd",
         _ if starts("//") || starts("--") || starts(";") || starts("%") || starts("/*") => {
             "a comment starts with #"
         }
@@ -78,11 +79,6 @@ pub fn directive_advice(word: &str) -> Option<&'static str> {
 pub(crate) fn synonym(word: &str) -> Option<&'static Synonym> {
     let plain: String = word.to_ascii_lowercase().replace(['_', '-', ' '], "");
     SYNONYMS.iter().find(|synonym| synonym.words.contains(&&plain[..]))
-}
-
-/// Directives of older versions that pbrt-v3 does without.
-pub(crate) fn is_gone(word: &str) -> bool {
-    matches!(word, "Renderer" | "VolumeIntegrator" | "SearchPath")
 }
 
 /// Words that mean a directive.

@@ -49,20 +49,22 @@ pub struct Diagnostic {
 impl Diagnostic {
     /// An error at `span`.
     pub fn error(span: Span, message: impl Into<String>) -> Self {
-        Self::new(Severity::Error, span, message.into())
+        Self::new(Severity::Error, span, message)
     }
 
     /// A warning at `span`.
     pub fn warning(span: Span, message: impl Into<String>) -> Self {
-        Self::new(Severity::Warning, span, message.into())
+        Self::new(Severity::Warning, span, message)
     }
 
     /// A note at `span`. ([`Diagnostic::note`] is the text beside the underlined place.)
     pub fn note_at(span: Span, message: impl Into<String>) -> Self {
-        Self::new(Severity::Note, span, message.into())
+        Self::new(Severity::Note, span, message)
     }
 
-    fn new(severity: Severity, span: Span, message: String) -> Self {
+    /// A problem at `span`.
+    pub fn new(severity: Severity, span: Span, message: impl Into<String>) -> Self {
+        let message = message.into();
         let labels = vec![Label { span, text: String::new() }];
         Diagnostic { severity, message, labels, help: None, fix: None, places: Vec::new() }
     }
@@ -89,6 +91,11 @@ impl Diagnostic {
     pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
         self.fix = Some(Fix { span, replacement: replacement.into() });
         self
+    }
+
+    /// This problem as the failure of a function.
+    pub fn fail<T>(self) -> Result<T, Box<Diagnostic>> {
+        Err(Box::new(self))
     }
 
     /// The place of the problem.

@@ -1,7 +1,7 @@
 //! The grammar: bytes to statements. After an error, reading continues at the next directive, so that one run finds
 //! every mistake.
 
-use crate::advice::{V4_DIRECTIVES, advice, is_gone, surplus, synonym};
+use crate::advice::{V4_DIRECTIVES, advice, surplus, synonym};
 use crate::token::{Input, Parsing, SyntaxError, blank, found, is_keyword, number, shown, word};
 use crate::{Diagnostic, Directive, FileId, ParamType, Span, Statement, Values, nearest};
 
@@ -108,7 +108,7 @@ impl<'a> Parser<'a> {
         let mut rest = &reader.text[start..];
         if reader.text.len() >= u32::MAX as usize {
             let start = Span { file: reader.file, start: 0, end: 0 };
-            reader.diagnostics.push(Diagnostic::error(start, "the file is larger than 4 GiB"));
+            reader.parsed.diagnostics.push(Diagnostic::error(start, "the file is larger than 4 GiB"));
             rest = &[];
         }
         // Skip a byte-order mark.
@@ -123,7 +123,7 @@ impl<'a> Parser<'a> {
             return None;
         }
         let reader = &mut self.reader;
-        (reader.bytes, reader.most_bytes) = (0, most_bytes);
+        reader.most_bytes = most_bytes;
         let mut statements: Vec<Statement> = self.last.take().into_iter().collect();
         while statements.len() <= most && !self.has_ended {
             match reader.next_statement(self.rest, statements.last()) {
@@ -134,23 +134,14 @@ impl<'a> Parser<'a> {
                 None => self.has_ended = true,
             }
         }
+        self.has_ended |= reader.parsed.exhausted.is_some();
         reader.report_commas(self.has_ended);
         if !self.has_ended {
             self.last = statements.pop();
         }
-        let mut diagnostics = std::mem::take(&mut reader.diagnostics);
-        diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
-        Some(Parsed {
-            statements,
-            diagnostics,
-            v4_marks: std::mem::take(&mut reader.v4_marks),
-            broken_end: reader.broken_end,
-            lost_include: reader.lost_include,
-            bytes: reader.bytes,
-            exhausted: reader.exhausted,
-            lists: std::mem::take(&mut reader.lists),
-            is_last: self.has_ended,
-        })
+        let mut parsed = std::mem::take(&mut reader.parsed);
+        parsed.diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
+        Some(Parsed { statements, is_last: self.has_ended, ..parsed })
     }
 }
 
@@ -169,6 +160,8 @@ pub(crate) struct Commas<'a> {
     pub first: Option<Input<'a>>,
     /// The first word that may be one number with a decimal comma, such as `-1,25`.
     pub decimal: Option<Input<'a>>,
+    /// The last one.
+    pub last_decimal: Option<Input<'a>>,
     /// True if a comma can only separate values, as in `1, 2` and `1,2,3`.
     pub separates: bool,
 }
@@ -178,10 +171,8 @@ pub(crate) struct Reader<'a> {
     pub(crate) unknown: usize,
     file: FileId,
     pub(crate) text: Input<'a>,
-    pub(crate) diagnostics: Vec<Diagnostic>,
-    v4_marks: Vec<Span>,
-    pub(crate) broken_end: bool,
-    pub(crate) lost_include: bool,
+    /// What was found in the current block, besides its statements.
+    pub(crate) parsed: Parsed,
     /// The commas of the current list.
     pub(crate) commas: Commas<'a>,
     /// The first comma that separates numbers.
@@ -196,12 +187,9 @@ pub(crate) struct Reader<'a> {
     pub(crate) faulty: bool,
     /// A fraction among the integers of the current parameter has been reported.
     pub(crate) fraction: bool,
-    /// The memory of all statements so far and its limit, in bytes; see [`Parsed::bytes`].
-    bytes: u64,
+    /// The limit of [`Parsed::bytes`].
     most_bytes: u64,
-    exhausted: Option<Span>,
     pub(crate) known: &'a mut KnownList<'a>,
-    pub(crate) lists: Vec<LongList>,
 }
 
 impl<'a> Reader<'a> {
@@ -210,10 +198,7 @@ impl<'a> Reader<'a> {
             unknown: 0,
             file,
             text,
-            diagnostics: Vec::new(),
-            v4_marks: Vec::new(),
-            broken_end: false,
-            lost_include: false,
+            parsed: Parsed::default(),
             commas: Commas::default(),
             comma: None,
             decimal_commas: Vec::new(),
@@ -221,11 +206,8 @@ impl<'a> Reader<'a> {
             statement: &[],
             faulty: false,
             fraction: false,
-            bytes: 0,
             most_bytes: u64::MAX,
-            exhausted: None,
             known,
-            lists: Vec::new(),
         }
     }
 
@@ -239,7 +221,7 @@ impl<'a> Reader<'a> {
         (self.statement, self.faulty) = (start, false);
         match self.statement(start, before) {
             // The memory limit is reached, so this statement lacks parameters.
-            Ok(_) if self.exhausted.is_some() => None,
+            Ok(_) if self.parsed.exhausted.is_some() => None,
             Ok((rest, statement)) => {
                 if self.exhausts(scene_bytes(&statement.directive), start) {
                     return None;
@@ -253,12 +235,12 @@ impl<'a> Reader<'a> {
 
     /// Counts the bytes that a part of the text adds to the scene. True if they exceed the memory limit.
     pub(crate) fn exhausts(&mut self, bytes: u64, at: Input<'a>) -> bool {
-        if self.bytes + bytes > self.most_bytes {
-            self.broken_end = true;
-            self.exhausted.get_or_insert(self.span(&at[..at.len().min(1)]));
+        if self.parsed.bytes + bytes > self.most_bytes {
+            self.parsed.broken_end = true;
+            self.parsed.exhausted = self.parsed.exhausted.or(Some(self.span(&at[..at.len().min(1)])));
             return true;
         }
-        self.bytes += bytes;
+        self.parsed.bytes += bytes;
         false
     }
 
@@ -278,7 +260,7 @@ impl<'a> Reader<'a> {
 
     pub(crate) fn report(&mut self, fault: SyntaxError<'a>) {
         // After the memory limit, a fault is only a consequence of unread text.
-        if self.exhausted.is_some() {
+        if self.parsed.exhausted.is_some() {
             return;
         }
         let span = self.span(fault.at);
@@ -287,7 +269,7 @@ impl<'a> Reader<'a> {
         if let Some(replacement) = fault.replacement {
             diagnostic = diagnostic.fix(span, replacement);
         }
-        self.diagnostics.push(diagnostic);
+        self.parsed.diagnostics.push(diagnostic);
         self.faulty = true;
     }
 
@@ -341,10 +323,11 @@ impl<'a> Reader<'a> {
                 self.report(fault);
                 Ok(read)
             }
-            None if is_gone(&shown(keyword)) => {
-                let reported = self.diagnostics.len();
+            // Directives of older versions that pbrt-v3 does not have.
+            None if matches!(keyword, b"Renderer" | b"VolumeIntegrator" | b"SearchPath") => {
+                let reported = self.parsed.diagnostics.len();
                 let (rest, _) = self.entity(input, keyword)?;
-                self.diagnostics.truncate(reported);
+                self.parsed.diagnostics.truncate(reported);
                 let all = &self.statement[..self.statement.len() - rest.len()];
                 SyntaxError { at: all.trim_ascii_end(), ..fault }.replace_with("").fail()
             }
@@ -355,12 +338,17 @@ impl<'a> Reader<'a> {
     pub(crate) fn unknown_directive(&mut self, keyword: Input<'a>) -> SyntaxError<'a> {
         let name = shown(keyword);
         if V4_DIRECTIVES.contains(&name.as_str()) {
-            self.v4_marks.push(self.span(keyword));
+            self.parsed.v4_marks.push(self.span(keyword));
             return SyntaxError::new(keyword, format!("{name} is a directive of pbrt-v4, not of pbrt-v3"))
                 .help("lookat reads the pbrt-v3 format only");
         }
-        self.unknown += 1;
         let fault = SyntaxError::new(keyword, format!("unknown directive `{name}`"));
+        // In other languages it ends a statement, or starts a comment.
+        let after = &self.text[self.offset(keyword) + keyword.len()..];
+        if keyword == b";" && !after.iter().take_while(|byte| **byte != b'\n').any(u8::is_ascii_graphic) {
+            return SyntaxError::new(keyword, "unexpected `;`").help("delete the semicolon").replace_with("");
+        }
+        self.unknown += 1;
         if self.unknown > MAX_UNKNOWN {
             return fault.help("further unknown directives are not reported; is this a pbrt-v3 scene?");
         }

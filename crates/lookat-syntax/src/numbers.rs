@@ -1,4 +1,4 @@
-//! Reads decimal numbers many digits at a time, and long lists of them: most of a large scene is numbers.
+//! Reads decimal numbers, and long lists of them: most of a large scene is numbers.
 
 use crate::param::Values;
 
@@ -23,166 +23,25 @@ pub(crate) fn ends_number(rest: Input) -> bool {
 /// checks the following byte. `None` without a number, and for a number beyond the range of `f64`.
 #[inline(always)]
 pub fn decimal(text: &[u8]) -> Option<(f64, usize)> {
-    short(text).or_else(|| long(text))
+    number_of_any_size(text).filter(|(value, _)| value.is_finite())
 }
 
-/// Reads a number of at most 15 bytes without exponent. Does not branch on the number of digits or on the sign, which
-/// the processor cannot predict.
+/// Like [`decimal`], but infinite for a number beyond the range of `f64`, and for words such as `inf`.
 #[inline(always)]
-fn short(text: &[u8]) -> Option<(f64, usize)> {
-    let word = u128::from_le_bytes(*text.first_chunk()?);
-    let sign = usize::from(text[0] == b'-');
-    // Bit 16 and 17 end a number that fills the word.
-    let others = (non_digits(word) | 3 << 16) & !(sign as u32);
-    let point = others.trailing_zeros() as usize;
-    let dotted = text.get(point) == Some(&b'.');
-    let end = if dotted { (others & (others - 1)).trailing_zeros() as usize } else { point };
-    let length = end - usize::from(dotted);
-    if length == sign || end > 15 || matches!(text[end], b'e' | b'E') {
-        return None;
-    }
-    // Removes the sign and the point, then shifts the digits to the last places, after zeros.
-    let digits = word & !(0xFF * sign as u128);
-    let whole = (1 << (8 * point)) - 1;
-    let digits = if dotted { digits & whole | digits >> 8 & !whole } else { digits };
-    let digits = digits << (128 - 8 * length);
-    let mantissa = eight(digits as u64) * 100_000_000 + eight((digits >> 64) as u64);
-    // 15 digits and a power of ten up to 1e15 are exact in f64, so that the division rounds once.
-    Some((mantissa as f64 * [1.0, -1.0][sign] / POWERS[length - point.min(length)], end))
-}
-
-/// Reads any number.
-#[inline(never)]
-fn long(text: &[u8]) -> Option<(f64, usize)> {
-    let (mantissa, scale, length) = parts(text)?;
-    let value = match mantissa.and_then(|mantissa| exact(mantissa, scale)) {
-        Some(value) if text[0] == b'-' => -value,
-        Some(value) => value,
-        None => std::str::from_utf8(&text[..length]).ok()?.parse().ok()?,
-    };
-    value.is_finite().then_some((value, length))
-}
-
-/// The digits of a number as an integer (`None` for more than 19 digits), its power of ten, and its length in bytes.
-pub(crate) fn parts(text: &[u8]) -> Option<(Option<u64>, i32, usize)> {
-    let whole_at = usize::from(matches!(text.first(), Some(b'-' | b'+')));
-    let (mut mantissa, mut count) = digits(&text[whole_at..]);
-    let (mut at, mut scale) = (whole_at + count, 0);
-    if text.get(at) == Some(&b'.') {
-        let (fraction, length) = digits(&text[at + 1..]);
-        mantissa = mantissa.wrapping_mul(TENS[length.min(19)]).wrapping_add(fraction);
-        count += length;
-        at += 1 + length;
-        scale = -i32::try_from(length).unwrap_or(i32::MAX);
-    }
-    if count == 0 {
-        return None;
-    }
-    if matches!(text.get(at), Some(b'e' | b'E')) {
-        let (exponent, length) = exponent(&text[at + 1..])?;
-        scale = scale.saturating_add(exponent);
-        at += 1 + length;
-    }
-    Some(((count <= 19).then_some(mantissa), scale, at))
+pub(crate) fn number_of_any_size(text: &[u8]) -> Option<(f64, usize)> {
+    fast_float2::parse_partial(text).ok()
 }
 
 /// The digits at the start of the text as an integer, and their count. The integer is right for at most 19 digits.
 #[inline(always)]
 pub fn digits(text: &[u8]) -> (u64, usize) {
-    let (value, count) = up_to_eight(text);
-    if count < 8 { (value, count) } else { more_digits(text, value, count) }
-}
-
-/// Continues after the first digits.
-#[inline(never)]
-fn more_digits(text: &[u8], first: u64, length: usize) -> (u64, usize) {
-    let (mut value, mut count) = (first, length);
-    loop {
-        let (more, length) = up_to_eight(&text[count..]);
-        value = value.wrapping_mul(TENS[length]).wrapping_add(more);
-        count += length;
-        if length < 8 {
-            return (value, count);
-        }
+    let (mut value, mut count) = (0_u64, 0);
+    while let Some(digit @ b'0'..=b'9') = text.get(count) {
+        value = value.wrapping_mul(10).wrapping_add(u64::from(digit - b'0'));
+        count += 1;
     }
+    (value, count)
 }
-
-/// The first digits, at most eight, and their count. Has no branches, because the count is unpredictable.
-#[inline(always)]
-fn up_to_eight(text: &[u8]) -> (u64, usize) {
-    let word = u64::from_le_bytes(text.first_chunk().copied().unwrap_or_else(|| padded(text)));
-    let count = high_bits(word).trailing_zeros() / 8;
-    // Shifts the digits to the last places, after zeros.
-    (eight(word.checked_shl(64 - 8 * count).unwrap_or(0)), count as usize)
-}
-
-/// A mask of the bytes that are not digits. The lowest bit is the first byte.
-#[inline(always)]
-fn non_digits(word: u128) -> u32 {
-    let marks = |half: u64| (high_bits(half) >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56;
-    (marks(word as u64) | marks((word >> 64) as u64) << 8) as u32
-}
-
-/// Sets the highest bit of each byte that is not a digit.
-#[inline(always)]
-fn high_bits(word: u64) -> u64 {
-    // Digits become 0 to 9, and stay below 128 after adding 118.
-    let values = word ^ 0x3030_3030_3030_3030;
-    let sums = (values & 0x7F7F_7F7F_7F7F_7F7F) + 0x7676_7676_7676_7676;
-    (values | sums) & 0x8080_8080_8080_8080
-}
-
-/// The number with these eight digits, the first in the lowest byte. A zero byte counts as the digit 0.
-#[inline(always)]
-fn eight(digits: u64) -> u64 {
-    // Joins neighbors three times: pairs, fours, eight digits.
-    let ones = digits & 0x0F0F_0F0F_0F0F_0F0F;
-    let pairs = (ones.wrapping_mul(10 << 8 | 1) >> 8) & 0x00FF_00FF_00FF_00FF;
-    let fours = (pairs.wrapping_mul(100 << 16 | 1) >> 16) & 0x0000_FFFF_0000_FFFF;
-    fours.wrapping_mul(10_000 << 32 | 1) >> 32
-}
-
-/// The last bytes of a text, padded with zeros.
-#[cold]
-fn padded<const N: usize>(text: &[u8]) -> [u8; N] {
-    let mut bytes = [0; N];
-    bytes[..text.len()].copy_from_slice(text);
-    bytes
-}
-
-/// The exponent after `e`, and its length in bytes. Saturates at the range of `i32`.
-fn exponent(text: &[u8]) -> Option<(i32, usize)> {
-    let signed = usize::from(matches!(text.first(), Some(b'-' | b'+')));
-    let (value, count) = digits(&text[signed..]);
-    let value = if count > 19 { i32::MAX } else { i32::try_from(value).unwrap_or(i32::MAX) };
-    (count > 0).then_some((if text.first() == Some(&b'-') { -value } else { value }, signed + count))
-}
-
-/// The powers of ten that are exact in `f64`.
-const POWERS: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
-    1e19, 1e20, 1e21, 1e22,
-];
-
-/// `mantissa * 10^scale` if both factors are exact in `f64`, so that one rounding suffices (Clinger 1990).
-fn exact(mantissa: u64, scale: i32) -> Option<f64> {
-    if mantissa > 1 << 53 {
-        return None;
-    }
-    let power = *POWERS.get(scale.unsigned_abs() as usize)?;
-    Some(if scale < 0 { mantissa as f64 / power } else { mantissa as f64 * power })
-}
-
-/// The powers of ten that fit a `u64`.
-const TENS: [u64; 20] = {
-    let mut tens = [1; 20];
-    let mut at = 1;
-    while at < 20 {
-        tens[at] = 10 * tens[at - 1];
-        at += 1;
-    }
-    tens
-};
 
 /// Appends and counts numbers while only white space separates them. Stops at comments, commas and mistakes, which the
 /// grammar handles.
@@ -190,26 +49,23 @@ const TENS: [u64; 20] = {
 /// `index` is the count of numbers so far; each number of a point counts.
 pub(crate) fn plain<'a>(input: Input<'a>, values: &mut Values, index: usize) -> (Input<'a>, usize) {
     match values {
-        Values::Numbers(list) => numbers(input, list),
-        Values::Integers(list) => integers(input, list),
+        Values::Numbers(list) => all(input, list, number),
+        Values::Integers(list) => all(input, list, integer),
         Values::Pairs(list) if index.is_multiple_of(2) => groups(input, list),
         Values::Triples(list) if index.is_multiple_of(3) => groups(input, list),
         _ => (input, 0),
     }
 }
 
-fn numbers<'a>(input: Input<'a>, list: &mut Vec<f64>) -> (Input<'a>, usize) {
+/// Appends and counts values while `next` reads one.
+#[inline(always)]
+fn all<'a, T>(
+    input: Input<'a>,
+    list: &mut Vec<T>,
+    next: impl Fn(Input<'a>) -> Option<(T, Input<'a>)>,
+) -> (Input<'a>, usize) {
     let (mut input, before) = (input, list.len());
-    while let Some((value, rest)) = number(input) {
-        list.push(value);
-        input = rest;
-    }
-    (input, list.len() - before)
-}
-
-fn integers<'a>(input: Input<'a>, list: &mut Vec<i32>) -> (Input<'a>, usize) {
-    let (mut input, before) = (input, list.len());
-    while let Some((value, rest)) = integer(input) {
+    while let Some((value, rest)) = next(input) {
         list.push(value);
         input = rest;
     }
@@ -294,7 +150,8 @@ mod tests {
             assert_eq!(at(".5.5"), Some((0.5, 2)));
             assert_eq!(at("+7 8"), Some((7.0, 2)));
             assert_eq!(at("12345678901234567890"), Some((12345678901234567890.0, 20)));
-            for text in ["", "-", ".", "-.", "e1", "1e", "1e+", "--1", "1e309"] {
+            assert_eq!(at("1e+"), Some((1.0, 1)));
+            for text in ["", "-", ".", "-.", "e1", "--1", "1e309", "inf", "-nan"] {
                 assert_eq!(at(text), None, "{text}");
             }
         }

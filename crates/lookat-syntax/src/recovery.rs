@@ -9,7 +9,7 @@ use crate::token::{
     Input, Parsing, SyntaxError, blank, is_blank, is_declaration, is_delimiter, is_keyword, quoted,
     separator, shown, unclosed, with_point, word,
 };
-use crate::{Diagnostic, Spanned, Text};
+use crate::{Diagnostic, Span, Spanned, Text};
 
 impl<'a> Reader<'a> {
     /// Reports a fault that ends the current statement, and returns the text from the next directive on.
@@ -17,8 +17,8 @@ impl<'a> Reader<'a> {
         let from = &self.text[self.offset(fault.at)..];
         self.report(fault);
         let rest = next_directive(self.statement, from, self.unknown <= MAX_UNKNOWN);
-        self.broken_end |= rest.is_empty();
-        self.lost_include |= self.statement.starts_with(b"Include");
+        self.parsed.broken_end |= rest.is_empty();
+        self.parsed.lost_include |= self.statement.starts_with(b"Include");
         rest
     }
 }
@@ -101,7 +101,7 @@ impl<'a> Reader<'a> {
                 .help("put them in brackets")
                 .fix(span, format!("[{numbers}]"))
         };
-        self.diagnostics.push(diagnostic);
+        self.parsed.diagnostics.push(diagnostic);
     }
 
     /// Skips and reports a bracket or a comma before a declaration.
@@ -200,7 +200,10 @@ impl<'a> Reader<'a> {
             self.commas.first.get_or_insert(&self.text[at..=at]);
             let word = word_around(self.text, at);
             match with_point(word) {
-                Some(_) => drop(self.commas.decimal.get_or_insert(word)),
+                Some(_) => {
+                    self.commas.decimal.get_or_insert(word);
+                    self.commas.last_decimal = Some(word);
+                }
                 None => {
                     self.commas.separates = true;
                     self.warn_of_commas();
@@ -219,10 +222,10 @@ impl<'a> Reader<'a> {
                 error.places = others.to_vec();
                 error
             });
-            self.diagnostics.extend(error);
+            self.parsed.diagnostics.extend(error);
         }
         let comma = self.comma.filter(|_| is_at_end);
-        self.diagnostics.extend(comma.map(|at| {
+        self.parsed.diagnostics.extend(comma.map(|at| {
             Diagnostic::warning(at, "commas separate these numbers")
                 .help("separate numbers by spaces, and use a decimal point; pbrt-v3 ignores the comma and the rest of the word")
         }));
@@ -248,16 +251,32 @@ impl<'a> Reader<'a> {
         if self.decimal_comma.is_some() {
             return true;
         }
+        let last = self.commas.last_decimal.unwrap_or(word);
+        let (all, points) = self.with_points(word, last, &meant);
         let (word, one) = (shown(word), shown(&meant));
         let two = word.replace(',', " ");
         let error = Diagnostic::error(at, format!("`{word}` may be one number or two"))
             .help(format!("write one number with a point: {one}; write two with a space: {}", two.trim()));
         // Points of a plane are pairs in other formats, such as `0,1 1,1` in SVG.
         let are_pairs = matches!(values, Values::Pairs(_));
-        self.decimal_comma = Some(if are_pairs { error } else { error.fix(at, one) });
+        self.decimal_comma = Some(if are_pairs { error } else { error.fix(all, points) });
         true
     }
+
+    /// The words of a list from the first with a decimal comma to the last, and the text with points. Only the first, as
+    /// `meant`, if the last is far away.
+    fn with_points(&self, first: Input<'a>, last: Input<'a>, meant: &[u8]) -> (Span, String) {
+        let (start, end) = (self.offset(first), self.offset(last) + last.len());
+        let text = &self.text[start..end];
+        if text.len() > LONGEST_FIX || text.iter().any(|byte| matches!(byte, b'#' | b'\n')) {
+            return (self.span(first), shown(meant));
+        }
+        (self.span(text), String::from_utf8_lossy(text).replace(',', "."))
+    }
 }
+
+/// The longest text, in bytes, whose decimal commas one fix replaces.
+const LONGEST_FIX: usize = 200;
 
 /// The word around a byte.
 fn word_around(text: Input, at: usize) -> Input {

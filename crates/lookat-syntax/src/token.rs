@@ -7,7 +7,7 @@ use nom::error::{ErrorKind, ParseError};
 use nom::{IResult, Parser};
 
 pub(crate) use crate::numbers::{Input, ends_number, is_blank, is_delimiter};
-use crate::numbers::{decimal, parts};
+use crate::numbers::{decimal, number_of_any_size};
 use crate::param::ParamType;
 use crate::{Directive, Span};
 
@@ -180,8 +180,9 @@ pub(crate) fn with_point(word: Input) -> Option<Vec<u8>> {
 /// The fault of an unreadable number.
 #[cold]
 fn no_number<T>(input: Input) -> Parsing<T> {
-    match parts(input) {
-        Some((.., length)) if ends_number(&input[length..]) => {
+    let is_word = input.iter().find(|byte| !b"+-".contains(byte)).is_some_and(u8::is_ascii_alphabetic);
+    match number_of_any_size(input) {
+        Some((_, length)) if !is_word && ends_number(&input[length..]) => {
             SyntaxError::new(&input[..length], "the number is too large")
                 .help("the largest number is about 1.8e308")
                 .fail()
@@ -200,6 +201,12 @@ fn not_a_number<T>(input: Input) -> Parsing<T> {
             .help("programs print nan and inf when a computation fails: correct the program that wrote this file")
             .fail();
     }
+    if let Some(before) = at.strip_suffix(b";")
+        && number(before).is_ok_and(|(rest, _)| rest.is_empty())
+    {
+        let fault = SyntaxError::new(at, format!("{found} is not a number"));
+        return fault.help("delete the semicolon").replace_with(shown(before)).fail();
+    }
     if bare.starts_with(|c: char| c.is_ascii_digit() || c == '.') && at.len() > 1 {
         return SyntaxError::new(at, format!("{found} is not a number"))
             .help(
@@ -216,7 +223,7 @@ fn not_a_number<T>(input: Input) -> Parsing<T> {
         return fault.help("write the minus sign as a hyphen").replace_with(format!("-{size}")).fail();
     }
     if at == b"=" {
-        return fault.help("delete the equals sign: \"float radius\" 2").fail();
+        return fault.help("delete the equals sign").replace_with("").fail();
     }
     match at.strip_prefix(b"\"").and_then(|at| at.strip_suffix(b"\"")) {
         Some(bare) if number(bare).is_ok_and(|(rest, _)| rest.is_empty()) => {

@@ -4,8 +4,8 @@ use crate::grammar::{Commas, PARAM_BYTES, Reader, STRING_BYTES};
 use crate::param::{Param, ParamType, Values};
 use crate::recovery::unopened;
 use crate::token::{
-    Input, Parsing, SyntaxError, blank, ends_list, found, is_declaration, number, quoted, shown, unclosed,
-    word,
+    Input, Parsing, SyntaxError, blank, ends_list, found, is_declaration, is_delimiter, number, quoted,
+    shown, unclosed, word,
 };
 use crate::{Diagnostic, LongList, Spanned, Text, nearest, numbers};
 
@@ -61,15 +61,15 @@ impl<'a> Reader<'a> {
             .is_ok_and(|(_, keyword)| matches!(keyword, b"Material" | b"MakeNamedMaterial" | b"Texture"));
         let text = self.text;
         let is_string = |error: &&mut Diagnostic| text.get(error.span().start as usize) == Some(&b'"');
-        let last = self.diagnostics.last_mut().filter(|error| error.help.is_none());
+        let last = self.parsed.diagnostics.last_mut().filter(|error| error.help.is_none());
         if let Some(error) = last.filter(is_string).filter(|_| is_of_material) {
             error.help = Some(format!("to use a texture, write \"texture {name}\""));
         }
     }
 
     fn readable_param(&mut self, input: Input<'a>, declaration: Text) -> Parsing<'a, Option<Param>> {
-        let declared = self.declaration(&declaration);
         let (start, ()) = blank(input)?;
+        let declared = self.declaration(&declaration, start);
         let list = start.first() == Some(&b'[');
         self.fraction = false;
         self.commas = Commas::default();
@@ -78,7 +78,13 @@ impl<'a> Reader<'a> {
             if declared.is_some() {
                 let at = declaration.span;
                 let error = Diagnostic::error(at, format!("\"{}\" has no value", declaration.value));
-                self.diagnostics.push(error.help("write the value after the declaration"));
+                let hex = hex_color(input).filter(|_| matches!(values, Values::Triples(_)));
+                self.parsed.diagnostics.push(match hex {
+                    Some((code, color)) => error
+                        .help(format!("`#` starts a comment; write red, green and blue from 0 to 1: {color}"))
+                        .fix(self.span(code), color),
+                    None => error.help("write the value after the declaration"),
+                });
                 self.faulty = true;
             }
             return Ok((input, None));
@@ -112,15 +118,14 @@ impl<'a> Reader<'a> {
         let rest = if rest.first() == Some(&b',') { self.separator(rest)?.0 } else { rest };
         let Some((ty, name)) = declared else { return Ok((rest, None)) };
         if !self.faulty && count % ty.arity() != 0 {
-            let spelling = declaration.value.split_ascii_whitespace().next().unwrap_or_default();
-            let message = format!("\"{spelling}\" needs a multiple of {} numbers, found {count}", ty.arity());
-            self.diagnostics.push(completed(Diagnostic::error(span, message), ty, count, &values));
+            let message = miscounted(ty, &shown(name.as_bytes()), count);
+            self.parsed.diagnostics.push(completed(Diagnostic::error(span, message), ty, count, &values));
             self.faulty = true;
         }
         let are_numbers = !matches!(values, Values::Strings(_) | Values::Bools(_));
         let is_long = (span.end - span.start) as usize >= LongList::BYTES;
         if list && is_long && are_numbers && !self.faulty && !self.fraction && self.commas.first.is_none() {
-            self.lists.push(LongList { ty, span });
+            self.parsed.lists.push(LongList { ty, span });
         }
         let name = Spanned { value: name, span: declaration.span };
         let is_read = known.is_none();
@@ -174,8 +179,8 @@ impl<'a> Reader<'a> {
         Ok((end, 1 + more))
     }
 
-    /// Splits a declaration such as `"float radius"`. Reports other strings.
-    fn declaration(&mut self, declaration: &Text) -> Option<(ParamType, String)> {
+    /// Splits a declaration such as `"float radius"`, before these values. Reports other strings.
+    fn declaration(&mut self, declaration: &Text, values: Input<'a>) -> Option<(ParamType, String)> {
         let mut words = declaration.value.split([' ', '\t']).filter(|word| !word.is_empty());
         let (ty, name) = (words.next(), words.next());
         let at = declaration.span;
@@ -196,7 +201,9 @@ impl<'a> Reader<'a> {
                         Some(known) => error
                             .help(format!("did you mean `{known}`?"))
                             .fix(at, format!("\"{known} {name}\"")),
-                        None => error.help("write the type and the name of the parameter: \"float fov\""),
+                        None => {
+                            error.help(format!("write a type and the name, as in {}", example(name, values)))
+                        }
                     }
                 }
             },
@@ -214,13 +221,16 @@ impl<'a> Reader<'a> {
                     };
                     error.help(format!("write the type as {declaration}")).fix(at, declaration)
                 } else {
-                    error.help("write the type and the name of the parameter in one string: \"float fov\"")
+                    error.help(format!(
+                        "write the type and the name in one string, as in {}",
+                        example(only, values)
+                    ))
                 }
             }
             _ => Diagnostic::error(at, "an empty parameter declaration")
-                .help("write the type and the name of the parameter in one string: \"float fov\""),
+                .help("write the type and the name in one string, as in \"float radius\""),
         };
-        self.diagnostics.push(error);
+        self.parsed.diagnostics.push(error);
         None
     }
 
@@ -334,10 +344,59 @@ impl<'a> Reader<'a> {
             self.fraction = true;
             let warning = Diagnostic::warning(self.span(at), format!("{} is not an integer", shown(at)))
                 .help(format!("pbrt-v3 drops the fraction: {}", value.trunc()));
-            self.diagnostics.push(warning);
+            self.parsed.diagnostics.push(warning);
         }
         Ok((rest, value as i32))
     }
+}
+
+/// The declaration of a parameter whose type is missing or unknown, by its values. `name` can be the type itself.
+fn example(name: &str, values: Input) -> String {
+    let first = values.strip_prefix(b"[").unwrap_or(values).trim_ascii_start();
+    let text = quoted(first).ok().map(|(_, text)| text);
+    if ParamType::from_spelling(name).is_some() {
+        let own = text.filter(|text| !text.is_empty() && !text.contains(' '));
+        return format!("\"{name} {}\"", own.map_or("radius".into(), |text| shown(text.as_bytes())));
+    }
+    let ty = if text.is_some() { "string" } else { "float" };
+    format!("\"{ty} {}\"", shown(name.as_bytes()))
+}
+
+/// The message about a list that does not divide into values.
+fn miscounted(ty: ParamType, name: &str, count: usize) -> String {
+    let arity = ty.arity();
+    let (what, parts) = match ty {
+        ParamType::Rgb => ("color", "red, green, blue"),
+        ParamType::Xyz => ("color", "X, Y, Z"),
+        ParamType::Blackbody => ("pair", "kelvin, scale"),
+        ParamType::Normal => ("normal", "x, y, z"),
+        ParamType::Point2 => ("point", "x, y"),
+        ParamType::Vector2 => ("vector", "x, y"),
+        ParamType::Vector3 => ("vector", "x, y, z"),
+        _ => ("point", "x, y, z"),
+    };
+    match count % arity {
+        rest if count > arity && what != "color" => {
+            let numbers = if rest == 1 { "number" } else { "numbers" };
+            format!("the last {what} of {name} has {rest} {numbers} instead of {arity} ({count} in total)")
+        }
+        _ => format!("{name} needs {arity} numbers ({parts}), found {count}"),
+    }
+}
+
+/// A color as on web pages, such as `#ffee00`, after a declaration: its text, and its linear red, green and blue.
+fn hex_color(input: Input) -> Option<(Input, String)> {
+    let code = input.trim_ascii_start();
+    let code = &code[..code.iter().position(|byte| is_delimiter(*byte)).unwrap_or(code.len())];
+    let digits = code.strip_prefix(b"#").filter(|digits| digits.len() == 6)?;
+    let linear = |pair: &[u8]| {
+        let value = u8::from_str_radix(str::from_utf8(pair).ok()?, 16).ok()?;
+        let value = f64::from(value) / 255.0;
+        let linear = if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+        Some(((linear * 1000.0).round() / 1000.0).to_string())
+    };
+    let linear: Option<Vec<String>> = digits.chunks(2).map(linear).collect();
+    Some((code, format!("[{}]", linear?.join(" "))))
 }
 
 /// Adds help to the error of a value with too few or too many numbers.
@@ -351,7 +410,6 @@ fn completed(error: Diagnostic, ty: ParamType, count: usize, values: &Values) ->
             let three = format!("[{gray} {gray} {gray}]");
             error.help(format!("write a gray as three equal numbers: {three}")).fix(at, three)
         }
-        (ParamType::Rgb, 4, _) => error.help("a color has three numbers: red, green and blue"),
         (ParamType::Blackbody, 1, Values::Pairs(pairs)) if is_plain(pairs[0][0]) => {
             let pair = format!("[{} 1]", pairs[0][0]);
             error.help(format!("write the temperature in kelvin and a factor: {pair}")).fix(at, pair)

@@ -1,20 +1,19 @@
 //! The command line.
 
-mod chart;
+mod charting;
+mod numbers;
 mod options;
 mod rendering;
 
-use std::fmt::Display;
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 use lookat_render::Layers;
-use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
+use lookat_scene::MAX_SAMPLES;
 
-pub use crate::args::chart::{Chart, Other};
+pub use crate::args::charting::{Chart, Other};
+use crate::args::numbers::{named, number_in, resolution, stops, whole};
 pub use crate::args::options::{Memory, Tone, ViewOverride, raise_limit, way_out};
 use crate::args::rendering::focus_place;
 pub use crate::args::rendering::{Animation, FocusPlace, Frames, LiveView, Parameter, Protocol};
@@ -99,20 +98,20 @@ pub struct Render {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// The part to render, in fractions from 0 to 1, instead of the cropwindow of Film
-    #[arg(long, visible_alias = "cropwindow", num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
+    #[arg(long, visible_alias = "cropwindow", num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = number_in(0.0..=1.0, "a number from 0 to 1"))]
     pub crop: Option<Vec<f64>>,
     /// Number of threads [default: one per processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
     /// Seed of the random numbers: the same seed gives the same picture
-    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
     /// Render a draft: a quarter of the width and height unless --resolution is given, one sample per pixel unless --spp is given. Without -o, the name
     /// of the picture gets .quick before its extension, so that the draft does not replace a finished picture
     #[arg(long, conflicts_with_all = ["target_error", "confidence", "time", "adaptive"])]
     pub quick: bool,
     /// Also write the standard error and the number of samples of each pixel, as layers of the EXR file. This makes
-    /// the picture slightly noisier
+    /// the picture slightly noisier; use at least 16 samples per pixel
     #[arg(long)]
     pub error_layers: bool,
     /// Also write layers into the EXR file: depth, position, normal, shading-normal, uv, albedo, shape, material or
@@ -125,7 +124,7 @@ pub struct Render {
     #[arg(long)]
     pub force: bool,
     /// Focus the lens on what a pixel shows: its position, as in 120,80, or fractions of the picture's size, as in 0.5,0.5
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = focus_place)]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, conflicts_with = "focal_distance", value_parser = focus_place)]
     pub focus: Option<FocusPlace>,
     #[command(flatten)]
     pub view: ViewOverride,
@@ -143,6 +142,18 @@ pub struct Render {
     pub memory: Memory,
     #[command(flatten)]
     pub report: Report,
+}
+
+impl Render {
+    /// The view of the first picture. An animated radius is at its largest here, because a pinhole has no focal distance.
+    pub fn first_view(&self) -> ViewOverride {
+        let mut view = self.view;
+        if let Some(Animation { parameter, from, to }) = self.frames.animate {
+            let value = if parameter == Parameter::LensRadius { from.max(to) } else { from };
+            parameter.set(value, &mut view);
+        }
+        view
+    }
 }
 
 #[derive(Debug, Args)]
@@ -183,7 +194,7 @@ pub struct Stability {
     /// Run only these cases: a name such as S1 or far-sphere, or the letter of a family. Families: C (camera), S (spheres and quadrics), T (triangles), P (coplanar eyes and lights), V (traversal and pictures) or B (scattering and lights)
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
-    /// Random rays per row of a case
+    /// Random rays per row of a case, at least 1000
     #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true, value_parser = rays)]
     pub rays: u64,
     /// Write the results to this folder: stability.csv, stability.json
@@ -228,7 +239,7 @@ pub struct Compare {
     /// Limit of a metric, such as rmse=0.01: a maximum, or a minimum for psnr, ssim and noise-p
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub max: Vec<Limit>,
-    /// Compare this layer, part or channel of the EXR files, by its name there or in render --layers
+    /// Compare this layer, part or channel of the EXR files, by its name there or in render --layers; of uv, choose uv.U or uv.V
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
     /// Compute only these metrics, such as rmse or flip; an unknown name lists all
@@ -261,9 +272,9 @@ pub struct Convert {
     #[command(flatten)]
     pub tone: Tone,
     /// The part to write, in fractions of the full picture from 0 to 1
-    #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
+    #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = number_in(0.0..=1.0, "a number from 0 to 1"))]
     pub crop: Option<Vec<f64>>,
-    /// Convert this layer, part or channel of an EXR file, by its name there or in render --layers
+    /// Convert this layer, part or channel of an EXR file, by its name there or in render --layers; of uv, choose uv.U or uv.V, or write an .exr file
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
     /// Replace a picture that is larger, has more samples, or comes from another program
@@ -294,7 +305,7 @@ pub struct Verify {
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
     /// Seed of the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
     /// Also write an .html file with results and pictures
     #[arg(long, value_name = "FILE")]
@@ -309,16 +320,6 @@ pub struct Verify {
     pub json: bool,
 }
 
-/// Finds a name among all, or fails with the list.
-fn named<T>(
-    found: Option<T>,
-    what: &str,
-    names: impl IntoIterator<Item = &'static str>,
-) -> Result<T, Failure> {
-    let names = || names.into_iter().collect::<Vec<_>>().join(", ");
-    found.ok_or_else(|| format!("the {what} are {}", names()).into())
-}
-
 fn metric(text: &str) -> Result<Metric, Failure> {
     named(Metric::from_name(text), "metrics", Metric::names())
 }
@@ -331,20 +332,20 @@ fn limit(text: &str) -> Result<Limit, Failure> {
     let (name, value) = text.split_once('=').ok_or("expected METRIC=VALUE, as in rmse=0.01")?;
     let value: f64 = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
     if value.is_nan() {
-        return Err("the limit must be a number".into());
+        bail!("the limit must be a number");
     }
     let metric = metric(name)?;
     if metric == Metric::NoiseP && !(value > 0.0 && value < 1.0) {
-        return Err("noise-p is a probability: use a limit above 0 and below 1".into());
+        bail!("noise-p is a probability: use a limit above 0 and below 1");
     }
     if value < 0.0 && !metric.is_likeness() {
-        return Err(format!("the limit of {name} must be at least 0").into());
+        bail!("the limit of {name} must be at least 0");
     }
     Ok(Limit { metric, value })
 }
 
 /// The reporting options for problems in scene files.
-#[derive(Debug, Clone, Copy, Args)]
+#[derive(Debug, Clone, Copy, Default, Args)]
 pub struct Report {
     /// Treat warnings as errors
     #[arg(long)]
@@ -352,36 +353,6 @@ pub struct Report {
     /// Print problems and results as JSON to standard output, one line per scene
     #[arg(long)]
     pub json: bool,
-}
-
-fn resolution(text: &str) -> Result<[u32; 2], Failure> {
-    let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=MAX_SIDE).contains(side));
-    text.split_once(['x', 'X'])
-        .and_then(|(width, height)| Some([side(width)?, side(height)?]))
-        .ok_or_else(|| format!("expected width and height from 1 to {MAX_SIDE} pixels, as in 640x480").into())
-}
-
-/// A number of the command line.
-trait Number: FromStr + PartialOrd + Copy + Send + Sync + 'static {}
-
-impl<T: FromStr + PartialOrd + Copy + Send + Sync + 'static> Number for T {}
-
-/// Parses a number in a range.
-fn number_in<T: Number>(
-    range: RangeInclusive<T>,
-    expected: &str,
-) -> impl Fn(&str) -> Result<T, Failure> + Clone + use<T> {
-    let expected = format!("expected {expected}");
-    move |text| text.parse().ok().filter(|number| range.contains(number)).ok_or(expected.as_str().into())
-}
-
-/// Parses a whole number from `least` to `most`.
-fn whole<T: Number + Display>(least: T, most: T) -> impl Fn(&str) -> Result<T, Failure> + Clone + use<T> {
-    number_in(least..=most, &format!("a whole number from {least} to {most}"))
-}
-
-fn seed(text: &str) -> Result<u64, Failure> {
-    whole(0, u64::MAX)(text)
 }
 
 fn seconds(text: &str) -> Result<Duration, Failure> {
@@ -392,14 +363,6 @@ fn rays(text: &str) -> Result<u64, Failure> {
     // With fewer rays, a case may miss its limit by chance.
     let count = text.parse().ok().filter(|count: &f64| (1e3..=1e9).contains(count) && count.fract() == 0.0);
     count.map(|count| count as u64).ok_or("expected a whole number from 1000 to 1e9".into())
-}
-
-fn stops(text: &str) -> Result<f64, Failure> {
-    number_in(-100.0..=100.0, "a number from -100 to 100")(text)
-}
-
-fn share(text: &str) -> Result<f64, Failure> {
-    number_in(0.0..=1.0, "a number from 0 to 1")(text)
 }
 
 /// The edges of `--crop`: left, right, top and bottom.
@@ -424,7 +387,7 @@ pub struct View {
     /// Compare with this picture: .exr, .pfm, .png, .tga, .jpg or .hdr
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
-    /// Port of the page at 127.0.0.1; 0 takes a free one
+    /// Port of the page at 127.0.0.1; 0 picks a free one
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub port: u16,
     /// Open the page in the browser

@@ -8,9 +8,10 @@ use std::time::Instant;
 
 use lookat_image::{Image, MemoryBudget, write_file};
 use lookat_lab::chart::{
-    Chart, End, FEWEST_SEEDS, Fitted, METHODS, MOST_POINTS, Measured, Measurement, Method, Origin, Plan,
-    Reference, Renderer, as_csv, draw, fitted, named, significant,
+    Chart, ChartSetup, End, FEWEST_SEEDS, Fitted, METHODS, MOST_POINTS, Measured, Measurement, Method,
+    Origin, Plan, Reference, Renderer, as_csv, draw, fitted, named,
 };
+use lookat_lab::table::significant;
 use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::nearest;
 use lookat_scene::{FilmOverride, LoadOptions, Scene, kinds};
@@ -19,7 +20,8 @@ use crate::Failure;
 use crate::args::{self, Other, Report, way_out};
 use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
 use crate::readable::escaped;
-use crate::render::{charge_memory, progress_bar};
+use crate::render::progress_bar;
+use crate::render::settings::charge_memory;
 use crate::source::{load_scene, read_image};
 use crate::standard_error::{self, Bar};
 use crate::{interrupt, report};
@@ -49,8 +51,7 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
         max_memory: arguments.memory.limit(),
         ..LoadOptions::default()
     };
-    let how = Report { strict: false, json: false };
-    let loaded = load_scene(&arguments.scene, &options, how);
+    let loaded = load_scene(&arguments.scene, &options, Report::default());
     let parse = started.elapsed().as_secs_f64();
     report::print(&loaded, false);
     let Some(scene) = loaded.scene else { return Ok(report::failure(&loaded)) };
@@ -66,8 +67,11 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
     )?);
     let reference = arguments.reference.as_deref();
     let reference = reference.map(|file| read_reference(file, &scene, arguments, memory)).transpose()?;
-    let others = arguments.point.iter().map(|other| Ok((other, read(&other.image, &scene, memory)?)));
-    let others = others.collect::<Result<Vec<_>, String>>()?;
+    let others = arguments.point.iter().map(|other| {
+        let image = read_image(&other.image, memory)?;
+        Ok((other, fit(&other.image, &image, &scene)?))
+    });
+    let others = others.collect::<Result<Vec<_>, Failure>>()?;
     check_names(&arguments.point)?;
     let folder = arguments.output.clone().unwrap_or_else(|| folder_of(&arguments.scene));
     check_new_folder(&folder)?;
@@ -85,12 +89,12 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
     let found = run.measure(&mut renderer, reference)?;
     run.bar.clear();
     let Some((reference, measured)) = found else {
-        crate::say("interrupted before the first point; nothing was written");
+        say!("interrupted before the first point; nothing was written");
         return Ok(interrupt::STATUS);
     };
     let status = if measured.end == End::Interrupted { interrupt::STATUS } else { 0 };
     let name = if arguments.scene == Path::new("-") { Path::new("standard input") } else { &arguments.scene };
-    let mut chart = Chart {
+    let setup = ChartSetup {
         scene: name.display().to_string(),
         size: [scene.view.film.crop.width(), scene.view.film.crop.height()],
         threads: lookat_render::threads(),
@@ -98,8 +102,8 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
         seeds_per_point: arguments.seeds,
         parse_seconds: parse,
         preparation_seconds: renderer.preparation,
-        ..Chart::new(&run.methods, &measured, &reference)
     };
+    let mut chart = Chart::new(setup, &run.methods, &measured, &reference);
     for (other, picture) in &others {
         chart.add(&other.name, other.seconds, picture, &reference);
     }
@@ -112,7 +116,7 @@ fn run(arguments: &args::Chart) -> Result<u8, Failure> {
     }
     let printed = crate::print(&text::results(&chart, &reference));
     let (folder, seconds) = (destination.folder().display(), started.elapsed().as_secs_f64());
-    crate::say(&format!("{folder}: {}; {seconds:.1} s in all", FILE_NAMES.join(", ")));
+    say!("{folder}: {}; {seconds:.1} s in all", FILE_NAMES.join(", "));
     printed.and(destination.result()).map(|()| status)
 }
 
@@ -130,10 +134,10 @@ impl Run<'_> {
         &self,
         renderer: &mut Renderer,
         given: Option<Reference>,
-    ) -> Result<Option<(Reference, Measured)>, String> {
+    ) -> Result<Option<(Reference, Measured)>, Failure> {
         let Some((plan, seconds)) = self.plan(renderer, given.is_none())? else { return Ok(None) };
         crate::say(&text::plan(&plan, seconds, &self.methods));
-        let samples: Vec<f64> = plan.samples(&self.methods).collect();
+        let samples = plan.samples(&self.methods);
         // The reference takes its share of the samples on the progress bar.
         let share =
             if given.is_none() { samples[self.methods.len()] / samples.iter().sum::<f64>() } else { 0.0 };
@@ -164,7 +168,7 @@ impl Run<'_> {
         &self,
         renderer: &mut Renderer,
         renders_reference: bool,
-    ) -> Result<Option<(Plan, Option<f64>)>, String> {
+    ) -> Result<Option<(Plan, Option<f64>)>, Failure> {
         let args::Chart { seeds, budget, .. } = *self.arguments;
         if let Some(largest) = self.arguments.spp {
             return Ok(Some((Plan { largest, seeds, renders_reference }, None)));
@@ -177,7 +181,7 @@ impl Run<'_> {
         let Some(costs) = costs else { return Ok(None) };
         let spent = self.started.elapsed().as_secs_f64();
         let planned = Plan::within((budget - spent).max(0.0), &self.methods, &costs, seeds);
-        let planned = planned.map_err(|needed| {
+        let (plan, seconds) = planned.map_err(|needed| {
             let methods = match &self.methods[..] {
                 [only] => format!("a chart of {}", only.name),
                 several => format!("the smallest chart of {} methods", several.len()),
@@ -188,13 +192,13 @@ impl Run<'_> {
                 significant(needed + spent, 2),
                 if seeds > FEWEST_SEEDS { " or --seeds" } else { "" }
             )
-        });
-        planned.map(|(plan, seconds)| Some((plan, Some(seconds))))
+        })?;
+        Ok(Some((plan, Some(seconds))))
     }
 }
 
 /// The methods with these names.
-fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
+fn chosen(names: &[String]) -> Result<Vec<&'static Method>, Failure> {
     if names.iter().any(|name| name.trim() == "all") {
         return Ok(METHODS.iter().collect());
     }
@@ -208,10 +212,10 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
                 (None, None) => String::new(),
             };
             let all = known().collect::<Vec<_>>().join(", ");
-            return Err(format!("unknown method `{name}`; {hint}the methods are {all}, or all"));
+            bail!("unknown method `{name}`; {hint}the methods are {all}, or all");
         };
         if methods.iter().any(|other| other.name == method.name) {
-            return Err(format!("--methods names {name} twice"));
+            bail!("--methods names {name} twice");
         }
         methods.push(method);
     }
@@ -228,14 +232,14 @@ fn stand_in(name: &str) -> Option<&'static str> {
 }
 
 /// Fails if the name of a point is also the name of a method or of another point.
-fn check_names(points: &[Other]) -> Result<(), String> {
+fn check_names(points: &[Other]) -> Result<(), Failure> {
     for (i, point) in points.iter().enumerate() {
         let name = &point.name;
         if named(name).is_some() {
-            return Err(format!("--point {name}: this is the name of a method; choose another name"));
+            bail!("--point {name}: this is the name of a method; choose another name");
         }
         if points[..i].iter().any(|other| other.name == *name) {
-            return Err(format!("--point {name} is given twice; choose different names"));
+            bail!("--point {name} is given twice; choose different names");
         }
     }
     Ok(())
@@ -251,13 +255,9 @@ fn folder_of(scene: &Path) -> PathBuf {
     PathBuf::from(format!("{}-chart", name.display()))
 }
 
-/// Reads a picture of the scene.
-fn read(file: &Path, scene: &Scene, memory: &MemoryBudget) -> Result<Fitted, String> {
-    fit(file, &read_image(file, memory)?, scene)
-}
-
-fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, String> {
-    fitted(image, &scene.view.film).map_err(|fault| format!("{}: the picture {fault}", file.display()))
+/// The pixels of a picture of the scene.
+fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, Failure> {
+    Ok(fitted(image, &scene.view.film).map_err(|fault| format!("{}: the picture {fault}", file.display()))?)
 }
 
 fn read_reference(
@@ -265,24 +265,24 @@ fn read_reference(
     scene: &Scene,
     arguments: &args::Chart,
     memory: &MemoryBudget,
-) -> Result<Reference, String> {
+) -> Result<Reference, Failure> {
     let image = read_image(file, memory)?;
     let found = fit(file, &image, scene)?;
     if found.rounded && may_be_clipped(file, &found) {
-        return Err(format!(
+        bail!(
             "{}: pixels at the largest value may be clipped, so errors measured against them are unreliable; give an .exr or .pfm as \
              --reference",
             file.display()
-        ));
+        );
     }
     let last = arguments.seed.saturating_add(u64::from(MOST_POINTS * arguments.seeds) - 1);
     if let Some(seed) = seed(&image).filter(|seed| (arguments.seed..=last).contains(seed)) {
-        crate::say(&format!(
+        say!(
             "warning: {} has the seed {seed}, which a measured picture may have too: their errors would not be \
              independent; --seed {} avoids that",
             file.display(),
             last.saturating_add(1)
-        ));
+        );
     }
     let origin = Origin::File { path: file.into(), rounded: found.rounded };
     Ok(Reference { pixels: found.pixels, noise: found.noise, origin })

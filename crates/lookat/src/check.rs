@@ -7,7 +7,9 @@ use lookat_scene::{LoadOptions, Loaded};
 
 use crate::Failure;
 use crate::args::Check;
-use crate::report::{self, SceneResult};
+use crate::readable::plural;
+use crate::report;
+use crate::scene_result::SceneResult;
 use crate::sight;
 use crate::source::load_scene;
 
@@ -23,9 +25,9 @@ pub fn check(arguments: &Check) -> ExitCode {
     let (mut status, mut lost) = (0, false);
     for path in &arguments.files {
         let mut loaded = load_scene(path, &options, arguments.report);
-        let looked = if arguments.view { look(&mut loaded, arguments) } else { Ok(()) };
+        let looked = look(&mut loaded, arguments);
         if let Err(failure) = &looked {
-            crate::say(&format!("error: {failure}"));
+            say!("error: {failure}");
             status = status.max(failure.status());
         }
         if report::has_errors(&loaded) {
@@ -39,17 +41,21 @@ pub fn check(arguments: &Check) -> ExitCode {
             report::print(&loaded, arguments.quiet);
             let remarks = if arguments.quiet { Vec::new() } else { remarks(&loaded, looked.is_ok()) };
             if !remarks.is_empty() {
-                crate::say(&format!("{}: {}", loaded.sources.files[0].path.display(), remarks.join("; ")));
+                say!("{}: {}", loaded.sources.files[0].path.display(), remarks.join("; "));
             }
         }
     }
     ExitCode::from(if lost { crate::lost() } else { status })
 }
 
-/// Adds warnings about what the scene shows. With `--strict`, they are errors.
+/// Fails if the camera cannot use one of the options. With `--view`, adds warnings about what the scene shows; with
+/// `--strict`, they are errors.
 fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), Failure> {
     let Some(scene) = &loaded.scene else { return Ok(()) };
     arguments.camera.check_use(scene)?;
+    if !arguments.view {
+        return Ok(());
+    }
     let mut prepared = sight::prepare(loaded, scene)?;
     let mut advice = sight::advise(loaded, scene, &mut prepared);
     if arguments.report.strict {
@@ -64,10 +70,7 @@ fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), Failure> {
 /// What to say about a scene after its diagnostics.
 fn remarks(loaded: &Loaded, is_fine: bool) -> Vec<String> {
     let fine = (is_fine && loaded.diagnostics.is_empty()).then(|| "fine".to_owned());
-    let skipped = match loaded.unread {
-        0 => None,
-        1 => Some("--fast skipped the contents of 1 mesh or picture".to_owned()),
-        count => Some(format!("--fast skipped the contents of {count} meshes or pictures")),
-    };
+    let unread = plural(loaded.unread as u64, "mesh or picture", "meshes or pictures");
+    let skipped = (loaded.unread > 0).then(|| format!("--fast skipped the contents of {unread}"));
     fine.into_iter().chain(skipped).collect()
 }

@@ -15,8 +15,8 @@ use crate::args::{Compare, way_out};
 use crate::failure::Failure;
 use crate::metric::{COLORS, Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::output::{check_folder, check_inputs, write_result};
-use crate::readable::visible;
-use crate::source::open_layer;
+use crate::readable::{plural, visible};
+use crate::source::{open_layer, several_channels};
 
 /// Runs the command.
 pub fn compare(arguments: &Compare) -> ExitCode {
@@ -136,7 +136,7 @@ fn run(arguments: &Compare) -> Result<u8, Failure> {
         check_inputs(file, [&arguments.actual, &arguments.expected])?;
         if Format::from_path(file) != Some(Format::Png) {
             let file = file.display();
-            return Err(format!("cannot write {file}: the name of this picture must end in .png").into());
+            bail!("cannot write {file}: the name of this picture must end in .png");
         }
     }
     let pair = &load(arguments)?;
@@ -161,7 +161,7 @@ fn run(arguments: &Compare) -> Result<u8, Failure> {
 fn load(arguments: &Compare) -> Result<Aligned, Failure> {
     let is_exr = |path: &Path| Format::from_path(path) == Some(Format::Exr);
     if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
-        return Err("--layer chooses a part of an EXR file, but neither picture is an EXR file".into());
+        bail!("--layer chooses a part of an EXR file, but neither picture is an EXR file");
     }
     let memory = &arguments.memory.budget();
     let files = [open(&arguments.actual, arguments, memory)?, open(&arguments.expected, arguments, memory)?];
@@ -173,6 +173,11 @@ fn load(arguments: &Compare) -> Result<Aligned, Failure> {
     // The pair is a copy: three colors of a gray pixel, too.
     let copy = |image: &Image| image.bytes() + 8 * image.data_window.area();
     check_memory(window, copy(&actual.0) + copy(&expected.0), memory)?;
+    for (path, (image, _)) in [(&arguments.actual, &actual), (&arguments.expected, &expected)] {
+        if arguments.layer.is_some() && image.rgb_planes().is_none() {
+            return Err(several_channels(path, image, arguments.layer.as_deref()).into());
+        }
+    }
     let pair = align(&actual.0, &expected.0).map_err(|error| match error {
         AlignError::Channels(..) => format!("{error}; choose one with --layer"),
         _ => error.to_string(),
@@ -192,9 +197,9 @@ pub fn check_memory(window: Window, bytes: u64, memory: &MemoryBudget) -> Result
 
 /// Measured bytes for each compared pixel: both pictures, and the working copies of FLIP and SSIM.
 const PIXEL_BYTES: u64 = 80;
-/// The same for the tests of [`agreement`](lookat_image::agreement), which need error layers.
+/// Measured bytes for each compared pixel, for the tests of [`agreement`](lookat_image::agreement), which need error layers.
 const AGREEMENT_BYTES: u64 = 160;
-/// The same for a figure with both pictures and their difference.
+/// Measured bytes for each compared pixel, for a figure with both pictures and their difference.
 const DRAWING_BYTES: u64 = 40;
 
 /// The bytes for each pixel of a pair, without a drawing.
@@ -206,7 +211,7 @@ pub fn pixel_bytes(pair: &Aligned) -> u64 {
 /// Opens the chosen layer. A file without layers counts as this layer.
 fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<PictureFile<'a>, Failure> {
     if path == Path::new("-") {
-        return Err("compare does not read standard input: give the name of a file".into());
+        bail!("compare does not read standard input: give the name of a file");
     }
     let file = match &arguments.layer {
         Some(layer) if Format::from_path(path) == Some(Format::Exr) => open_layer(path, layer, memory),
@@ -233,10 +238,6 @@ fn clipped(pair: &Aligned) -> [usize; 2] {
     })
 }
 
-fn pixels_are(count: usize) -> String {
-    if count == 1 { "1 pixel is".into() } else { format!("{count} pixels are") }
-}
-
 impl<'a> Comparison<'a> {
     /// Measures. Fails if a limit cannot be measured.
     pub fn new(names: [&'a str; 2], pair: &'a Aligned, rules: Rules<'a>) -> Result<Comparison<'a>, Failure> {
@@ -247,7 +248,7 @@ impl<'a> Comparison<'a> {
         // The error layers belong to the colors.
         let blind = |metric: Metric| metric == Metric::NoiseP && rules.is_layer;
         if rules.is_layer && limited(Metric::NoiseP) {
-            return Err("noise-p does not work with --layer: the error layers belong to the colors".into());
+            bail!("noise-p does not work with --layer: the error layers belong to the colors");
         }
         // With a non-finite pixel, no metric has a meaning.
         let measurement =
@@ -297,12 +298,12 @@ impl<'a> Comparison<'a> {
             let _ = writeln!(text, "{count} pixels are in only one of the pictures and are ignored");
         }
         for (name, NotFinite { pixels, x, y }) in &self.not_finite {
-            let (path, pixels) = (visible(name), pixels_are(*pixels));
+            let (path, pixels) = (visible(name), plural(*pixels as u64, "pixel is", "pixels are"));
             let _ = writeln!(text, "{path}: {pixels} infinite or not a number; first at x {x}, y {y}");
         }
         for (i, count) in clipped(self.pair).into_iter().enumerate().filter(|(_, count)| *count > 0) {
             let path = visible(self.names[i]);
-            let pixels = pixels_are(count);
+            let pixels = plural(count as u64, "pixel is", "pixels are");
             let _ = writeln!(
                 text,
                 "{path}: {pixels} clipped at 1, where the other picture is brighter; compare .exr files instead"
@@ -310,7 +311,11 @@ impl<'a> Comparison<'a> {
         }
         for line in &self.measurement.metrics {
             let (name, meaning) = (line.metric.name(), line.metric.meaning());
-            let mark = if self.beyond_max.contains(&name) { "  <- exceeds --max" } else { "" };
+            let mark = match self.beyond_max.contains(&name) {
+                true if line.metric.is_likeness() => "  <- below the minimum",
+                true => "  <- exceeds --max",
+                false => "",
+            };
             let remark =
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));

@@ -11,7 +11,7 @@ use crate::args::{Convert, crop_edges, way_out};
 use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
 use crate::output::{NewPicture, check_inputs, check_output, check_unfinished, write_result};
-use crate::source::open_layer;
+use crate::source::{open_layer, several_channels};
 
 /// Runs the command.
 pub fn convert(arguments: &Convert) -> ExitCode {
@@ -21,7 +21,7 @@ pub fn convert(arguments: &Convert) -> ExitCode {
 fn run(arguments: &Convert) -> Result<(), Failure> {
     let Convert { input, output, tone, quiet, .. } = arguments;
     if input == Path::new("-") {
-        return Err("convert does not read standard input: give the name of a file".into());
+        bail!("convert does not read standard input: give the name of a file");
     }
     let edges = crop_edges(arguments.crop.as_deref())?;
     let told = |error: ImageError| error.to_string();
@@ -54,17 +54,12 @@ fn run(arguments: &Convert) -> Result<(), Failure> {
     crop(&mut image, window);
     let light = map_tones(&mut image, output, *tone);
     if light.is_none() && Format::from_path(output) != Some(Format::Exr) {
-        return Err(format!(
-            "{} has several layers; choose one with --layer: {}",
-            input.display(),
-            image.layers.join(", ")
-        )
-        .into());
+        return Err(several_channels(input, &image, arguments.layer.as_deref()).into());
     }
     write_result(output, |path| image.write(path))?;
     if !quiet {
         let Window { width, height, .. } = window;
-        crate::say(&format!("{}: {width} x {height} pixels", output.display()));
+        say!("{}: {width} x {height} pixels", output.display());
         // Other layers are no light.
         light.filter(|_| arguments.layer.is_none()).inspect(|light| light.print(output, true));
     }

@@ -27,7 +27,7 @@ pub fn explain(arguments: &Explain) -> ExitCode {
         Ok(Answer { json, .. }) if arguments.json => crate::print_json(&json).map(|()| 0),
         Ok(Answer { text, .. }) => crate::print(&text).map(|()| 0),
         Err(message) => {
-            crate::say(&format!("error: {message}"));
+            say!("error: {message}");
             let printed = if arguments.json {
                 crate::print_json(&json!({"error": message.to_string()}))
             } else {
@@ -95,7 +95,9 @@ fn any(words: &[&str; 3]) -> Result<Answer, Failure> {
     }
     let others = kinds.iter().flat_map(|kind| kind.parameters().map(|it| it.name).chain([kind.name]));
     let near = nearest(phrase, Directive::KEYWORDS.into_iter().chain(others));
-    Err(unknown("there is no directive", phrase, near, &Directive::KEYWORDS))
+    let advice =
+        near.map_or("`lookat explain` lists everything".into(), |near| format!("did you mean {near}?"));
+    Err(format!("nothing is called \"{phrase}\": {advice}").into())
 }
 
 /// A type by its name, or by a word of other programs and then with a line about that word.
@@ -130,14 +132,14 @@ fn find_parameter(kind: &Kind, name: &str, mut remark: String) -> Result<Answer,
     let is_known = |synonym: &Synonym| synonym.name.is_empty() || named(synonym.name).is_some();
     let synonym = parameter_synonyms(kind.directive, kind.name, name).find(is_known);
     if let Some(Synonym { name: "", advice, .. }) = synonym {
-        return Err(format!("{lacks} \"{name}\": {advice}").into());
+        bail!("{lacks} \"{name}\": {advice}");
     }
     if let Some((synonym, parameter)) = synonym.and_then(|synonym| Some((synonym, named(synonym.name)?))) {
         remark += &rename(name, synonym);
         return Ok(show_parameter(parameter, remark));
     }
     if parameters.is_empty() {
-        return Err(format!("{lacks} \"{name}\": it takes no parameters").into());
+        bail!("{lacks} \"{name}\": it takes no parameters");
     }
     let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
     Err(unknown(&lacks, name, nearest(name, names.iter().copied()), &names))
@@ -239,15 +241,11 @@ fn of_parameter(kind: &Kind, name: &'static str, meaning: &'static str, advice: 
     Use { directive: kind.directive, kind: Some(kind.name), parameter: Some(name), meaning, advice }
 }
 
-fn advice(kind: &Kind, advice: &'static str) -> Use {
-    Use { meaning: "", ..of_kind(kind, advice) }
-}
-
 /// A type that a word of other programs means.
 fn kind_synonym(word: &str, kind: &Kind) -> Option<Use> {
     let synonym = type_synonym(kind.directive, word)?;
     match synonym.name {
-        "" => Some(advice(kind, synonym.advice)),
+        "" => Some(Use { meaning: "", ..of_kind(kind, synonym.advice) }),
         name => (name == kind.name).then(|| of_kind(kind, synonym.advice)),
     }
 }
@@ -256,7 +254,7 @@ fn kind_synonym(word: &str, kind: &Kind) -> Option<Use> {
 fn parameter_synonym(word: &str, kind: &Kind) -> Option<Use> {
     parameter_synonyms(kind.directive, kind.name, word).find_map(|Synonym { name, advice: words, .. }| {
         if name.is_empty() {
-            return Some(advice(kind, words));
+            return Some(Use { meaning: "", ..of_kind(kind, words) });
         }
         let parameter = kind.parameters().find(|parameter| parameter.name == name)?;
         Some(of_parameter(kind, name, parameter.meaning, words))
@@ -294,7 +292,7 @@ fn show_directives(forms: &[DirectiveForm], kinds: &[&Kind]) -> Answer {
     let is_plain = |form: &&DirectiveForm| kinds.iter().all(|kind| kind.directive != form.keyword);
     let plain: Vec<&DirectiveForm> = forms.iter().filter(is_plain).collect();
     if let ([], [only]) = (&plain[..], kinds) {
-        return Answer { json: json!([TypeFacts::new(only)]), ..show_kind(only, String::new()) };
+        return show_kind(only, String::new());
     }
     let forms = plain.iter().map(|form| (written(form), form.meaning.to_owned()));
     let lines: Vec<(String, String)> =

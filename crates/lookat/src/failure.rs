@@ -6,6 +6,20 @@ use std::process::ExitCode;
 
 use lookat_image::{AlignError, ImageError, io_reason};
 
+/// Returns from a function with an error message: a [`Failure`], or what else a text becomes.
+macro_rules! bail {
+    ($($message:tt)*) => {
+        return Err(format!($($message)*).into())
+    };
+}
+
+/// Prints a line to standard error. Ignores a closed standard error.
+macro_rules! say {
+    ($($line:tt)*) => {
+        crate::say(&format!($($line)*))
+    };
+}
+
 /// The exit status for a scene with errors.
 pub const SCENE_FAULT: u8 = 1;
 
@@ -26,7 +40,7 @@ pub enum Failure {
     #[error(transparent)]
     Alignment(#[from] AlignError),
     /// Standard output cannot be written.
-    #[error("cannot write the result")]
+    #[error("cannot write to standard output")]
     Unwritten,
 }
 
@@ -36,7 +50,7 @@ impl Failure {
         Failure::File { doing: "write", path: path.into(), reason: reason.into() }
     }
 
-    /// The same, as the system tells it.
+    /// A file or folder on which the system refuses an operation, such as "write".
     pub fn io(doing: &'static str, path: &Path, error: &io::Error) -> Failure {
         Failure::File { doing, path: path.into(), reason: io_reason(error) }
     }
@@ -72,7 +86,7 @@ impl From<Failure> for String {
 pub fn exit_code(result: Result<u8, impl Into<Failure>>) -> ExitCode {
     ExitCode::from(result.unwrap_or_else(|failure| {
         let failure = failure.into();
-        crate::say(&format!("error: {failure}"));
+        say!("error: {failure}");
         failure.status()
     }))
 }

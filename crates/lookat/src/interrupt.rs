@@ -84,7 +84,7 @@ pub fn watch() {
         let Some(Orderly { notice, is_worth_while }) = orderly else { exit(STATUS.into()) };
         ASKED.store(true, Ordering::Relaxed);
         if !is_worth_while() {
-            crate::say("interrupted; nothing was written");
+            say!("interrupted before the first sample; nothing was written");
             crate::wait_for_messages();
             exit(STATUS.into());
         }
@@ -94,7 +94,7 @@ pub fn watch() {
     };
     if let Err(error) = on_signal(interrupt) {
         let error = lookat_image::io_reason(&error);
-        crate::say(&format!("warning: cannot handle Ctrl-C ({error}): it will end lookat without a picture"));
+        say!("warning: cannot handle Ctrl-C ({error}): it will end lookat without a picture");
     }
     // Writing beyond the largest size of files (`ulimit -f`) is then an error, not the end of the program.
     #[cfg(unix)]

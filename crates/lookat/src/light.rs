@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::Tone;
-use crate::readable::{digits, percent, quoted};
+use crate::readable::{digits, percent, plural, quoted};
 
 /// The light of a picture and its tone mapping, as JSON.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -37,9 +37,7 @@ fn is_eight_bit(file: &Path) -> bool {
 pub fn note_linear(file: &Path, tone: Tone) {
     if tone.is_given() && !is_eight_bit(file) {
         let file = file.display();
-        crate::say(&format!(
-            "{file}: --exposure and --tone change only .png and .tga files; this file stays linear"
-        ));
+        say!("{file}: --exposure and --tone change only .png and .tga files; this file stays linear");
     }
 }
 
@@ -92,16 +90,15 @@ impl JsonLight {
         let [black, clipped] = [self.black, self.clipped].map(|share| percent(share, 1));
         let not_finite = match self.not_finite_pixels {
             0 => String::new(),
-            1 => "; 1 pixel is not finite".into(),
-            count => format!("; {count} pixels are not finite"),
+            count => format!("; {} not finite", plural(count, "pixel is", "pixels are")),
         };
         let exposed = match self.exposure {
             0.0 => String::new(),
             stops => format!(" with exposure {stops}"),
         };
-        crate::say(&format!(
+        say!(
             "light: median {median}, largest {largest}; {black} of pixels black, {clipped} clip in an 8-bit file{exposed}{not_finite}"
-        ));
+        );
         let Some(stops) = self.advised_exposure.filter(|_| advise) else { return };
         let state = if stops > self.exposure { "nearly black" } else { "overexposed" };
         crate::say(&if is_eight_bit(file) {

@@ -141,7 +141,7 @@ impl Terminal {
     /// Fails without a terminal.
     pub fn new(protocol: Protocol) -> Result<Terminal, Failure> {
         if !io::stderr().is_terminal() {
-            return Err("--show draws in a terminal, and standard error is none; remove --show".into());
+            bail!("--show draws in the terminal, but standard error is not a terminal; remove --show");
         }
         let variable = |name: &str| std::env::var(name).ok();
         let protocol = if protocol == Protocol::Auto { protocol::known(&variable) } else { protocol };

@@ -1,12 +1,15 @@
 //! The program `lookat`. See its `--help`, and README.md.
 
+#[macro_use]
+mod failure;
+
 mod args;
+mod camera_override;
 mod chart;
 mod check;
 mod compare;
 mod convert;
 mod explain;
-mod failure;
 mod inspect;
 mod interrupt;
 mod light;
@@ -16,6 +19,7 @@ mod output;
 mod readable;
 mod render;
 mod report;
+mod scene_result;
 mod sight;
 mod source;
 mod stability;

@@ -76,7 +76,7 @@ pub struct Limit {
 }
 
 /// One measured metric.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Measured {
     pub metric: Metric,
     pub value: f64,
@@ -123,7 +123,7 @@ impl Measurement {
 
     /// The reason why a metric was not measured.
     pub fn why_without(&self, metric: Metric) -> Option<String> {
-        if self.value(metric).is_some() {
+        if value_of(&self.metrics, metric).is_some() {
             return None;
         }
         let reason = match self.agreement {
@@ -132,11 +132,11 @@ impl Measurement {
         };
         Some(format!("there is no {}: {reason}", metric.name()))
     }
+}
 
-    /// The value of a measured metric.
-    pub fn value(&self, metric: Metric) -> Option<f64> {
-        self.metrics.iter().find(|line| line.metric == metric).map(|line| line.value)
-    }
+/// The value of a measured metric.
+pub fn value_of(metrics: &[Measured], metric: Metric) -> Option<f64> {
+    metrics.iter().find(|line| line.metric == metric).map(|line| line.value)
 }
 
 /// Computes the metrics accepted by `is_requested`. `threshold` belongs to [`Metric::ShareAbove`].
@@ -153,7 +153,10 @@ pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> 
         let mut remark = String::new();
         let value = match metric {
             Metric::Error => means.as_ref().map(|means| {
-                remark = format!("standard error {:.3e}, if pixels are independent", means.standard_error);
+                if means.standard_error > 0.0 {
+                    remark =
+                        format!("standard error {:.3e}, if pixels are independent", means.standard_error);
+                }
                 means.error
             }),
             Metric::Mae => means.as_ref().map(|means| means.absolute),
@@ -164,8 +167,10 @@ pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> 
             Metric::P99 => Some(percentile_difference(a, b, 0.99).into()),
             Metric::Max => {
                 let largest = largest_difference(a, b, width);
-                let [x, y] = place(largest.y * width + largest.x, pair);
-                remark = format!("at x {x}, y {y}, {}", COLORS[largest.channel]);
+                if largest.difference > 0.0 {
+                    let [x, y] = place(largest.y * width + largest.x, pair);
+                    remark = format!("at x {x}, y {y}, {}", COLORS[largest.channel]);
+                }
                 Some(largest.difference.into())
             }
             Metric::ShareAbove => {
@@ -175,8 +180,8 @@ pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> 
             Metric::Psnr => shown.as_ref().map(|[a, b]| psnr(a, b)),
             // Pictures with fewer than 11 pixels on a side have no SSIM.
             Metric::Ssim => shown.as_ref().and_then(|[a, b]| ssim(a, b, width, height)),
-            Metric::Flip => Some(ldr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
-            Metric::HdrFlip => Some(hdr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
+            Metric::Flip => Some(ldr_flip(a, b, width, PIXELS_PER_DEGREE)),
+            Metric::HdrFlip => Some(hdr_flip(a, b, width, PIXELS_PER_DEGREE)),
             Metric::NoiseP => agreement.as_ref().and_then(|found| found.as_ref().ok()).map(|found| {
                 let index = found.means.iter().map(|test| test.tail_index).fold(f64::INFINITY, f64::min);
                 if index.is_finite() {

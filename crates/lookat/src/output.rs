@@ -18,15 +18,13 @@ pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), Failure> {
     let Some(format) = Format::from_path(file) else {
         if file.is_dir() {
             let path = file.join("picture.exr");
-            return Err(format!("cannot write {name}: it is a folder; write {}", path.display()).into());
+            bail!("cannot write {name}: it is a folder; write {}", path.display());
         }
-        return Err(
-            format!("{name}: lookat writes {}; choose the format by the extension", Format::NAMES).into()
-        );
+        bail!("{name}: lookat writes {}; choose the format by the extension", Format::NAMES);
     };
     let most = format.most_side();
     if size.iter().any(|side| *side > most) {
-        return Err(format!("cannot write {name}: this format has at most {most} pixels per side").into());
+        bail!("cannot write {name}: this format has at most {most} pixels per side");
     }
     check_folder(file)
 }
@@ -144,10 +142,9 @@ impl Destination {
         });
         let Some(folder) = rescued else {
             let temporary = places[1].display();
-            return Err(format!(
+            bail!(
                 "{error}; writing to the working folder and to {temporary} also failed: the result is lost"
-            )
-            .into());
+            );
         };
         self.folder = folder;
         self.refusal.get_or_insert(error.to_string());

@@ -6,13 +6,11 @@ use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use anstream::adapter::strip_str;
-use lookat_scene::syntax::{Diagnostic, Fix, Label, Severity, Span};
+use lookat_scene::syntax::{Diagnostic, Fix, Severity, Span};
 use lookat_scene::{Loaded, Location, Sources};
 use serde::Serialize;
 
-use crate::inspect::Needs;
-use crate::readable::{is_active, stand_in, visible, visible_lines};
-use crate::render::JsonPicture;
+use crate::readable::{count, is_active, plural, stand_in, visible, visible_lines};
 use crate::standard_error;
 
 /// The most diagnostics of a scene that are printed as text.
@@ -73,8 +71,8 @@ fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer)
         let _ = writeln!(out, "{}\n", render(diagnostic, &loaded.sources, renderer));
     }
     if hidden > 0 {
-        let noun = if hidden == 1 { "message" } else { "messages" };
-        let _ = writeln!(out, "... and {hidden} more {noun}; lookat check --json prints all\n");
+        let more = plural(hidden, "more message", "more messages");
+        let _ = writeln!(out, "... and {more}; lookat check --json prints all\n");
     }
     let summary = summary(&loaded.diagnostics, quiet);
     if !summary.is_empty() {
@@ -85,12 +83,8 @@ fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer)
 /// The number of diagnostics, such as "2 errors, 1 warning, 3 notes".
 fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
     let count = |severity, noun: &str| {
-        let alike = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity);
-        match alike.count() {
-            0 => None,
-            1 => Some(format!("1 {noun}")),
-            number => Some(format!("{number} {noun}s")),
-        }
+        let alike = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity).count();
+        (alike > 0).then(|| count(alike as u64, noun))
     };
     let errors = count(Severity::Error, "error");
     let others = [(Severity::Warning, "warning"), (Severity::Note, "note")];
@@ -126,8 +120,8 @@ fn other_places(places: &[Span], sources: &Sources) -> Option<String> {
         0 => String::new(),
         left => format!(", and {left} more"),
     };
-    let noun = if places.len() == 1 { "place" } else { "places" };
-    (!places.is_empty()).then(|| format!("also at {} other {noun}: {listed}{left}", places.len()))
+    let others = count(places.len() as u64, "other place");
+    (!places.is_empty()).then(|| format!("also at {others}: {listed}{left}"))
 }
 
 /// One diagnostic with its source lines, in the styles of the renderer. Control characters in foreign text become
@@ -152,7 +146,7 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
             continue;
         }
         done.push(window);
-        let mut snippet = Snippet::source(window.text.as_str()).line_start(window.line);
+        let mut snippet = window.snippet();
         if window.is_cut {
             // The snippet lacks the start of its line, so it cannot give the right column.
             let first = diagnostic.labels.iter().zip(&windows).find(|(_, w)| *w == window);
@@ -175,28 +169,27 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     if let Some(places) = other_places(&diagnostic.places, sources) {
         group = group.element(Level::NOTE.message(places));
     }
-    let mut help = diagnostic.help.as_deref().map(visible);
+    let help = diagnostic.help.as_deref().map(visible);
+    let title = || help.clone().unwrap_or_else(|| "write it like this".into());
     let fix_window = diagnostic.fix.as_ref().map(|fix| (fix, Window::around(fix.span, sources)));
-    let (of_lines, of_a_line): (Vec<_>, Vec<_>) =
-        fix_window.into_iter().partition(|(fix, _)| word(fix.span, sources).contains('\n'));
-    if let [(fix, _)] = &of_lines[..] {
+    let rendered = match &fix_window {
         // A window shows one line.
-        let title = help.unwrap_or_else(|| "write it like this".into());
-        let is_deleted = fix.replacement.is_empty();
-        help = Some(if is_deleted { title } else { format!("{title}: {}", visible(&fix.replacement)) });
-    }
-    let shown_fix = of_a_line.into_iter().find(|(_, window)| window.text.len() <= LONGEST_MENDED);
-    let rendered = match (&shown_fix, help) {
-        (Some((fix, window)), help) => {
-            let title = help.unwrap_or_else(|| "write it like this".into());
-            let patch = Patch::new(window.range(fix.span), visible_lines(&fix.replacement));
-            let snippet =
-                Snippet::source(window.text.as_str()).line_start(window.line).path(window.path.as_str());
-            let help = Group::with_title(Level::HELP.secondary_title(title)).element(snippet.patch(patch));
-            renderer.render(&[group, help])
+        Some((fix, _)) if word(fix.span, sources).contains('\n') => {
+            let text = match fix.replacement.as_str() {
+                "" => title(),
+                replacement => format!("{}: {}", title(), visible(replacement)),
+            };
+            renderer.render(&[group.element(Level::HELP.message(text))])
         }
-        (None, Some(help)) => renderer.render(&[group.element(Level::HELP.message(help))]),
-        (None, None) => renderer.render(&[group]),
+        Some((fix, window)) if window.text.len() <= LONGEST_MENDED => {
+            let patch = Patch::new(window.range(fix.span), visible_lines(&fix.replacement));
+            let help = Group::with_title(Level::HELP.secondary_title(title()));
+            renderer.render(&[group, help.element(window.snippet().path(window.path.as_str()).patch(patch))])
+        }
+        _ => renderer.render(&[match help {
+            Some(help) => group.element(Level::HELP.message(help)),
+            None => group,
+        }]),
     };
     if !windows.iter().any(|window| window.is_cut) {
         return rendered;
@@ -255,6 +248,10 @@ impl Window {
         }
     }
 
+    fn snippet<'w, T: Clone>(&'w self) -> Snippet<'w, T> {
+        Snippet::source(self.text.as_str()).line_start(self.line)
+    }
+
     /// Converts a span of the file to a range of the text.
     fn range(&self, span: Span) -> Range<usize> {
         let place = |at: u32| {
@@ -280,45 +277,6 @@ fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
     }
     places.push(text.len());
     (text, places)
-}
-
-/// The JSON of a scene, by `render`, `check` and `inspect`.
-#[derive(Default, Serialize)]
-pub struct SceneResult<'a> {
-    /// The scene file, as you named it.
-    pub scene: String,
-    /// Errors, warnings and notes in reading order.
-    pub diagnostics: Vec<JsonDiagnostic<'a>>,
-    /// `check --fast`: number of references to files that were not read.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub unread: Option<usize>,
-    /// `inspect`, unless the scene has errors: what the scene needs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub needs: Option<Needs>,
-    /// `render`: the picture.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub picture: Option<JsonPicture>,
-    /// `render --turntable` and `--animate`: the finished pictures, instead of `picture`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub frames: Vec<JsonPicture>,
-    /// `render`: why there is no picture although the scene is fine, or why it is not where you wanted it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
-}
-
-impl<'a> SceneResult<'a> {
-    /// The diagnostics of a scene file alone.
-    pub fn new(scene: &Path, loaded: &'a Loaded) -> Self {
-        SceneResult {
-            diagnostics: json(&loaded.diagnostics, &loaded.sources),
-            ..SceneResult::without_scene(scene)
-        }
-    }
-
-    /// Nothing is known of the scene yet.
-    pub fn without_scene(scene: &Path) -> Self {
-        SceneResult { scene: scene.display().to_string(), ..SceneResult::default() }
-    }
 }
 
 /// A diagnostic as JSON.
@@ -385,7 +343,6 @@ impl Place {
 /// The diagnostics of a scene as JSON.
 pub fn json<'a>(diagnostics: &'a [Diagnostic], sources: &Sources) -> Vec<JsonDiagnostic<'a>> {
     let place = |span: Span| JsonPlace { at: Place::new(span, sources), start: span.start, end: span.end };
-    let label = |label: &'_ Label| -> JsonPlace { place(label.span) };
     diagnostics
         .iter()
         .map(|diagnostic| JsonDiagnostic {
@@ -395,7 +352,11 @@ pub fn json<'a>(diagnostics: &'a [Diagnostic], sources: &Sources) -> Vec<JsonDia
                 Severity::Note => "note",
             },
             message: &diagnostic.message,
-            labels: diagnostic.labels.iter().map(|l| JsonLabel { place: label(l), text: &l.text }).collect(),
+            labels: diagnostic
+                .labels
+                .iter()
+                .map(|it| JsonLabel { place: place(it.span), text: &it.text })
+                .collect(),
             places: diagnostic.places.iter().map(|span| place(*span)).collect(),
             help: diagnostic.help.as_deref(),
             fix: diagnostic

@@ -1,10 +1,13 @@
 //! Warnings about what a scene shows: where its camera is, what is in view, what is sharp and what is lit.
 
+mod facts;
 mod lights;
 mod placement;
 mod window;
 
-use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
+use std::array::from_fn;
+
+use lookat_render::{Focus, LightPlace, Prepared, preparation_bytes};
 use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, FileId, ParamType, Span, statement_at};
 use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, View};
@@ -13,6 +16,7 @@ use crate::Failure;
 use crate::args::way_out;
 use crate::readable::digits;
 use crate::source::DirectiveText;
+pub use facts::{LightFacts, ShapeFacts, ViewFacts};
 
 /// A scene and what it shows.
 pub struct Sight<'l> {
@@ -28,8 +32,6 @@ pub struct Sight<'l> {
     turned: Option<ViewFacts>,
     /// What is in view from cameras that the inverse of the transformation places.
     inverses: Vec<(View, ViewFacts)>,
-    /// The start of the scene file.
-    start: Span,
 }
 
 /// Prepares a scene for rays. Fails if there is not enough memory.
@@ -55,7 +57,6 @@ pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, facts: ViewFacts) -> Sight
         focus: Focus::new(&scene.view.camera, &scene.view.film),
         turned: None,
         inverses: Vec::new(),
-        start: Span { file: FileId(0), start: 0, end: 0 },
     }
 }
 
@@ -63,11 +64,11 @@ pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, facts: ViewFacts) -> Sight
 pub fn advise(loaded: &Loaded, scene: &Scene, prepared: &mut Prepared) -> Vec<Diagnostic> {
     advise_by(loaded, scene, |view| {
         prepared.look(&view.camera);
-        prepared.facts(view)
+        ViewFacts::new(prepared, view)
     })
 }
 
-/// The same from facts about views.
+/// Warnings, from a function that finds the facts about a view.
 pub fn advise_by(
     loaded: &Loaded,
     scene: &Scene,
@@ -133,11 +134,11 @@ impl Sight<'_> {
     /// The place of the directive that places the camera.
     fn camera_place(&self) -> Span {
         let Places { camera, world_begin, .. } = self.places;
-        self.look_at.map(|(span, _)| span).or(*camera).or(*world_begin).unwrap_or(self.start)
-    }
-
-    fn lens_place(&self) -> Span {
-        self.places.focal_distance.or(self.places.lens_radius).unwrap_or_else(|| self.camera_place())
+        self.look_at.map(|(span, _)| span).or(*camera).or(*world_begin).unwrap_or(Span {
+            file: FileId(0),
+            start: 0,
+            end: 0,
+        })
     }
 
     /// The extent of the shorter side of the picture at a depth. `None` if the picture shows all directions.
@@ -163,11 +164,10 @@ impl Sight<'_> {
 
     /// The box around all shapes that are no lights.
     fn bounds(&self) -> Option<[DVec3; 2]> {
-        let dark = self.facts.shapes.iter().filter(|shape| !shape.is_emitter).map(|shape| shape.bounds);
-        dark.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+        union(self.facts.shapes.iter().filter(|shape| !shape.is_emitter).map(|shape| shape.bounds))
     }
 
-    /// Its largest side.
+    /// The largest side of the box around all shapes that are no lights.
     fn world_size(&self) -> f64 {
         self.bounds().map_or(0.0, |[low, high]| (high - low).max_element())
     }
@@ -188,8 +188,9 @@ impl Sight<'_> {
         name: &str,
         words: &[String],
     ) -> Diagnostic {
-        let edits = DirectiveText::at(self.sources, place).map(|text| text.set(ty, name, words));
-        match edits.and_then(|edits| edits.into_iter().next()) {
+        let edits =
+            DirectiveText::at(self.sources, place).map_or(Vec::new(), |text| text.set(ty, name, words));
+        match edits.into_iter().next() {
             Some(edit) => warning.fix(edit.span, edit.replacement),
             None => warning,
         }
@@ -197,12 +198,12 @@ impl Sight<'_> {
 
     /// What all lights bring to the surfaces in view.
     fn irradiance(&self) -> f64 {
-        self.facts.lights.iter().map(|light| light.irradiance).sum()
+        self.facts.lights.iter().map(|light| light.irradiance.mean).sum()
     }
 
     /// The place of the directive of a light.
     pub fn light_place(&self, light: &LightFacts) -> Option<Span> {
-        match light.place {
+        match light.irradiance.light {
             LightPlace::Light(number) => self.places.lights.get(number).copied(),
             LightPlace::Primitive(number) => self.scene.world.primitives[number].span,
         }
@@ -220,16 +221,22 @@ impl Sight<'_> {
         film.crop.area() == u64::from(film.resolution[0]) * u64::from(film.resolution[1])
     }
 
-    /// The distance of a light from the middle of all shapes that are no lights. `None` of lights that are everywhere.
-    fn light_distance(&self, light: &LightFacts) -> Option<f64> {
-        let [low, high] = self.bounds()?;
-        Some(light.position?.distance((low + high) * 0.5))
-    }
-
     /// A point in camera space.
     fn in_camera(&self, p: DVec3) -> DVec3 {
         self.scene.view.camera.world_from_camera.inverse().point(p)
     }
+}
+
+/// The box around boxes. `None` around nothing.
+fn union(boxes: impl Iterator<Item = [DVec3; 2]>) -> Option<[DVec3; 2]> {
+    boxes.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+}
+
+/// The corners of a box.
+fn corners([low, high]: [DVec3; 2]) -> [DVec3; 8] {
+    from_fn(|corner| {
+        DVec3::from(from_fn(|axis| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] }))
+    })
 }
 
 /// A number with four digits.

@@ -19,10 +19,16 @@ use crate::failure::Failure;
 /// Loads a scene. It can be standard input or a pipe, but the files that it names cannot. With `--strict`, turns warnings into errors.
 pub fn load_scene(path: &Path, options: &LoadOptions, report: Report) -> Loaded {
     let is_open = Cell::new(false);
-    let open = |file: &Path| match file == path && !is_open.replace(true) {
-        true if file == Path::new("-") => Ok(Box::new(io::stdin()) as Box<dyn Read>),
-        true => open_scene(file),
-        false => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
+    let open = |file: &Path| {
+        // The scene file can be a pipe, as in `lookat check <(./generate)`.
+        let is_scene = file == path && !is_open.replace(true);
+        Ok(if is_scene && file == Path::new("-") {
+            Box::new(io::stdin()) as Box<dyn Read>
+        } else if is_scene && is_pipe(file) {
+            Box::new(File::open(file)?)
+        } else {
+            Box::new(open_file(file)?)
+        })
     };
     let mut loaded = load_opened(path, &open, options);
     // Show `-` under a readable name.
@@ -81,6 +87,22 @@ pub fn open_layer<'a>(file: &Path, name: &str, memory: &MemoryBudget) -> Result<
     })
 }
 
+/// The message about a picture without colors, or about the chosen layer: which of its channels to choose.
+pub fn several_channels(file: &Path, image: &Image, layer: Option<&str>) -> String {
+    let file = file.display();
+    let own = |layer: &str| {
+        let prefix = Layer::named(layer).map_or(layer.into(), |layer| layer.name_in_file().to_owned()) + ".";
+        image.layers.iter().filter(|name| name.starts_with(&prefix)).cloned().collect::<Vec<_>>()
+    };
+    let (what, names) = match layer.map(|layer| (layer, own(layer))) {
+        Some((layer, names)) if !names.is_empty() => {
+            (format!("{file}: layer {layer} has several channels"), names)
+        }
+        _ => (format!("{file} has several layers"), image.layers.clone()),
+    };
+    format!("{what}; choose one with --layer: {}", names.join(", "))
+}
+
 /// Turns warnings into errors with `--strict`.
 fn with_strictness(mut loaded: Loaded, options: &LoadOptions, report: Report) -> Loaded {
     let mut warnings = 0;
@@ -94,11 +116,6 @@ fn with_strictness(mut loaded: Loaded, options: &LoadOptions, report: Report) ->
         loaded.can_keep_going &= loaded.scene.take().is_none();
     }
     loaded
-}
-
-/// Opens a scene file. It can be a pipe, as in `lookat check <(./generate)`.
-fn open_scene(path: &Path) -> io::Result<Box<dyn Read>> {
-    if is_pipe(path) { Ok(Box::new(File::open(path)?)) } else { Ok(Box::new(open_file(path)?)) }
 }
 
 /// True for standard input and a pipe: what has been read is gone.

@@ -4,13 +4,14 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use lookat_image::write_file;
-use lookat_lab::interval::interval;
-use lookat_lab::stability::{ALL, Case, Found, Row, as_csv, cases};
+use lookat_lab::estimate::interval;
+use lookat_lab::stability::{ALL, Case, CaseResult, Row, as_csv, cases};
 use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;
 use crate::failure::Failure;
 use crate::output::{Destination, check_folder, make_folder};
+use crate::readable::digits;
 
 /// Runs the command.
 pub fn stability(arguments: &Stability) -> ExitCode {
@@ -45,7 +46,7 @@ fn run(arguments: &Stability) -> Result<bool, Failure> {
 /// The tables of all cases.
 const TABLES: [&str; 2] = ["stability.csv", "stability.json"];
 
-fn write_tables(results: &[Found], destination: &mut Destination) -> Result<(), Failure> {
+fn write_tables(results: &[CaseResult], destination: &mut Destination) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(results).map_err(|error| error.to_string())?;
     TABLES.iter().zip([as_csv(results), json + "\n"]).try_for_each(|(name, text)| {
         destination.write(name.as_ref(), |path| write_file(path, text.as_bytes())).map(drop)
@@ -61,19 +62,18 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, Failure> {
     };
     if let Some(unknown) = names.iter().find(|name| !all.iter().any(|case| is(case, name))) {
         if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
-            return Err(format!("unknown case `{unknown}`; did you mean `{near}`?").into());
+            bail!("unknown case `{unknown}`; did you mean `{near}`?");
         }
-        crate::say("the cases are");
-        all.iter().for_each(|case| crate::say(&format!("    {:4} {}", case.id, case.name)));
-        return Err(format!("unknown case `{unknown}`").into());
+        let list: Vec<String> = all.iter().map(|case| format!("{} {}", case.id, case.name)).collect();
+        bail!("unknown case `{unknown}`; the cases are {}", list.join(", "));
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())
 }
 
 /// The last line: the number of cases that pass.
-fn totals(results: &[Found]) -> String {
-    let judged: Vec<&Found> = results.iter().filter(|found| found.limit.is_finite()).collect();
+fn totals(results: &[CaseResult]) -> String {
+    let judged: Vec<&CaseResult> = results.iter().filter(|found| found.case.limit.is_finite()).collect();
     let passed = judged.iter().filter(|found| found.passes).count();
     let measured = results.len() - judged.len();
     let rest = if measured > 0 { format!(", {measured} measured only") } else { String::new() };
@@ -86,13 +86,13 @@ const SAMPLE: u64 = 1000;
 const MOST_REMARKS: usize = 10;
 
 /// One case as text.
-fn as_text(found: &Found) -> String {
-    let verdict = match (found.passes, found.limit.is_finite()) {
+fn as_text(found: &CaseResult) -> String {
+    let verdict = match (found.passes, found.case.limit.is_finite()) {
         (true, true) => "pass",
         (true, false) => "measured",
         (false, _) => "FAIL",
     };
-    let mut text = format!("{} {}: {verdict}\n    {}\n", found.case, found.name, found.claim);
+    let mut text = format!("{} {}: {verdict}\n    {}\n", found.case.id, found.case.name, found.case.claim);
     let all: Vec<&Row> = found.rows.iter().filter(|row| row.part == ALL).collect();
     let (tried, wrong) = all.iter().fold((0, 0), |sum, row| (sum.0 + row.tried, sum.1 + row.wrong));
     let _ = write!(text, "    {wrong} of {tried} wrong");
@@ -103,13 +103,16 @@ fn as_text(found: &Found) -> String {
     }
     text.push('\n');
     if let Some(worst) = all.iter().filter_map(|row| row.worst).reduce(f64::max) {
-        let limit =
-            if found.limit.is_finite() { format!("limit {}", short(found.limit)) } else { "no limit".into() };
-        let _ = writeln!(text, "    largest {}: {} ({limit})", found.error, short(worst));
+        let limit = if found.case.limit.is_finite() {
+            format!("limit {}", short(found.case.limit))
+        } else {
+            "no limit".into()
+        };
+        let _ = writeln!(text, "    largest {}: {} ({limit})", found.case.error, short(worst));
     }
-    let is_wrong = |row: &&&Row| row.wrong > 0 || row.worst.is_some_and(|worst| worst > found.limit);
+    let is_wrong = |row: &&&Row| row.wrong > 0 || row.worst.is_some_and(|worst| worst > found.case.limit);
     for Row { at, tried, wrong, worst, .. } in all.iter().filter(is_wrong) {
-        let place = at.map_or(String::new(), |at| format!(" at {} {}", found.axis, short(at)));
+        let place = at.map_or(String::new(), |at| format!(" at {} {}", found.case.axis, short(at)));
         let worst = worst.map_or(String::new(), |worst| format!(", largest error {}", short(worst)));
         let _ = writeln!(text, "    {wrong} of {tried} wrong{place}{worst}");
     }
@@ -119,14 +122,7 @@ fn as_text(found: &Found) -> String {
     text + "\n"
 }
 
-/// A number with two or three digits.
+/// A number with three digits.
 fn short(x: f64) -> String {
-    match x {
-        0.0 => "0".into(),
-        0.01..1000.0 | -1000.0..-0.01 => {
-            let text = format!("{x:.3}");
-            text.trim_end_matches('0').trim_end_matches('.').into()
-        }
-        _ => format!("{x:.1e}"),
-    }
+    digits(x, 3)
 }

@@ -9,6 +9,7 @@ use indicatif::style::TemplateError;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::live::protocol::Drawing;
+use crate::readable::plural;
 use crate::writer::{Writer, write_parts};
 
 /// Set by [`detach`].
@@ -145,9 +146,8 @@ fn write_items() -> impl FnMut(Item, &dyn Fn()) -> ControlFlow<()> + Send {
             }
             Item::Lost(count) => {
                 drawn = None;
-                let messages = if count == 1 { "message was" } else { "messages were" };
-                let text =
-                    format!("warning: {count} {messages} not shown: standard error was not read in time\n");
+                let messages = plural(count, "message was", "messages were");
+                let text = format!("warning: {messages} not shown: standard error was not read in time\n");
                 above_bar(&mut anstream::stderr(), text.as_bytes());
             }
             Item::Drawing(drawing) => {

@@ -25,7 +25,9 @@ pub fn explain(error: Error) -> ExitCode {
 
 /// A tip about an option of `render` that is typed with one dash, to end a message.
 pub fn tip_for_render() -> String {
-    one_dash_of_render(&typed()[1..]).map_or(String::new(), |tip| format!("; tip: {tip}"))
+    let root = Arguments::command();
+    let tip = root.find_subcommand("render").and_then(|render| one_dash(&typed()[1..], render));
+    tip.map_or(String::new(), |tip| format!("; tip: {tip}"))
 }
 
 fn typed() -> Vec<String> {
@@ -60,6 +62,7 @@ pub fn with_tips(error: Error, typed: &[String]) -> Error {
     };
     if let Some(tip) = tip {
         error.remove(ContextKind::SuggestedArg);
+        error.remove(ContextKind::SuggestedSubcommand);
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
     }
     error
@@ -112,11 +115,6 @@ fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -
     let others = root.get_subcommands().filter(|other| option(other, unknown).is_some());
     let others: Vec<String> = others.map(|other| format!("'lookat {}'", other.get_name())).collect();
     (!others.is_empty()).then(|| format!("'{unknown}' is an option of {}", others.join(", ")))
-}
-
-/// A tip for an option of `render` with one dash, as in `-out a.exr`, which the parser reads as `-o ut` and a scene.
-pub fn one_dash_of_render(typed: &[String]) -> Option<String> {
-    one_dash(typed, Arguments::command().find_subcommand("render")?)
 }
 
 fn one_dash(typed: &[String], command: &Command) -> Option<String> {

@@ -1,109 +1,24 @@
 //! `lookat verify`: compares scenes with the pictures beside them.
 
+pub mod files;
+mod outcome;
 mod page;
 mod scene;
 mod table;
 
 use std::collections::BTreeSet;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use lookat_image::{Aligned, Image, io_reason, open_file};
 use lookat_scene::LoadOptions;
-use serde_json::Value;
 
 use crate::args::{Report, Verify};
 use crate::failure::Failure;
-use crate::metric::Measurement;
 use crate::output::{check_folder, check_inputs};
 use crate::readable::repeated_command;
 use crate::source::load_scene;
-
-/// The result for one scene, from the best to the worst.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// Agrees with its reference.
-    Agrees,
-    /// Has no reference.
-    New,
-    /// The differences may be light that samples rarely hit.
-    Undecided,
-    /// Could not be compared.
-    Trouble,
-    /// Differs from its reference.
-    Differs,
-}
-
-impl Verdict {
-    /// In the order of the summary line.
-    pub const ALL: [Verdict; 5] =
-        [Verdict::Agrees, Verdict::Differs, Verdict::Undecided, Verdict::New, Verdict::Trouble];
-
-    /// The word for one scene.
-    pub fn word(self) -> &'static str {
-        match self {
-            Verdict::Agrees => "agrees",
-            Verdict::New => "new",
-            Verdict::Undecided => "undecided",
-            Verdict::Trouble => "failed",
-            Verdict::Differs => "differs",
-        }
-    }
-
-    /// The word for `count` scenes.
-    pub fn word_for(self, count: usize) -> &'static str {
-        match self {
-            Verdict::Agrees if count > 1 => "agree",
-            Verdict::Differs if count > 1 => "differ",
-            Verdict::New => "without a reference",
-            Verdict::Trouble => "failed",
-            _ => self.word(),
-        }
-    }
-}
-
-/// One scene with its verdict, and everything the report shows of it.
-pub struct Outcome {
-    /// The name of the scene file, without its ending.
-    pub name: String,
-    pub verdict: Verdict,
-    /// The reason for the verdict, in a few words.
-    pub reason: String,
-    /// Whether `--update` wrote the reference.
-    pub updated: bool,
-    pub diagnostics: Diagnostics,
-    /// `None` if the scene was not rendered.
-    pub render: Option<Rendered>,
-    /// `None` if there is no reference, or it cannot be read.
-    pub reference: Option<Image>,
-    /// `None` if there are not two pictures of one size.
-    pub comparison: Option<SceneComparison>,
-}
-
-/// The messages of a scene file.
-pub struct Diagnostics {
-    /// As people read them. Empty without messages.
-    pub text: String,
-    /// As `lookat check --json` prints them.
-    pub json: Value,
-}
-
-/// A picture, and how it was made.
-pub struct Rendered {
-    pub image: Image,
-    pub samples_per_pixel: u32,
-    pub seconds: f64,
-}
-
-/// A render and its reference, over the pixels of both.
-pub struct SceneComparison {
-    pub pair: Aligned,
-    pub measurement: Measurement,
-    /// The smallest bias of the mean that the test for noise finds in 95 of 100 renders, in the unit of the picture. `None`
-    /// without that test.
-    pub detectable: Option<f64>,
-}
+use crate::verify::files::{beside, scene_files, why_unreadable};
+use crate::verify::outcome::Verdict;
 
 /// Runs the command.
 pub fn verify(arguments: &Verify) -> ExitCode {
@@ -117,9 +32,7 @@ fn run(arguments: &Verify) -> Result<u8, Failure> {
         && scenes.iter().all(|scene| why_unreadable(scene).is_none() && beside(scene).next().is_none())
     {
         let folder = arguments.folder.display();
-        return Err(
-            format!("no scene in {folder} has a reference picture; --update writes references").into()
-        );
+        bail!("no scene in {folder} has a reference picture; --update writes references");
     }
     let inputs = inputs(arguments, &scenes);
     if let Some(file) = &arguments.report {
@@ -136,7 +49,7 @@ fn run(arguments: &Verify) -> Result<u8, Failure> {
         verdicts.push(outcome.verdict);
         updated |= outcome.updated;
         if let Some(page) = &mut page {
-            page.add(page::scene(&outcome))?;
+            page.add(outcome)?;
         }
     }
     table.footer(&verdicts)?;
@@ -144,12 +57,9 @@ fn run(arguments: &Verify) -> Result<u8, Failure> {
         let title = format!("lookat verify {}", arguments.folder.display());
         page.write(file, &title, &repeated_command())?;
     }
-    Ok(match () {
-        () if verdicts.contains(&Verdict::Trouble) || verdicts.contains(&Verdict::Undecided) => {
-            crate::TROUBLE
-        }
-        () => u8::from(updated || verdicts.contains(&Verdict::Differs)),
-    })
+    let has = |verdict| verdicts.contains(&verdict);
+    let is_trouble = has(Verdict::Failed) || has(Verdict::Undecided);
+    Ok(if is_trouble { crate::TROUBLE } else { u8::from(updated || has(Verdict::Differs)) })
 }
 
 /// The files that the scenes read, as far as a result could replace them. Reads the texts of the scenes, no meshes and no pictures.
@@ -159,7 +69,7 @@ fn inputs(arguments: &Verify, scenes: &[PathBuf]) -> BTreeSet<PathBuf> {
     }
     let options = LoadOptions { fast: true, max_memory: arguments.memory.limit(), ..LoadOptions::default() };
     let readable = scenes.iter().filter(|scene| why_unreadable(scene).is_none());
-    let loaded = readable.map(|scene| load_scene(scene, &options, Report { strict: false, json: false }));
+    let loaded = readable.map(|scene| load_scene(scene, &options, Report::default()));
     loaded.flat_map(|loaded| loaded.inputs).collect()
 }
 
@@ -167,59 +77,7 @@ fn inputs(arguments: &Verify, scenes: &[PathBuf]) -> BTreeSet<PathBuf> {
 fn check_report(file: &Path) -> Result<(), Failure> {
     let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !["html", "htm"].contains(&ending) || file.is_dir() {
-        return Err(
-            format!("{}: --report writes a web page; its name must end in .html", file.display()).into()
-        );
+        bail!("{}: --report writes a web page; its name must end in .html", file.display());
     }
     check_folder(file)
-}
-
-/// Endings of references, in order of preference.
-const ENDINGS: [&str; 7] = ["exr", "pfm", "hdr", "png", "tga", "jpg", "jpeg"];
-
-/// Everything in a folder that is named as a scene file, by name: also folders and dangling links.
-fn scene_files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let cannot = |error: std::io::Error| format!("cannot read {}: {}", folder.display(), io_reason(&error));
-    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(cannot)?.collect();
-    let mut files: Vec<PathBuf> = entries.map_err(cannot)?.into_iter().map(|entry| entry.path()).collect();
-    files.retain(|file| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pbrt")));
-    files.sort();
-    if files.is_empty() {
-        Err(format!("there is no .pbrt file in {}", folder.display()).into())
-    } else {
-        Ok(files)
-    }
-}
-
-/// Everything beside a scene that is named as its reference, the preferred one first: also folders and dangling links.
-pub fn beside(scene: &Path) -> impl Iterator<Item = PathBuf> {
-    let exists = |file: &PathBuf| file.symlink_metadata().is_ok();
-    let spellings = ENDINGS.iter().flat_map(|ending| [ending.to_string(), ending.to_uppercase()]);
-    spellings.map(|ending| scene.with_extension(ending)).filter(exists)
-}
-
-/// The name of a scene: the name of its file, without the ending.
-fn scene_name(scene: &Path) -> String {
-    scene.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// Why a file cannot be read, and what to do. `None` if it can.
-fn why_unreadable(file: &Path) -> Option<String> {
-    let name = file.display();
-    let cannot_read = |error| Some(format!("cannot read {name}: {}", io_reason(&error)));
-    match std::fs::metadata(file) {
-        Ok(found) if found.is_dir() => Some(format!("{name} is a folder, not a file; rename the folder")),
-        // Opening a pipe waits for a writer.
-        Ok(found) if !found.is_file() => Some(format!("{name} is a pipe or a device, not a file; rename it")),
-        Ok(_) => open_file(file).err().and_then(cannot_read),
-        Err(error) => match (error.kind(), std::fs::read_link(file)) {
-            (ErrorKind::NotFound, Ok(target)) => {
-                let target = target.display();
-                Some(format!(
-                    "{name} is a link to {target}, where there is no file; restore it or remove the link"
-                ))
-            }
-            _ => cannot_read(error),
-        },
-    }
 }

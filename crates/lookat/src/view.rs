@@ -22,8 +22,7 @@ use crate::failure::Failure;
 use crate::standard_error;
 use crate::view::editor::Editor;
 use crate::view::engine::Engine;
-use crate::view::outbox::{Hub, Requests};
-use crate::view::reference::{Gallery, References};
+use crate::view::reference::{References, Shared};
 use crate::view::server::Server;
 
 /// Runs the command until a signal.
@@ -33,10 +32,10 @@ pub fn view(arguments: &View) -> ExitCode {
 
 fn serve(arguments: &View) -> Result<u8, Failure> {
     if arguments.scene == Path::new("-") {
-        return Err("standard input can be read only once: name a file".into());
+        bail!("standard input can be read only once: name a file");
     }
     if let Err(error) = open_file(&arguments.scene) {
-        return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)).into());
+        bail!("cannot read {}: {}", arguments.scene.display(), io_reason(&error));
     }
     let editor = Editor::new(arguments)?;
     let memory = arguments.memory.budget();
@@ -50,20 +49,19 @@ fn serve(arguments: &View) -> Result<u8, Failure> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(|error| {
         format!("cannot listen at 127.0.0.1:{}: {}; choose another --port", arguments.port, io_reason(&error))
     })?;
-    let (requests, hub, gallery) =
-        (Arc::new(Requests::default()), Arc::new(Hub::default()), Arc::new(Gallery::default()));
-    let server = Server::new(&listener, requests.clone(), hub.clone(), gallery.clone())?;
-    let engine = Engine::new(arguments, editor, requests, hub, gallery, references);
+    let shared = Arc::new(Shared::default());
+    let server = Server::new(&listener, shared.clone())?;
+    let engine = Engine::new(arguments, editor, shared, references);
     let address = server.address();
     server.start(listener)?;
     crate::print(&format!("{address}\n"))?;
     standard_error::detach();
-    crate::say("open this address in a browser; end with Ctrl-C");
+    say!("open this address in a browser; end with Ctrl-C");
     if arguments.open {
         // The browser may run until the user closes it.
         std::thread::spawn(move || {
             if let Err(reason) = editor::open_in_browser(&address) {
-                crate::say(&format!("warning: cannot open a browser: {reason}"));
+                say!("warning: cannot open a browser: {reason}");
             }
         });
     }

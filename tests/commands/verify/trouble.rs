@@ -21,7 +21,7 @@ const CASES: [(&str, &str, &str); 18] = [
     ("reference-link", "failed", "reference-link.exr is a link to nowhere.exr, where there is no file"),
     ("reference-folder", "failed", "reference-folder.exr is a folder, not a file"),
     ("reference-loop", "failed", "reference-loop.exr: Too many levels of symbolic links"),
-    ("reference-text", "failed", "does not match its extension"),
+    ("reference-text", "failed", "is not in the"),
     ("reference-alpha", "failed", "the second picture has neither the channels R, G and B nor Y"),
     ("scene-error", "failed", "the scene has an error: unknown directive `Shpae`"),
     ("scene-link", "failed", "scene-link.pbrt is a link to nowhere.pbrt, where there is no file"),

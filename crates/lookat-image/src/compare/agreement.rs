@@ -8,7 +8,7 @@ mod tests;
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::noise::{Difference, FEWEST_PIXELS, Noise, Variance, in_tile, tiles};
+use super::noise::{Difference, FEWEST_PIXELS, Noise, Variance, tiles};
 use crate::{Aligned, Window};
 
 /// The power of [`Agreement::visible_in_mean`].
@@ -58,7 +58,7 @@ pub enum Untestable {
     #[error("the actual picture has no error layers")]
     NoErrors,
     /// A picture has [`Precision::Integer`](crate::Precision::Integer).
-    #[error("one of the pictures is stored as integers, and rounding is not noise")]
+    #[error("a picture is stored as integers, and rounding is not noise")]
     Rounded,
     /// A value is infinite or not a number.
     #[error("a pixel is infinite or not a number")]
@@ -90,7 +90,7 @@ pub enum Untestable {
 }
 
 /// The results of all tests of two pictures.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Agreement {
     /// True if the expected picture has error layers. Otherwise its noise is estimated from the differences.
     pub expected_is_known: bool,
@@ -191,15 +191,7 @@ fn visible(level: f64) -> f64 {
 /// If one picture or a single pixel of it cannot be tested.
 pub fn agreement(pair: &Aligned) -> Result<Agreement, Untestable> {
     let noise = Noise::new(pair)?;
-    let mut result = Agreement {
-        expected_is_known: pair.expected_errors.is_some(),
-        means: Vec::new(),
-        tiles: Vec::new(),
-        paired: Vec::new(),
-        pixels: Vec::new(),
-        p: 1.0,
-        p_without_rare: 1.0,
-    };
+    let mut result = Agreement { expected_is_known: pair.expected_errors.is_some(), ..Agreement::default() };
     for channel in 0..3 {
         let differences = noise.differences(pair, channel);
         let without_rare = noise.without_rare(pair, channel);
@@ -213,7 +205,9 @@ pub fn agreement(pair: &Aligned) -> Result<Agreement, Untestable> {
         };
         let all: Vec<usize> = (0..differences.len()).collect();
         result.means.push(test(&all, pair.window));
-        result.tiles.extend(tiles(pair).map(|tile| test(&in_tile(tile, pair).collect::<Vec<_>>(), tile)));
+        result
+            .tiles
+            .extend(tiles(pair).map(|tile| test(&pair.window.indices(tile).collect::<Vec<_>>(), tile)));
         result.paired.extend(test_paired(&differences, channel, pair.window));
         result.pixels.extend(test_pixels(&differences, channel));
     }

@@ -99,9 +99,10 @@ impl Light {
         let clipped = finite().filter(|pixel| brightest(*pixel) > 1.0).count();
         let largest = finite().map(luminance).reduce(|| 0.0, f32::max);
         // NaN ranks above all others.
-        let rank_luminance =
-            |i| [Some(pixel(i)).filter(is_finite).map_or(f32::NAN, |pixel| luminance(pixel).max(0.0))];
-        let median = ranked(count, rank_luminance, nearest_rank(0.5, count - not_finite));
+        let luminances = (0..count)
+            .into_par_iter()
+            .map(|i| Some(pixel(i)).filter(is_finite).map_or(f32::NAN, |pixel| luminance(pixel).max(0.0)));
+        let median = ranked(luminances, nearest_rank(0.5, count - not_finite));
         // If all are not finite, the median is one of them.
         let median = if median.is_finite() { median } else { 0.0 };
         let [black_share, visible, clipped_share] =
@@ -144,23 +145,28 @@ pub(super) fn is_finite(pixel: &[f32; 3]) -> bool {
 }
 
 /// The exposure that suits a linear picture: a whole number of stops, 0 as a rule and for a black one. Pixels
-/// that are black or not finite do not count.
+/// that are black or not finite, or have the depth 1e10 of no surface, do not count.
 pub fn suitable_exposure(pixels: &[[f32; 3]]) -> f64 {
     suitable(pixels.len(), |i| pixels[i])
 }
 
+/// The depth of a pixel without a surface, in files of Blender and lookat.
+const NO_SURFACE: f32 = 1e10;
+
 fn suitable(count: usize, pixel: impl Fn(usize) -> [f32; 3] + Sync) -> f64 {
     // NaN ranks above all others.
-    let brightness =
-        |i| Some(pixel(i)).filter(is_finite).map_or(f32::NAN, |pixel| pixel.into_iter().fold(0.0, f32::max));
-    let count_if =
-        |test: fn(f32) -> bool| (0..count).into_par_iter().filter(|i| test(brightness(*i))).count();
+    let brightness = |i| {
+        let counts = |pixel: &[f32; 3]| is_finite(pixel) && *pixel != [NO_SURFACE; 3];
+        Some(pixel(i)).filter(counts).map_or(f32::NAN, |pixel| pixel.into_iter().fold(0.0, f32::max))
+    };
+    let all = || (0..count).into_par_iter().map(brightness);
+    let count_if = |test: fn(&f32) -> bool| all().filter(test).count();
     let (black, lit, clipped) =
-        (count_if(|value| value == 0.0), count_if(|value| value > 0.0), count_if(|value| value > 1.0));
+        (count_if(|value| *value == 0.0), count_if(|value| *value > 0.0), count_if(|value| *value > 1.0));
     if lit == 0 {
         return 0.0;
     }
-    let bright = f64::from(ranked(count, |i| [brightness(i)], black + nearest_rank(BRIGHT, lit)));
+    let bright = f64::from(ranked(all(), black + nearest_rank(BRIGHT, lit)));
     let is_mostly_clipped = clipped as f64 > MOSTLY * lit as f64;
     if FINE.contains(&bright) && !is_mostly_clipped { 0.0 } else { (AIM / bright).log2().round() }
 }
@@ -226,6 +232,9 @@ mod tests {
         assert_eq!((Light::of(&image, ToneMapping::default()), image.suitable_exposure()), (None, 0.0));
         image.channels.truncate(1);
         assert_eq!(Light::of(&image, ToneMapping::default()).unwrap().largest, 5.0);
+        assert_eq!(image.suitable_exposure(), -3.0);
+        image.channels[0].samples.fill(1e10);
+        image.channels[0].samples[0] = 8.0;
         assert_eq!(image.suitable_exposure(), -3.0);
     }
 

@@ -2,6 +2,7 @@
 
 use std::f32::consts::FRAC_1_SQRT_2;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -25,16 +26,10 @@ const BAND: usize = 64;
 ///
 /// # Panics
 ///
-/// If a picture does not have `width` times `height` pixels, or `pixels_per_degree` is not positive and
+/// If the pictures differ in size or are no whole rows of `width` pixels, or `pixels_per_degree` is not positive and
 /// finite.
-pub fn ldr_flip(
-    actual: &[[f32; 3]],
-    expected: &[[f32; 3]],
-    width: usize,
-    height: usize,
-    pixels_per_degree: f32,
-) -> f64 {
-    mean_flip([actual, expected], [width, height], pixels_per_degree, &[|rgb: [f32; 3]| rgb.map(clip)])
+pub fn ldr_flip(actual: &[[f32; 3]], expected: &[[f32; 3]], width: usize, pixels_per_degree: f32) -> f64 {
+    mean_flip([actual, expected], width, pixels_per_degree, &[|rgb: [f32; 3]| rgb.map(clip)])
 }
 
 /// The mean HDR-FLIP: 0 for equal pictures, at most 1. For each pixel, it is the largest LDR-FLIP over all exposures, each shown
@@ -46,19 +41,13 @@ pub fn ldr_flip(
 /// # Panics
 ///
 /// The conditions of [`ldr_flip`].
-pub fn hdr_flip(
-    actual: &[[f32; 3]],
-    expected: &[[f32; 3]],
-    width: usize,
-    height: usize,
-    pixels_per_degree: f32,
-) -> f64 {
+pub fn hdr_flip(actual: &[[f32; 3]], expected: &[[f32; 3]], width: usize, pixels_per_degree: f32) -> f64 {
     let display = |stops: f32| {
         let factor = stops.exp2();
         move |rgb: [f32; 3]| rgb.map(|value| aces(factor * value))
     };
     let displays: Vec<_> = exposures(expected).into_iter().map(display).collect();
-    mean_flip([actual, expected], [width, height], pixels_per_degree, &displays)
+    mean_flip([actual, expected], width, pixels_per_degree, &displays)
 }
 
 /// The exposures in stops at which HDR-FLIP shows the pictures, by the reference picture: at least two, evenly from where its largest
@@ -66,12 +55,9 @@ pub fn hdr_flip(
 /// luminance counts as that.
 fn exposures(expected: &[[f32; 3]]) -> Vec<f32> {
     // The weights of the authors' program.
-    let luminance = |i: usize| {
-        let [r, g, b] = expected[i];
-        [(0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0)]
-    };
+    let luminance = |&[r, g, b]: &[f32; 3]| (0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0);
     let exposure = |rank: usize| {
-        let luminance = ranked(expected.len(), luminance, rank).clamp(f32::EPSILON, f32::MAX);
+        let luminance = ranked(expected.par_iter().map(luminance), rank).clamp(f32::EPSILON, f32::MAX);
         (aces_inverse(0.85) / luminance).log2()
     };
     let (start, stop) = (exposure(expected.len()), exposure(expected.len() / 2 + 1));
@@ -103,31 +89,34 @@ fn aces_inverse(shown: f32) -> f32 {
 /// The mean over pixels of the largest FLIP of all ways of display.
 fn mean_flip(
     pictures: [&[[f32; 3]]; 2],
-    [width, height]: [usize; 2],
+    width: usize,
     pixels_per_degree: f32,
     displays: &[impl Fn([f32; 3]) -> [f32; 3] + Sync],
 ) -> f64 {
-    assert!(pictures.iter().all(|picture| picture.len() == width * height));
+    assert!(pictures[0].len() == pictures[1].len() && pictures[0].len().is_multiple_of(width));
     assert!(pixels_per_degree > 0.0 && pixels_per_degree.is_finite());
     let filters = Filters::new(f64::from(pixels_per_degree));
     let scale = Scale::new();
 
-    let mut map = vec![0.0_f32; width * height];
-    let bands = map.par_chunks_mut((BAND * width).max(1)).enumerate();
-    bands.for_each(|(band, map)| {
+    let mut map = vec![0.0_f32; pictures[0].len()];
+    map.par_chunks_mut((BAND * width).max(1)).enumerate().for_each(|(band, map)| {
+        let rows = band * BAND..band * BAND + map.len() / width;
         for left in (0..width).step_by(TILE) {
-            let tile =
-                Tile { left, top: band * BAND, width: TILE.min(width - left), height: map.len() / width };
+            let columns = left..width.min(left + TILE);
             for display in displays {
                 let seen = pictures.map(|picture| {
-                    let planes = surroundings(picture, [width, height], tile, filters.margin, display);
-                    filtered(&planes, tile, &filters)
+                    let tile = [columns.clone(), rows.clone()];
+                    filtered(
+                        &surroundings(picture, width, tile, filters.margin, display),
+                        columns.len(),
+                        &filters,
+                    )
                 });
                 let differences = compare(&seen, scale);
                 for (row, differences) in
-                    map.chunks_exact_mut(width).zip(differences.chunks_exact(tile.width))
+                    map.chunks_exact_mut(width).zip(differences.chunks_exact(columns.len()))
                 {
-                    for (largest, difference) in row[left..].iter_mut().zip(differences) {
+                    for (largest, difference) in row[columns.clone()].iter_mut().zip(differences) {
                         *largest = largest.max(*difference);
                     }
                 }
@@ -135,15 +124,6 @@ fn mean_flip(
         }
     });
     map.iter().map(|&value| f64::from(value)).sum::<f64>() / map.len() as f64
-}
-
-/// A part of the picture, in pixels.
-#[derive(Clone, Copy)]
-struct Tile {
-    left: usize,
-    top: usize,
-    width: usize,
-    height: usize,
 }
 
 /// A tile of one picture as the eye sees it.
@@ -155,10 +135,10 @@ struct Filtered {
 }
 
 /// Filters the opponent colors of a tile.
-fn filtered(planes: &[Vec<f32>; 3], tile: Tile, filters: &Filters) -> Filtered {
+fn filtered(planes: &[Vec<f32>; 3], width: usize, filters: &Filters) -> Filtered {
     let margin = filters.margin;
-    let rows = |plane: &[f32], weights: &[f32]| along_rows(plane, tile.width + 2 * margin, margin, weights);
-    let columns = |plane: &[f32], weights: &[f32]| down_columns(plane, tile.width, margin, weights);
+    let rows = |plane: &[f32], weights: &[f32]| along_rows(plane, width + 2 * margin, margin, weights);
+    let columns = |plane: &[f32], weights: &[f32]| down_columns(plane, width, margin, weights);
     let both = |plane: &[f32], weights: &[f32]| columns(&rows(plane, weights), weights);
 
     let [luminance, red_green, blue_yellow] = planes;
@@ -177,24 +157,24 @@ fn filtered(planes: &[Vec<f32>; 3], tile: Tile, filters: &Filters) -> Filtered {
     Filtered { lab, features }
 }
 
-/// The opponent colors of a tile and of a margin around it. Beyond its border the picture goes on as at the
-/// border.
+/// The opponent colors of a tile, given by its columns and rows, and of a margin around it. Beyond its border the picture
+/// goes on as at the border.
 fn surroundings(
     picture: &[[f32; 3]],
-    [width, height]: [usize; 2],
-    tile: Tile,
+    width: usize,
+    [columns, rows]: [Range<usize>; 2],
     margin: usize,
     display: impl Fn([f32; 3]) -> [f32; 3],
 ) -> [Vec<f32>; 3] {
-    let place = |start: usize, i: usize, size: usize| (start + i).saturating_sub(margin).min(size - 1);
-    let size = (tile.width + 2 * margin) * (tile.height + 2 * margin);
-    let mut planes = [(); 3].map(|()| Vec::with_capacity(size));
-    let mut colors = Vec::with_capacity(tile.width + 2 * margin);
-    for y in 0..tile.height + 2 * margin {
-        let row = &picture[place(tile.top, y, height) * width..][..width];
+    let within = |i: usize, size: usize| i.saturating_sub(margin).min(size - 1);
+    let [wide, high] = [&columns, &rows].map(|range| range.len() + 2 * margin);
+    let mut planes = [(); 3].map(|()| Vec::with_capacity(wide * high));
+    let mut colors = Vec::with_capacity(wide);
+    for y in rows.start..rows.start + high {
+        let row = &picture[within(y, picture.len() / width) * width..][..width];
         colors.clear();
-        colors
-            .extend((0..tile.width + 2 * margin).map(|x| opponent(display(row[place(tile.left, x, width)]))));
+        let x = columns.start..columns.start + wide;
+        colors.extend(x.map(|x| opponent(display(row[within(x, width)]))));
         for (i, plane) in planes.iter_mut().enumerate() {
             plane.extend(colors.iter().map(|color| color[i]));
         }
@@ -354,14 +334,8 @@ fn normalized(weights: Vec<f64>) -> Vec<f64> {
     let positive: f64 = weights.iter().filter(|weight| **weight > 0.0).sum();
     let negative: f64 = weights.iter().filter(|weight| **weight < 0.0).sum();
     // Where there is no weight of a sign, none is divided.
-    weights
-        .iter()
-        .map(
-            |&weight| {
-                if weight > 0.0 { weight / positive } else { weight / negative.abs().max(f64::MIN_POSITIVE) }
-            },
-        )
-        .collect()
+    let sum = |weight: f64| if weight > 0.0 { positive } else { negative.abs().max(f64::MIN_POSITIVE) };
+    weights.iter().map(|&weight| weight / sum(weight)).collect()
 }
 
 /// Leaves out what is negligible at both ends, which are alike but for their sign.
@@ -383,8 +357,8 @@ mod tests {
     fn check(sample: &Sample, pixels_per_degree: f32, ldr: f64, hdr: f64) {
         let Sample { actual, expected, width, height } = sample;
         for (name, flip, reference) in [
-            ("LDR", ldr_flip(actual, expected, *width, *height, pixels_per_degree), ldr),
-            ("HDR", hdr_flip(actual, expected, *width, *height, pixels_per_degree), hdr),
+            ("LDR", ldr_flip(actual, expected, *width, pixels_per_degree), ldr),
+            ("HDR", hdr_flip(actual, expected, *width, pixels_per_degree), hdr),
         ] {
             println!("{name} {width} x {height} {pixels_per_degree}: {:.2e}", flip - reference);
             assert!((flip - reference).abs() < 1e-5, "{name} {width} x {height}: {flip}, not {reference}");
@@ -429,10 +403,10 @@ mod tests {
     #[test]
     fn equal_pictures_have_no_difference() {
         let expected = radiance(40, 30).expected;
-        assert_eq!(ldr_flip(&expected, &expected, 40, 30, PIXELS_PER_DEGREE), 0.0);
-        assert_eq!(hdr_flip(&expected, &expected, 40, 30, PIXELS_PER_DEGREE), 0.0);
+        assert_eq!(ldr_flip(&expected, &expected, 40, PIXELS_PER_DEGREE), 0.0);
+        assert_eq!(hdr_flip(&expected, &expected, 40, PIXELS_PER_DEGREE), 0.0);
         let black = [[0.0; 3]; 6];
-        assert_eq!(hdr_flip(&black, &black, 3, 2, PIXELS_PER_DEGREE), 0.0);
+        assert_eq!(hdr_flip(&black, &black, 3, PIXELS_PER_DEGREE), 0.0);
     }
 
     #[test]
@@ -441,8 +415,8 @@ mod tests {
             [[f32::NAN; 3], [f32::INFINITY; 3], [f32::NEG_INFINITY; 3], [-1.0; 3], [f32::MAX; 3], [0.0; 3]];
         let (odd, even) = (&odd, &[[0.5; 3]; 6]);
         for (actual, expected) in [(odd, even), (even, odd), (odd, odd)] {
-            ldr_flip(actual, expected, 2, 3, PIXELS_PER_DEGREE);
-            hdr_flip(actual, expected, 3, 2, 0.1);
+            ldr_flip(actual, expected, 2, PIXELS_PER_DEGREE);
+            hdr_flip(actual, expected, 3, 0.1);
         }
     }
 

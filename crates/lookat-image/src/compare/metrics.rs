@@ -20,7 +20,7 @@ const KEPT: f64 = 0.999;
 ///
 /// If the pictures do not have the same size.
 pub fn rmse(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> f64 {
-    let [squares] = sample_sums(actual, expected, |a, b| [f64::from(a - b).powi(2)]);
+    let [squares] = sums(actual.as_flattened(), expected.as_flattened(), |a, b| [f64::from(a - b).powi(2)]);
     (squares / samples(actual)).sqrt()
 }
 
@@ -60,7 +60,7 @@ pub struct Means {
 /// If the pictures do not have the same size.
 pub fn means(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> Means {
     let samples = samples(actual);
-    let errors = sample_sums(actual, expected, |a, b| {
+    let errors = sums(actual.as_flattened(), expected.as_flattened(), |&a, &b| {
         let (a, b) = (f64::from(a), f64::from(b));
         let difference = (a - b).abs();
         let symmetric = 2.0 * difference / (a.abs() + b.abs() + DARK);
@@ -69,7 +69,7 @@ pub fn means(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> Means {
     let [absolute, square, relative_mse, smape] = errors.map(|sum| sum / samples);
 
     let pixels = actual.len() as f64;
-    let [errors, squares] = pixel_sums(actual, expected, |a, b| {
+    let [errors, squares] = sums(actual, expected, |a, b| {
         let error = (0..3).map(|i| f64::from(a[i]) - f64::from(b[i])).sum::<f64>() / 3.0;
         [error, error * error]
     });
@@ -93,8 +93,8 @@ pub fn relative_mse_trimmed(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> f64 {
     // Ranked by the root: at most a tenth of the largest difference once it is times 0.01, so that it fits `f32`.
     let root = |a: &[f32; 3], b: &[f32; 3]| (0.01 * of_pixel(a, b).sqrt()) as f32;
     let kept = nearest_rank(KEPT, actual.len());
-    let last = ranked(actual.len(), |i| [root(&actual[i], &expected[i])], kept);
-    let [smaller, count, ties, tied] = pixel_sums(actual, expected, |a, b| match root(a, b) {
+    let last = ranked(actual.par_iter().zip(expected).map(|(a, b)| root(a, b)), kept);
+    let [smaller, count, ties, tied] = sums(actual, expected, |a, b| match root(a, b) {
         value if value < last => [of_pixel(a, b), 1.0, 0.0, 0.0],
         value if value == last => [0.0, 0.0, of_pixel(a, b), 1.0],
         _ => [0.0; 4],
@@ -111,9 +111,9 @@ pub fn relative_mse_trimmed(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> f64 {
 ///
 /// If the pictures do not have the same size.
 pub fn percentile_difference(actual: &[[f32; 3]], expected: &[[f32; 3]], share: f64) -> f32 {
-    let rank = nearest_rank(share, 3 * actual.len());
     assert_eq!(actual.len(), expected.len());
-    ranked(actual.len(), |i| std::array::from_fn::<_, 3, _>(|c| (actual[i][c] - expected[i][c]).abs()), rank)
+    let pairs = actual.as_flattened().par_iter().zip(expected.as_flattened());
+    ranked(pairs.map(|(a, b)| (a - b).abs()), nearest_rank(share, 3 * actual.len()))
 }
 
 /// The largest difference and its position.
@@ -154,7 +154,7 @@ pub fn largest_difference(actual: &[[f32; 3]], expected: &[[f32; 3]], width: usi
 ///
 /// If the pictures do not have the same size.
 pub fn share_above(actual: &[[f32; 3]], expected: &[[f32; 3]], threshold: f32) -> f64 {
-    let [above] = pixel_sums(actual, expected, |a, b| {
+    let [above] = sums(actual, expected, |a, b| {
         let above = |i: usize| (a[i] - b[i]).abs() > threshold;
         [f64::from(u8::from(above(0) | above(1) | above(2)))]
     });
@@ -179,45 +179,21 @@ fn samples(pixels: &[[f32; 3]]) -> f64 {
     3.0 * pixels.len() as f64
 }
 
-/// The pixels that are worked on at a time.
-const GRAIN: usize = 1 << 14;
+/// The bytes that are worked on at a time.
+const GRAIN: usize = size_of::<[f32; 3]>() << 14;
 
-/// Corresponding blocks of two pictures, on all threads.
-fn blocks<'a>(
-    actual: &'a [[f32; 3]],
-    expected: &'a [[f32; 3]],
-) -> impl IndexedParallelIterator<Item = (&'a [[f32; 3]], &'a [[f32; 3]])> {
+/// Sums of some terms over all pixels or samples of two pictures, on all threads. They are added in one order, whatever the number
+/// of threads.
+fn sums<T: Sync, const N: usize>(
+    actual: &[T],
+    expected: &[T],
+    terms: impl Fn(&T, &T) -> [f64; N] + Sync,
+) -> [f64; N] {
     assert_eq!(actual.len(), expected.len());
-    actual.par_chunks(GRAIN).zip(expected.par_chunks(GRAIN))
-}
-
-/// Sums of some terms over all pixels of two pictures, on all threads. They are added in one order, whatever the number of
-/// threads.
-fn pixel_sums<const N: usize>(
-    actual: &[[f32; 3]],
-    expected: &[[f32; 3]],
-    terms: impl Fn(&[f32; 3], &[f32; 3]) -> [f64; N] + Sync,
-) -> [f64; N] {
-    total(blocks(actual, expected).map(|(actual, expected)| lane_sums(actual, expected, &terms)))
-}
-
-/// The sums over all channels of all pixels. See [`pixel_sums`].
-fn sample_sums<const N: usize>(
-    actual: &[[f32; 3]],
-    expected: &[[f32; 3]],
-    terms: impl Fn(f32, f32) -> [f64; N] + Sync,
-) -> [f64; N] {
-    total(blocks(actual, expected).map(|(actual, expected)| {
-        lane_sums(actual.as_flattened(), expected.as_flattened(), |&a, &b| terms(a, b))
-    }))
-}
-
-/// The sum over blocks, in their order.
-fn total<const N: usize>(blocks: impl IndexedParallelIterator<Item = [f64; N]>) -> [f64; N] {
-    blocks
-        .collect::<Vec<_>>()
-        .into_iter()
-        .fold([0.0; N], |sum, block| std::array::from_fn(|i| sum[i] + block[i]))
+    let grain = GRAIN / size_of::<T>();
+    let blocks = actual.par_chunks(grain).zip(expected.par_chunks(grain));
+    let blocks: Vec<_> = blocks.map(|(actual, expected)| lane_sums(actual, expected, &terms)).collect();
+    blocks.into_iter().fold([0.0; N], |sum, block| std::array::from_fn(|i| sum[i] + block[i]))
 }
 
 /// Sums of some terms over pairs. Eight sums of each term, which do not wait for each other.
@@ -246,13 +222,6 @@ fn lane_sums<T, const N: usize>(
     lanes.map(|lanes| lanes.iter().sum())
 }
 
-/// The number of low bits of a float that the second pass looks at, of 31 without the sign.
-const LOW_BITS: u32 = 15;
-/// The mask of the low bits.
-const LOW: u32 = (1 << LOW_BITS) - 1;
-/// The values that a thread counts at a time.
-const RANK_GRAIN: usize = 1 << 18;
-
 /// The smallest number of values that are at least the given share of `count`: the nearest rank, from 1 to
 /// `count`. The share is in 0..1.
 pub(super) fn nearest_rank(share: f64, count: usize) -> usize {
@@ -260,48 +229,15 @@ pub(super) fn nearest_rank(share: f64, count: usize) -> usize {
     ((share * count as f64 * (1.0 - f64::EPSILON)).ceil() as usize).clamp(1, count.max(1))
 }
 
-/// The value with the given rank, 1 for the smallest, among the values at all of `count` places. None is negative; NaN
-/// counts as the largest. 0 if there are none.
-///
-/// Floats that are not negative sort as their bits do. So two histograms are enough, of the high bits and of
-/// the low bits below the right high ones, and the values need not be kept.
-pub(super) fn ranked<const N: usize>(
-    count: usize,
-    values: impl Fn(usize) -> [f32; N] + Sync,
-    rank: usize,
-) -> f32 {
-    let bits = |place: usize| values(place).map(|value| value.abs().to_bits());
-    let (high, rank) = bin_of(&counts(count, |place| bits(place).map(|bits| Some(bits >> LOW_BITS))), rank);
-    let below = |bits: u32| (bits >> LOW_BITS == high).then_some(bits & LOW);
-    let (low, _) = bin_of(&counts(count, |place| bits(place).map(below)), rank);
-    f32::from_bits(high << LOW_BITS | low)
-}
-
-/// Counts each key below 2^16.
-fn counts<const N: usize>(count: usize, keys: impl Fn(usize) -> [Option<u32>; N] + Sync) -> Vec<u64> {
-    let empty = || vec![0_u64; 1 << 16];
-    let count_block = |mut counts: Vec<u64>, block: usize| {
-        for place in block * RANK_GRAIN..count.min((block + 1) * RANK_GRAIN) {
-            for key in keys(place).into_iter().flatten() {
-                counts[key as usize] += 1;
-            }
-        }
-        counts
-    };
-    let add = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
-    (0..count.div_ceil(RANK_GRAIN)).into_par_iter().fold(empty, count_block).reduce(empty, add)
-}
-
-/// The bin that holds the given rank, and the rank within that bin. (0, 1) past the end.
-fn bin_of(counts: &[u64], rank: usize) -> (u32, usize) {
-    let mut left = rank as u64;
-    for (bin, &count) in (0..).zip(counts) {
-        if left <= count {
-            return (bin, left as usize);
-        }
-        left -= count;
+/// The value with the given rank, 1 for the smallest, among values of which none is negative. NaN counts as the largest. 0 if
+/// there is no such rank.
+pub(super) fn ranked(values: impl ParallelIterator<Item = f32>, rank: usize) -> f32 {
+    // Without the sign of NaN and of zero.
+    let mut values: Vec<f32> = values.map(f32::abs).collect();
+    if !(1..=values.len()).contains(&rank) {
+        return 0.0;
     }
-    (0, 1)
+    *values.select_nth_unstable_by(rank - 1, f32::total_cmp).1
 }
 
 #[cfg(test)]
@@ -339,8 +275,8 @@ mod tests {
             share_above: share_above(actual, expected, 0.01),
             psnr: psnr(&shown[0], &shown[1]),
             ssim: ssim(&shown[0], &shown[1], width, height),
-            ldr_flip: ldr_flip(actual, expected, width, height, PIXELS_PER_DEGREE),
-            hdr_flip: hdr_flip(actual, expected, width, height, PIXELS_PER_DEGREE),
+            ldr_flip: ldr_flip(actual, expected, width, PIXELS_PER_DEGREE),
+            hdr_flip: hdr_flip(actual, expected, width, PIXELS_PER_DEGREE),
         }
     }
 
@@ -487,22 +423,22 @@ mod tests {
             // Some equal numbers, some that differ in the last bit, over many orders of magnitude.
             f32::from_bits((hash >> 31) * 0x3f80_0000 + (hash >> 10 & 0x7fff) * (1 << (hash >> 5 & 15)))
         };
-        let items: Vec<[f32; 2]> = (0..500).map(|_| [next(), next()]).collect();
-        let mut sorted = items.as_flattened().to_vec();
+        let items: Vec<f32> = (0..1000).map(|_| next()).collect();
+        let mut sorted = items.clone();
         sorted.sort_by(f32::total_cmp);
         for (i, &expected) in sorted.iter().enumerate() {
-            assert_eq!(ranked(items.len(), |i| items[i], i + 1), expected, "{i}");
+            assert_eq!(ranked(items.par_iter().copied(), i + 1), expected, "{i}");
         }
     }
 
     #[test]
     fn odd_values_have_a_place() {
-        let items = [[f32::NAN], [-0.0], [f32::INFINITY], [2.0]];
-        assert_eq!(ranked(items.len(), |i| items[i], 1), 0.0);
-        assert_eq!(ranked(items.len(), |i| items[i], 2), 2.0);
-        assert_eq!(ranked(items.len(), |i| items[i], 3), f32::INFINITY);
-        assert!(ranked(items.len(), |i| items[i], 4).is_nan());
-        assert_eq!(ranked(0, |i| items[i], 1), 0.0);
+        let items = [-f32::NAN, -0.0, f32::INFINITY, 2.0];
+        let at = |rank| ranked(items.par_iter().copied(), rank);
+        assert_eq!([at(1), at(2), at(3), at(5)], [0.0, 2.0, f32::INFINITY, 0.0]);
+        assert!(at(4).is_nan());
+        assert_eq!(at(0), 0.0);
+        assert_eq!(ranked([0.0; 0].par_iter().copied(), 0), 0.0);
     }
 
     #[test]

@@ -219,12 +219,14 @@ fn estimated_errors(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     for tile in tiles(pair) {
         for channel in 0..3 {
             let at = |pixel: usize| pair.actual[pixel][channel] - pair.expected[pixel][channel];
-            let own =
-                in_tile(tile, pair).map(|pixel| f64::from(actual[pixel].standard_error[channel]).powi(2));
+            let own = pair
+                .window
+                .indices(tile)
+                .map(|pixel| f64::from(actual[pixel].standard_error[channel]).powi(2));
             let own = own.sum::<f64>() / tile.area() as f64;
-            let all = f64::from(scatter(in_tile(tile, pair).map(at).collect())).powi(2);
+            let all = f64::from(scatter(pair.window.indices(tile).map(at).collect())).powi(2);
             let others = (all - own).max(0.0).sqrt() as f32;
-            for pixel in in_tile(tile, pair) {
+            for pixel in pair.window.indices(tile) {
                 let filtered = (FILTERED / errors[pixel].noise_area().sqrt()).max(1.0);
                 let error = &mut errors[pixel];
                 let more = (filtered * others / error.standard_error[channel]).max(1.0);
@@ -244,7 +246,7 @@ fn estimated_errors(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
 fn relative_noise(pair: &Aligned, actual: &[PixelError]) -> f64 {
     let sums = |tile: Window| {
         let (mut squares, mut own) = (0.0, 0.0);
-        for pixel in in_tile(tile, pair) {
+        for pixel in pair.window.indices(tile) {
             for channel in 0..3 {
                 let [a, b] = [&pair.actual, &pair.expected].map(|pixels| f64::from(pixels[pixel][channel]));
                 squares += (a - b).powi(2);
@@ -284,14 +286,6 @@ pub(super) fn tiles(pair: &Aligned) -> impl Iterator<Item = Window> {
             height: side(y, height),
         })
     })
-}
-
-/// The pixels of a tile of the pair.
-pub(super) fn in_tile(tile: Window, pair: &Aligned) -> impl Iterator<Item = usize> {
-    let (x0, y0) = ((tile.x - pair.window.x) as usize, (tile.y - pair.window.y) as usize);
-    let (width, height) = (tile.width as usize, tile.height as usize);
-    let row = pair.window.width as usize;
-    (y0..y0 + height).flat_map(move |y| (x0..x0 + width).map(move |x| y * row + x))
 }
 
 /// Width and height of blocks of nine or ten pixels.

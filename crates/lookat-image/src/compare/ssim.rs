@@ -126,22 +126,12 @@ pub(super) fn down_columns<T: Number>(plane: &[T], width: usize, margin: usize, 
     out
 }
 
-/// `out` = sum of `weights[k] * rows(k)`; each of the rows is as long as `out`. Sixteen sums at a time stay in
-/// registers.
+/// `out` = sum of `weights[k] * rows(k)`; each of the rows is as long as `out`.
 fn weigh<'a, T: Number + 'a>(weights: &[T], rows: impl Fn(usize) -> &'a [T], out: &mut [T]) {
-    const LANES: usize = 16;
-    let whole = out.len() - out.len() % LANES;
-    for start in (0..whole).step_by(LANES) {
-        let mut sums = [T::default(); LANES];
-        for (k, &weight) in weights.iter().enumerate() {
-            for (sum, &value) in sums.iter_mut().zip(&rows(k)[start..start + LANES]) {
-                *sum = *sum + weight * value;
-            }
+    for (k, &weight) in weights.iter().enumerate() {
+        for (out, &value) in out.iter_mut().zip(rows(k)) {
+            *out = *out + weight * value;
         }
-        out[start..start + LANES].copy_from_slice(&sums);
-    }
-    for (x, out) in out.iter_mut().enumerate().skip(whole) {
-        *out = weights.iter().enumerate().fold(T::default(), |sum, (k, &weight)| sum + weight * rows(k)[x]);
     }
 }
 

@@ -1,19 +1,21 @@
 //! `lookat-lab against`: compares lookat with pbrt-v3, or with an earlier lookat.
 
 use std::collections::HashMap;
+use std::error::Error;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::time::Instant;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use lookat_image::Image;
 
-use super::{Outcome, Ratio, Row, SIDE, disagreement, pictures, rows};
-use crate::{lookat_program, print};
+use super::{Outcome, Ratio, Row, Run, SIDE, disagreement, pictures, rows};
+use crate::estimate::mean;
+use crate::table::significant;
+use crate::{lookat_program, print, timed};
 
 /// The most runs of a program per row; lookat's differ in seed.
 const RUNS: usize = 3;
@@ -73,12 +75,12 @@ type Before = HashMap<(String, u32), Outcome>;
 
 impl Against {
     /// Compares, prints the table and writes it. Fails with the reason.
-    pub fn run(&self) -> Result<(), String> {
+    pub fn run(&self) -> Result<(), Box<dyn Error>> {
         let before = self.before.as_deref().map(read_before).transpose()?;
         let programs = Programs::find(self)?;
         fs::create_dir_all(&self.output).map_err(|error| of_path(&self.output, error))?;
         for (name, picture) in pictures() {
-            picture.write(&self.output.join(name)).map_err(|error| error.to_string())?;
+            picture.write(&self.output.join(name))?;
         }
         let csv_path = self.output.join("against.csv");
         let mut csv = format!("{HEADER}\n");
@@ -123,23 +125,20 @@ type Cell = Result<Ratio, String>;
 impl Compared {
     fn cells(&self, before: Option<Option<&Outcome>>) -> Vec<Cell> {
         let mut cells = Vec::new();
-        match (self.pbrt, self.disagreement) {
-            (Some(_), Some(difference)) => cells.extend([
-                Err(format!("the pictures differ: mean {:+.1} %", 100.0 * difference)),
-                Err(String::new()),
-            ]),
-            (Some(pbrt), None) => {
-                cells.extend([self.lookat.error_over(pbrt), self.lookat.time_to_equal_error(pbrt)].map(Ok));
-            }
-            (None, _) => {}
+        let none = || [Err(String::new()), Err(String::new())];
+        if let Some(pbrt) = self.pbrt {
+            cells.extend(match self.disagreement {
+                Some(mean) => {
+                    [Err(format!("the pictures differ: mean {:+.1} %", 100.0 * mean)), Err(String::new())]
+                }
+                None => [self.lookat.error_over(pbrt), self.lookat.time_to_equal_error(pbrt)].map(Ok),
+            });
         }
-        match before {
-            Some(Some(before)) => {
+        if let Some(before) = before {
+            cells.extend(before.map_or_else(none, |before| {
                 let time = Ratio { value: before.seconds / self.lookat.seconds, fireflies: false };
-                cells.extend([before.error_over(self.lookat), time].map(Ok));
-            }
-            Some(None) => cells.extend([Err(String::new()), Err(String::new())]),
-            None => {}
+                [before.error_over(self.lookat), time].map(Ok)
+            }));
         }
         cells
     }
@@ -149,8 +148,7 @@ impl Compared {
 fn line(name: &str, cells: &[Cell]) -> String {
     let text = |cell: &Cell| match cell {
         Ok(Ratio { value, fireflies }) => {
-            let places = (1.0 - value.log10().floor()).clamp(0.0, 4.0) as usize;
-            format!("{value:.places$}{}", if *fireflies { "\\*" } else { "" })
+            format!("{}{}", significant(*value, 2), if *fireflies { "\\*" } else { "" })
         }
         Err(reason) => reason.clone(),
     };
@@ -159,16 +157,12 @@ fn line(name: &str, cells: &[Cell]) -> String {
 
 /// The geometric mean of the ratios in each column.
 fn geometric_means(lines: &[Vec<Cell>]) -> Vec<Cell> {
-    let mean = |column: usize| {
+    let of_column = |column: usize| {
         let ratios = lines.iter().filter_map(|cells| cells[column].as_ref().ok());
-        let logarithms: Vec<f64> = ratios.map(|ratio| ratio.value.ln()).collect();
-        if logarithms.is_empty() {
-            return Err(String::new());
-        }
-        let value = (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp();
-        Ok(Ratio { value, fireflies: false })
+        let value = mean(&ratios.map(|ratio| ratio.value.ln()).collect::<Vec<_>>()).exp();
+        if value.is_nan() { Err(String::new()) } else { Ok(Ratio { value, fireflies: false }) }
     };
-    (0..lines[0].len()).map(mean).collect()
+    (0..lines[0].len()).map(of_column).collect()
 }
 
 fn csv_line(row: &str, samples: u32, compared: &Compared) -> String {
@@ -205,9 +199,9 @@ struct Programs {
 }
 
 impl Programs {
-    fn find(args: &Against) -> Result<Programs, String> {
+    fn find(args: &Against) -> Result<Programs, Box<dyn Error>> {
         let lookat = lookat_program(args.lookat.as_deref())?;
-        let (_, version) = timed(Command::new(&lookat).arg("--version"))?;
+        let version = printed(Command::new(&lookat).arg("--version"))?;
         if let Some(pbrt) = &args.pbrt {
             // pbrt-v3 ends its help with failure.
             run(Command::new(pbrt).arg("--help"))?;
@@ -216,7 +210,7 @@ impl Programs {
     }
 
     /// The outcomes of a row at each number of samples.
-    fn compare(&self, row: &Row, args: &Against) -> Result<Vec<Compared>, String> {
+    fn compare(&self, row: &Row, args: &Against) -> Result<Vec<Compared>, Box<dyn Error>> {
         let reference = self.reference(row, args)?;
         args.spp.iter().map(|samples| self.compare_at(row, *samples, &reference, &args.output)).collect()
     }
@@ -227,38 +221,31 @@ impl Programs {
         samples: u32,
         reference: &[[f32; 3]],
         folder: &Path,
-    ) -> Result<Compared, String> {
+    ) -> Result<Compared, Box<dyn Error>> {
         let scene = written(row, samples, folder)?;
-        let (mut own, mut own_seconds, mut other, mut other_seconds) = (vec![], vec![], vec![], vec![]);
+        let (mut own, mut other): (Vec<Run>, Vec<Run>) = (Vec::new(), Vec::new());
         for seed in 0..RUNS {
-            let (seconds, picture) = self.lookat(&scene, seed)?;
-            own_seconds.push(seconds);
-            own.push(picture);
-            if let Some(pbrt) = &self.pbrt
-                && other_seconds.iter().sum::<f64>() < LONG
-            {
+            own.push(self.lookat(&scene, seed)?);
+            let is_long = other.iter().map(|run| run.seconds).sum::<f64>() >= LONG;
+            if let Some(pbrt) = self.pbrt.as_ref().filter(|_| !is_long) {
                 let picture = scene.with_extension("pbrt-v3.exr");
                 let command = &mut Command::new(pbrt);
-                let (seconds, pixels) =
-                    rendered(command.args(["--quiet", "--nthreads", "1"]), &scene, &picture)?;
-                other_seconds.push(seconds);
-                other = vec![pixels];
+                other.push(rendered(command.args(["--quiet", "--nthreads", "1"]), &scene, &picture)?);
             }
         }
-        let pbrt = (!other.is_empty()).then(|| Outcome::of(median(&mut other_seconds), &other, reference));
         Ok(Compared {
-            lookat: Outcome::of(median(&mut own_seconds), &own, reference),
-            pbrt,
-            disagreement: other.first().and_then(|picture| disagreement(picture, reference)),
+            lookat: Outcome::of(&own, reference),
+            pbrt: (!other.is_empty()).then(|| Outcome::of(&other, reference)),
+            disagreement: other.first().and_then(|run| disagreement(&run.pixels, reference)),
         })
     }
 
     /// The pixels of a row's reference, from the folder if this version has rendered it there.
-    fn reference(&self, row: &Row, args: &Against) -> Result<Vec<[f32; 3]>, String> {
+    fn reference(&self, row: &Row, args: &Against) -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
         let mut hasher = DefaultHasher::new();
         (&self.version, row.text(args.reference_spp)).hash(&mut hasher);
         for (name, picture) in pictures() {
-            picture.to_bytes(Path::new(name)).map_err(|error| error.to_string())?.hash(&mut hasher);
+            picture.to_bytes(Path::new(name))?.hash(&mut hasher);
         }
         let kept = args.output.join(format!("{}-{:016x}.exr", row.name, hasher.finish()));
         if !kept.exists() {
@@ -266,10 +253,10 @@ impl Programs {
             self.lookat(&scene, REFERENCE_SEED)?;
             fs::rename(scene.with_extension("exr"), &kept).map_err(|error| of_path(&kept, error))?;
         }
-        pixels(&kept)
+        Ok(pixels(&kept)?)
     }
 
-    fn lookat(&self, scene: &Path, seed: usize) -> Result<(f64, Vec<[f32; 3]>), String> {
+    fn lookat(&self, scene: &Path, seed: usize) -> Result<Run, String> {
         let seed = seed.to_string();
         let command = &mut Command::new(&self.lookat);
         let options = ["render", "--threads", "1", "--seed", &seed];
@@ -284,27 +271,26 @@ fn written(row: &Row, samples: u32, folder: &Path) -> Result<PathBuf, String> {
     Ok(path)
 }
 
-/// The wall time in seconds, and the picture, of a program that renders a scene.
-fn rendered(command: &mut Command, scene: &Path, picture: &Path) -> Result<(f64, Vec<[f32; 3]>), String> {
-    let program = command.get_program().display().to_string();
+/// Runs a program that renders a scene.
+fn rendered(command: &mut Command, scene: &Path, picture: &Path) -> Result<Run, String> {
     let _ = fs::remove_file(picture);
-    let (seconds, messages) = timed(command.arg("--outfile").arg(picture).arg(scene))?;
+    let (seconds, messages) = timed(|| printed(command.arg("--outfile").arg(picture).arg(scene)));
+    let messages = messages?;
     if !picture.exists() {
-        return Err(format!("{program} {} wrote no picture; it printed: {messages}", scene.display()));
+        let (program, scene) = (command.get_program().display(), scene.display());
+        return Err(format!("{program} {scene} wrote no picture; it printed: {messages}"));
     }
-    Ok((seconds, pixels(picture)?))
+    Ok(Run { seconds, pixels: pixels(picture)? })
 }
 
-/// The wall time in seconds of a program that must succeed, and what it printed.
-fn timed(command: &mut Command) -> Result<(f64, String), String> {
-    let started = Instant::now();
+/// What a program prints that must succeed.
+fn printed(command: &mut Command) -> Result<String, String> {
     let output = run(command)?;
-    let seconds = started.elapsed().as_secs_f64();
     let printed = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).trim().to_string();
     if !output.status.success() {
         return Err(format!("{}: {}: {printed}", command.get_program().display(), output.status));
     }
-    Ok((seconds, printed))
+    Ok(printed)
 }
 
 fn run(command: &mut Command) -> Result<Output, String> {
@@ -319,11 +305,6 @@ fn pixels(path: &Path) -> Result<Vec<[f32; 3]>, String> {
     let image = Image::read(path).map_err(|error| error.to_string())?;
     let pixels = image.rgb().filter(|pixels| pixels.len() == (SIDE * SIDE) as usize);
     pixels.ok_or(format!("{}: not a color picture of {SIDE} x {SIDE} pixels", path.display()))
-}
-
-fn median(seconds: &mut [f64]) -> f64 {
-    seconds.sort_by(f64::total_cmp);
-    seconds[seconds.len() / 2]
 }
 
 fn of_path(path: &Path, error: std::io::Error) -> String {

@@ -3,9 +3,8 @@
 use glam::DVec3;
 use lookat_image::{Image, Window};
 
-use super::worlds::{
-    MATTE, at, bumps, corridor, disk, floor, lamp, mesh_light, points, room, sphere_lamps, spheres, wall,
-};
+use super::worlds::{bumps, corridor, mesh_light, points, sphere_lamps, spheres};
+use crate::text_scene::{film, quad};
 
 /// A scene of the table.
 #[derive(Debug, Clone)]
@@ -21,9 +20,10 @@ impl Row {
     /// The text of the scene file with so many samples per pixel.
     pub fn text(&self, samples: u32) -> String {
         format!(
-            "PixelFilter {}\nFilm \"image\" \"integer xresolution\" {SIDE} \"integer yresolution\" {SIDE}\n\
-             Sampler \"sobol\" \"integer pixelsamples\" {samples}\n{}",
-            self.filter, self.scene
+            "PixelFilter {}\n{}\nSampler \"sobol\" \"integer pixelsamples\" {samples}\n{}",
+            self.filter,
+            film([SIDE; 2]),
+            self.scene
         )
     }
 }
@@ -46,21 +46,8 @@ const FILTERED: [(&str, &str); 4] = [
     ("thin-lens", include_str!("../bench/scenes/seed-thin-lens.pbrt")),
 ];
 
-const FLOOR_VIEW: &str = "LookAt 0 6 -11  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 45";
-/// A small part of the floor: pbrt-v3 prepares its choice of lights for each voxel that paths visit, which takes hours for all.
-const CLOSE_VIEW: &str = "LookAt 0 2.5 -4  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 25";
-const ROOM_VIEW: &str = "LookAt 0 0 -3.9  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 38";
-const INSIDE_VIEW: &str = "LookAt 0 0 -0.95  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 80";
-const CORRIDOR_VIEW: &str = "LookAt 0 1.2 0.3  0 1 9  0 1 0 Camera \"perspective\" \"float fov\" 60";
-const LENS_VIEW: &str = "LookAt 0 2 -8  0 1 0  0 1 0 \
-     Camera \"perspective\" \"float fov\" 50 \"float lensradius\" 0.15 \"float focaldistance\" 4";
-
-const PATH: &str = "Integrator \"path\" \"integer maxdepth\" 5";
-const SHORT_PATH: &str = "Integrator \"path\" \"integer maxdepth\" 1";
-const DEEP_PATH: &str = "Integrator \"path\" \"integer maxdepth\" 40";
-
-const SKY: &str = "sky.pfm";
-const TILES: &str = "tiles.pfm";
+/// The other scenes. The first lines of the table explain it.
+const TABLE: &str = include_str!("rows.tsv");
 
 /// The pictures that the scenes read, by file name.
 pub fn pictures() -> [(&'static str, Image); 2] {
@@ -79,7 +66,7 @@ pub fn pictures() -> [(&'static str, Image); 2] {
         1 => [0.1, 0.3, 0.6],
         _ => [0.8, 0.8, 0.7],
     });
-    [(SKY, sky), (TILES, tiles)]
+    [("sky.pfm", sky), ("tiles.pfm", tiles)]
 }
 
 /// All rows, in the order of the table.
@@ -92,89 +79,51 @@ pub fn rows() -> Vec<Row> {
             rows.push(Row { name: format!("{scene}-{name}"), filter, scene: text.clone() });
         }
     }
-    let mut add = |name: &str, view: &str, integrator: &str, world: String| {
-        let scene = format!("{view}\n{integrator}\nWorldBegin\n{world}WorldEnd\n");
+    for line in TABLE.lines().filter(|line| !line.starts_with(['#', '='])) {
+        let [name, view, world] = line.split('\t').collect::<Vec<_>>()[..] else {
+            panic!("not three fields: {line}")
+        };
+        let [view, world] = [view, world].map(expanded);
+        let scene = format!("{view}\nWorldBegin\n{world}\nWorldEnd\n");
         rows.push(Row { name: name.into(), filter: BOX, scene });
-    };
-
-    let shadows = floor(MATTE) + &spheres();
-    let view = |count| if count < 1_000 { [FLOOR_VIEW, PATH] } else { [CLOSE_VIEW, SHORT_PATH] };
-    for count in [1, 20, 32, 40, 200, 1_000, 10_000] {
-        let [view, integrator] = view(count);
-        add(&format!("points-{count}"), view, integrator, shadows.clone() + &points(count));
     }
-    for count in [20, 200, 1_000] {
-        let [view, integrator] = view(count);
-        add(&format!("sphere-lamps-{count}"), view, integrator, shadows.clone() + &sphere_lamps(count, 0.05));
-    }
-    for count in [10, 100, 1_000, 100_000] {
-        let [view, integrator] = view(count);
-        add(&format!("mesh-light-{count}"), view, integrator, shadows.clone() + &mesh_light(count));
-    }
-    add("corridor", CORRIDOR_VIEW, PATH, corridor());
-
-    let ceiling_lamp = |height| lamp(DVec3::Y * height, [0.25, 0.25], [14, 12, 9]);
-    let with_sphere = |material: &str| room(MATTE, material) + &ceiling_lamp(0.99);
-    add("lamp-at-ceiling", ROOM_VIEW, PATH, room(MATTE, MATTE) + &ceiling_lamp(0.9999));
-    add("long-lamp", FLOOR_VIEW, PATH, floor(MATTE) + &lamp(DVec3::Y * 0.3, [6.0, 0.05], [20; 3]));
-    add("disk-lamp", ROOM_VIEW, PATH, room(MATTE, MATTE) + &disk(0.99));
-    let sky = |parameter: &str| shadows.clone() + &format!("LightSource \"infinite\" {parameter}\n");
-    add("sky-constant", FLOOR_VIEW, PATH, sky("\"rgb L\" [.6 .8 1]"));
-    // The pole of the sky is up.
-    let up = "AttributeBegin Rotate -90 1 0 0\nLightSource \"infinite\" \"string mapname\"";
-    add("sky-picture", FLOOR_VIEW, PATH, shadows.clone() + &format!("{up} \"{SKY}\" AttributeEnd\n"));
-
-    let over = |floor: String| floor + &lamp(DVec3::Y * 5.0, [1.5, 1.5], [20; 3]);
-    for (name, material) in [
-        ("mesh-matte", MATTE),
-        ("mesh-metal-0.2", "Material \"metal\" \"float roughness\" 0.2\n"),
-        ("mesh-metal-0.05", "Material \"metal\" \"float roughness\" 0.05\n"),
-        ("mesh-glass", "Material \"glass\"\n"),
-    ] {
-        add(name, FLOOR_VIEW, PATH, over(floor(MATTE)) + material + &bumps());
-    }
-    for (name, material) in [
-        (
-            "plastic",
-            "Material \"plastic\" \"rgb Kd\" [.1 .2 .5] \"rgb Ks\" [.4 .4 .4] \"float roughness\" 0.05\n",
-        ),
-        ("rough-glass", "Material \"glass\" \"float uroughness\" 0.1 \"float vroughness\" 0.1\n"),
-        ("mirror", "Material \"mirror\"\n"),
-    ] {
-        add(name, ROOM_VIEW, PATH, with_sphere(material));
-    }
-    let mirror =
-        at(DVec3::new(0.45, -0.65, 0.3), "Material \"mirror\" Shape \"sphere\" \"float radius\" 0.35");
-    let whitted = "Integrator \"whitted\" \"integer maxdepth\" 5";
-    add("whitted", ROOM_VIEW, whitted, with_sphere("Material \"glass\"\n") + &mirror);
-    let second = lamp(DVec3::new(0.5, 0.8, 0.0), [0.1, 0.1], [10, 20, 30]);
-    let directlighting = "Integrator \"directlighting\"";
-    add("directlighting", ROOM_VIEW, directlighting, with_sphere(MATTE) + &second);
-    // pbrt-v3's `sobol` has too few dimensions for each triangle of 100 quads with `directlighting`.
-    for (name, integrator, count) in [
-        ("whitted", whitted, 10),
-        ("whitted", whitted, 100),
-        ("directlighting", directlighting, 10),
-        ("directlighting-one", "Integrator \"directlighting\" \"string strategy\" \"one\"", 10),
-    ] {
-        let world = shadows.clone() + &mesh_light(count);
-        add(&format!("{name}-mesh-light-{count}"), FLOOR_VIEW, integrator, world);
-    }
-
-    for (name, texture) in [
-        ("trilinear", format!("\"imagemap\" \"string filename\" \"{TILES}\" \"bool trilinear\" \"true\"")),
-        ("checkerboard", "\"checkerboard\"".into()),
-    ] {
-        let scale = "\"float uscale\" 12 \"float vscale\" 12";
-        let material =
-            format!("Texture \"t\" \"color\" {texture} {scale}\nMaterial \"matte\" \"texture Kd\" \"t\"\n");
-        add(&format!("texture-{name}"), FLOOR_VIEW, PATH, over(floor(&material)));
-    }
-    let white = "Material \"matte\" \"rgb Kd\" [.9 .9 .9]\n";
-    let closed = room(white, white) + &wall([DVec3::NEG_Z, DVec3::X, DVec3::Y]) + &ceiling_lamp(0.99);
-    add("white-room", INSIDE_VIEW, DEEP_PATH, closed);
-    add("lens-small-lamps", LENS_VIEW, PATH, shadows + &sphere_lamps(100, 0.02));
     rows
+}
+
+/// Replaces the names in braces by their texts.
+fn expanded(text: &str) -> String {
+    let parts = text.split(['{', '}']).enumerate();
+    parts.map(|(i, part)| if i % 2 == 0 { part.into() } else { named(part) }).collect()
+}
+
+/// The text of a name with its numbers.
+///
+/// # Panics
+///
+/// If neither the table nor `worlds` has the name.
+fn named(part: &str) -> String {
+    let (name, numbers) = part.split_once(' ').unwrap_or((part, ""));
+    let numbers: Vec<f64> = numbers
+        .split_whitespace()
+        .map(|number| number.parse().expect("numbers follow the name of a shape"))
+        .collect();
+    match (name, &numbers[..]) {
+        ("spheres", []) => spheres(),
+        ("corridor", []) => corridor(),
+        ("bumps", []) => bumps(),
+        ("points", [count]) => points(*count as usize),
+        ("mesh-light", [count]) => mesh_light(*count as usize),
+        ("sphere-lamps", [count, radius]) => sphere_lamps(*count as usize, *radius),
+        ("quad", [_, _, _, _, _, _, _, _, _]) => {
+            let [middle, across, up] = [0, 3, 6].map(|first| DVec3::from_slice(&numbers[first..]));
+            quad(middle, across, up)
+        }
+        _ => {
+            let definition =
+                |line: &'static str| line.strip_prefix('=')?.strip_prefix(name)?.strip_prefix('\t');
+            expanded(TABLE.lines().find_map(definition).unwrap_or_else(|| panic!("nothing is called {part}")))
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! What each feature costs: one scene, with one thing more at a time.
 
-use std::path::Path;
-
 use lookat_render::{Settings, Stop};
 use lookat_scene::Scene;
 
-use super::rendering::render;
-use super::table::{BenchTable, Column, timed};
+use super::bench_table::{BenchTable, Column};
+use super::rendering::{load, render};
+use crate::timed;
 
 /// Two spheres on a floor under four lamps, without anything that can be left out.
 const BASE: &str = include_str!("base.pbrt");
@@ -54,33 +53,7 @@ fn scene(line: &[&'static str]) -> (&'static str, Scene) {
         assert!(text.contains(from), "{}: {from}", line[0]);
         text = text.replacen(from, to, 1);
     }
-    (line[0], load(line[0], &text))
-}
-
-/// The scene of a text, in which all pictures are the same.
-///
-/// # Panics
-///
-/// If it has errors.
-pub(super) fn load(name: &str, text: &str) -> Scene {
-    let read = |path: &Path| match path.extension() {
-        Some(_) => Ok(picture()),
-        None => Ok(text.into()),
-    };
-    let loaded = lookat_scene::load(Path::new("scene"), &read, &Default::default());
-    loaded.scene.unwrap_or_else(|| panic!("{name}: {:?}", loaded.diagnostics))
-}
-
-/// Colors, 256 by 256.
-fn picture() -> Vec<u8> {
-    let mut bytes = b"PF\n256 256\n-1.0\n".to_vec();
-    for at in 0..256 * 256_u32 {
-        for channel in 0..3 {
-            let value = (at.wrapping_mul(2_654_435_761) >> (8 * channel) & 255) as f32 / 255.0;
-            bytes.extend(value.to_le_bytes());
-        }
-    }
-    bytes
+    (line[0], load(line[0], &text, false))
 }
 
 #[cfg(test)]

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
-use lookat_image::{MemoryBudget, TemporaryFile, TemporaryName, io_reason, open_file};
+use lookat_image::{MemoryBudget, TemporaryFile, TemporaryName, open_file};
 use serde_json::{Value, json};
 
-use super::table::{BenchRow, BenchTable, Cell};
-use client::Client;
+use super::bench_table::{BenchRow, BenchTable, Cell};
+use client::{Client, ClientError};
 
 /// As often as a display shows a frame, a page sends a camera.
 const FRAME: Duration = Duration::from_micros(16_667);
@@ -46,8 +46,7 @@ pub(super) fn latency(program: &Path, scenes: &[PathBuf]) -> Result<BenchTable, 
     let row = |scene: &PathBuf| {
         let cells = measured(program, scene).map_err(|reason| format!("{}: {reason}", scene.display()))?;
         let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let cell = |value: f64| Cell { median: value, low: value, high: value };
-        Ok(BenchRow { name, cells: cells.map(cell).to_vec() })
+        Ok(BenchRow { name, cells: cells.map(|value| Cell::of([value])).to_vec() })
     };
     let rows = scenes.iter().map(row).collect::<Result<_, String>>()?;
     let title = format!(
@@ -57,12 +56,12 @@ pub(super) fn latency(program: &Path, scenes: &[PathBuf]) -> Result<BenchTable, 
     Ok(BenchTable { name: "view", title, columns: COLUMNS.to_vec(), rows })
 }
 
-fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String> {
-    let text = text(scene).map_err(|error| io_reason(&error))?;
-    world_begin(&text).ok_or("WorldBegin is not in the scene file itself")?;
+fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], ClientError> {
+    let text = text(scene)?;
+    world_begin(&text).ok_or(ClientError::Failed("WorldBegin is not in the scene file itself"))?;
     let folder = scene.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-    let mut copy = TemporaryFile::new(folder, COPY).map_err(|error| io_reason(&error))?;
-    save(&mut copy, &text).map_err(|error| io_reason(&error))?;
+    let mut copy = TemporaryFile::new(folder, COPY)?;
+    save(&mut copy, &text)?;
     let started = Instant::now();
     let mut client = Client::start(program, copy.path())?;
     client.picture(|_| true)?;
@@ -75,11 +74,11 @@ fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String
             client.picture(|picture| picture.is_full)?;
             client.rest(BETWEEN_SAVES)?;
             let before = client.generation;
-            let saved = save(&mut copy, &edited(text, number)).map_err(|error| io_reason(&error))?;
+            let saved = save(&mut copy, &edited(text, number))?;
             client.picture(|picture| picture.generation != before)?;
             times.push(ms(saved.elapsed()));
         }
-        Ok::<_, String>(quantiles(times))
+        Ok::<_, ClientError>(quantiles(times))
     };
     let [[s50, s99], [l50, l99]] =
         [saves(&text, with_camera)?, saves(&with_camera(&text, SAVES), with_light)?];
@@ -136,7 +135,7 @@ struct Moving {
 }
 
 /// Turns the camera around its target.
-fn moving(client: &mut Client) -> Result<Moving, String> {
+fn moving(client: &mut Client) -> Result<Moving, ClientError> {
     let look_at = client.look_at.clone();
     let at = |index: usize| look_at.get(index).and_then(Value::as_f64).unwrap_or(0.0);
     let point = |first: usize| DVec3::new(at(first), at(first + 1), at(first + 2));

@@ -158,16 +158,16 @@ mod tests {
 
     #[test]
     fn a_closed_mesh_has_no_holes() {
-        use lookat_render::{Probe, Ray};
+        use lookat_render::{Prepared, Ray};
         let mut scene = scene(DVec3::new(0.0, 0.0, -9.0), vec![body()]);
         scene.view.film.resolution = [8, 8];
-        let probe = Probe::new(&scene);
+        let prepared = Prepared::new(&scene);
         // From the middle to all sides.
         for at in 0..1000 {
             let angle = f64::from(at) * 2.4;
             let z = (f64::from(at) + 0.5) / 500.0 - 1.0;
             let d = DVec3::new(angle.cos(), angle.sin(), 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
-            assert!(probe.nearest(&Ray::new(-probe.origin(), d)).is_some(), "{d}");
+            assert!(prepared.nearest(&Ray::new(-prepared.origin(), d)).is_some(), "{d}");
         }
     }
 }

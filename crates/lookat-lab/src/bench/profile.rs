@@ -6,10 +6,10 @@ use std::time::Duration;
 use lookat_render::{Settings, StageProfile};
 use lookat_scene::{Scene, Shape};
 
-use super::features::load;
+use super::bench_table::{BenchTable, Column, in_turn};
 use super::meshes::body;
-use super::rendering::render;
-use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
+use super::rendering::{load, render};
+use crate::timed;
 
 const LAMP: &str = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [30 28 24] Material "matte" "rgb Kd" [0 0 0]
     Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-1 4 -1  1 4 -1  1 4 1  -1 4 1] AttributeEnd"#;
@@ -30,16 +30,14 @@ const SCENES: [(&str, &str, &str); 5] = [
 /// A stage, the time of all stages in seconds, and the camera samples.
 type Line = (StageProfile, f64, f64);
 
-type Quantity = fn(&Line) -> f64;
-
-const COLUMNS: [(&str, Quantity); 7] = [
-    ("ns/sample", |(stage, _, samples)| ratio(1e9 * stage.time.as_secs_f64(), *samples)),
-    ("% of time", |(stage, whole, _)| ratio(100.0 * stage.time.as_secs_f64(), *whole)),
-    ("lanes/sample", |(stage, _, samples)| ratio(stage.lanes as f64, *samples)),
-    ("% of lanes in use", |(stage, ..)| ratio(100.0 * stage.lanes as f64, 8.0 * stage.batches as f64)),
-    ("M/s", |(stage, ..)| ratio(1e-6 * stage.lanes as f64, stage.time.as_secs_f64())),
-    ("M/s alone", |(stage, ..)| ratio(1e-6 * stage.lanes as f64, stage.alone.as_secs_f64())),
-    ("% of time alone", |(stage, whole, _)| ratio(100.0 * stage.alone.as_secs_f64(), *whole)),
+const COLUMNS: [Column<Line>; 7] = [
+    ("ns/sample", |(stage, _, samples), _| ratio(1e9 * stage.time.as_secs_f64(), *samples)),
+    ("% of time", |(stage, whole, _), _| ratio(100.0 * stage.time.as_secs_f64(), *whole)),
+    ("lanes/sample", |(stage, _, samples), _| ratio(stage.lanes as f64, *samples)),
+    ("% of lanes in use", |(stage, ..), _| ratio(100.0 * stage.lanes as f64, 8.0 * stage.batches as f64)),
+    ("M/s", |(stage, ..), _| ratio(1e-6 * stage.lanes as f64, stage.time.as_secs_f64())),
+    ("M/s alone", |(stage, ..), _| ratio(1e-6 * stage.lanes as f64, stage.alone.as_secs_f64())),
+    ("% of time alone", |(stage, whole, _), _| ratio(100.0 * stage.alone.as_secs_f64(), *whole)),
 ];
 
 /// Not a number where a stage does not have one of the quantities.
@@ -63,7 +61,7 @@ fn scene(light: &str, material: &str) -> Scene {
         "integer indices" [0 1 2 0 2 3] "point P" [-4 -1.2 -4  -4 -1.2 5  4 -1.2 5  4 -1.2 -4]
         {material} Shape "sphere" WorldEnd"#
     );
-    let mut scene = load("profile", &text);
+    let mut scene = load("profile", &text, false);
     if let Some(last) = Arc::make_mut(&mut scene.world).primitives.last_mut() {
         last.shape = Shape::TriangleMesh(Arc::new(body()));
     }
@@ -85,14 +83,9 @@ fn measure(scene: &Scene) -> Vec<Line> {
 }
 
 fn table(name: &str, rounds: &[Vec<Line>]) -> BenchTable {
-    let row = |(at, (stage, ..)): (usize, &Line)| {
-        let cells = COLUMNS.iter().map(|(_, value)| Cell::of(rounds.iter().map(|lines| value(&lines[at]))));
-        BenchRow { name: stage.name.into(), cells: cells.collect() }
+    let stage = |(at, (stage, ..)): (usize, &Line)| {
+        (stage.name.into(), rounds.iter().map(|lines| lines[at]).collect())
     };
-    BenchTable {
-        name: "profile",
-        title: format!("{name} scene, on one thread"),
-        columns: COLUMNS.map(|column| column.0).into(),
-        rows: rounds[0].iter().enumerate().map(row).collect(),
-    }
+    let title = format!("{name} scene, on one thread");
+    BenchTable::of(("profile", title), &COLUMNS, rounds[0].iter().enumerate().map(stage).collect())
 }

@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use lookat_scene::load_opened;
 
+use super::bench_table::{BenchTable, Column};
 use super::meshes::{as_ply, as_text, sphere};
-use super::table::{BenchTable, Column, timed};
 use crate::text_scene::around_eye;
+use crate::timed;
 
 /// The name of a file, its bytes, and the scene, which is that file or names it.
 type File = (&'static str, Arc<[u8]>, Arc<[u8]>);

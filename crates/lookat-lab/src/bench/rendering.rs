@@ -1,13 +1,13 @@
 //! Whole pictures: scenes of the project, which are in the program.
 
-use std::io::{Error, ErrorKind};
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use lookat_render::{Rendered, Settings};
 use lookat_scene::{FilmOverride, LoadOptions, Scene};
 
-use super::table::{BenchTable, Column, timed};
+use super::bench_table::{BenchTable, Column};
+use crate::timed;
 
 /// A scene, and the samples per pixel that it is rendered at; none for a draft.
 type Entry = (&'static str, &'static str, Option<u32>);
@@ -56,17 +56,32 @@ pub(super) fn render(scene: &Scene, settings: &Settings) -> Rendered {
     lookat_render::render(scene, settings, &|_| ControlFlow::Continue(()))
 }
 
+/// The scene of a text, with a quarter of its width and height for `quarter`. It may include the torus, and all pictures in it are
+/// the same.
+///
 /// # Panics
 ///
-/// If the scene has errors.
-fn load(name: &str, text: &str, quarter: bool) -> Scene {
+/// If it has errors.
+pub(super) fn load(name: &str, text: &str, quarter: bool) -> Scene {
     let read = |path: &Path| match path.file_name().and_then(|file| file.to_str()) {
+        Some("scene") => Ok(text.into()),
         Some("torus.pbrt") => Ok(TORUS.into()),
-        Some("scene.pbrt") => Ok(text.into()),
-        _ => Err(Error::from(ErrorKind::NotFound)),
+        _ => Ok(picture()),
     };
     let film = FilmOverride { quarter, ..FilmOverride::default() };
     let options = LoadOptions { film, ..LoadOptions::default() };
-    let loaded = lookat_scene::load(Path::new("scene.pbrt"), &read, &options);
+    let loaded = lookat_scene::load(Path::new("scene"), &read, &options);
     loaded.scene.unwrap_or_else(|| panic!("{name}: {:?}", loaded.diagnostics))
+}
+
+/// Colors, 256 by 256.
+fn picture() -> Vec<u8> {
+    let mut bytes = b"PF\n256 256\n-1.0\n".to_vec();
+    for at in 0..256 * 256_u32 {
+        for channel in 0..3 {
+            let value = (at.wrapping_mul(2_654_435_761) >> (8 * channel) & 255) as f32 / 255.0;
+            bytes.extend(value.to_le_bytes());
+        }
+    }
+    bytes
 }

@@ -1,14 +1,15 @@
 //! Rays on one thread, and building trees.
 
 use glam::{DVec2, DVec3};
-use lookat_render::{ElementId, Probe, Ray};
-use lookat_scene::Scene;
+use lookat_render::{ElementId, Prepared, Ray};
+use lookat_scene::{Scene, View};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+use super::bench_table::{BenchTable, Column};
 use super::meshes::{body_scene, sphere_scene};
-use super::table::{BenchTable, Column, timed};
 use crate::stability::random::direction;
+use crate::timed;
 
 /// Camera rays across and down.
 const SIDE: usize = 400;
@@ -21,8 +22,8 @@ pub(super) fn tables(rounds: usize) -> Vec<BenchTable> {
     let scenes = [("body", body_scene()), ("sphere", sphere_scene())];
     let names =
         || scenes.iter().map(|(name, scene)| format!("{name}, {} triangles", triangles(scene))).collect();
-    let probes = scenes.each_ref().map(|(_, scene)| Probe::new(scene));
-    let batches = probes.each_ref().map(batches);
+    let prepared = scenes.each_ref().map(|(_, scene)| Prepared::new(scene));
+    let batches = [0, 1].map(|mesh| batches(&prepared[mesh], &scenes[mesh].1.view));
     let rays: [Column<[f64; 4]>; 4] = [
         ("primary", |rates, _| rates[0]),
         ("diffuse", |rates, _| rates[1]),
@@ -31,7 +32,7 @@ pub(super) fn tables(rounds: usize) -> Vec<BenchTable> {
     ];
     let title = "rays on one thread, in millions per second".into();
     let rays = BenchTable::measured(("tracing", title), &rays, names(), rounds, |mesh| {
-        batches[mesh].each_ref().map(|batch| rate(&probes[mesh], batch))
+        batches[mesh].each_ref().map(|batch| rate(&prepared[mesh], batch))
     });
     let building: [Column<[f64; 2]>; 3] = [
         ("one thread", |[one, _], _| *one),
@@ -54,27 +55,27 @@ fn triangles(scene: &Scene) -> usize {
 }
 
 /// Million rays a second.
-fn rate(probe: &Probe, (rays, is_shadow): &Batch) -> f64 {
-    let hits = |ray: &&Ray| if *is_shadow { probe.occluded(ray) } else { probe.nearest(ray).is_some() };
+fn rate(prepared: &Prepared, (rays, is_shadow): &Batch) -> f64 {
+    let hits = |ray: &&Ray| if *is_shadow { prepared.occluded(ray) } else { prepared.nearest(ray).is_some() };
     let (seconds, _) = timed(|| rays.iter().filter(hits).count());
     rays.len() as f64 / seconds / 1e6
 }
 
 /// Rays from the camera, one through each pixel; from where they meet
 /// something, in random directions by the cosine, and to a light above; and anywhere among all that they meet.
-fn batches(probe: &Probe) -> [Batch; 4] {
+fn batches(prepared: &Prepared, view: &View) -> [Batch; 4] {
+    let camera = prepared.camera(view);
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let corner = |at: usize| DVec2::new((at % SIDE) as f64, (at / SIDE) as f64);
-    let through = |film| probe.camera_ray(film * (400.0 / SIDE as f64), DVec2::splat(0.5));
+    let through = |film| camera.ray(film * (400.0 / SIDE as f64), DVec2::splat(0.5));
     let primary: Vec<Ray> = (0..SIDE * SIDE).map(|at| through(corner(at) + 0.5)).collect();
     let (mut diffuse, mut low, mut high) = (Vec::new(), DVec3::INFINITY, DVec3::NEG_INFINITY);
     for ray in &primary {
-        let Some(hit) = probe.nearest(ray) else { continue };
-        let point = probe.point(ray, &hit);
-        let n = if point.n.dot(ray.d) > 0.0 { -point.n } else { point.n };
-        let d = (n + direction(&mut random)).normalize_or(n);
+        let Some(hit) = prepared.nearest(ray) else { continue };
+        let point = prepared.surface(ray, &hit).facing(ray.d);
+        let d = (point.n + direction(&mut random)).normalize_or(point.n);
         (low, high) = (low.min(point.p), high.max(point.p));
-        diffuse.push(probe.spawn_ray(ray, &hit, d));
+        diffuse.push(point.spawn_ray(d));
     }
     let anywhere = |_| {
         let share = DVec3::from_array(std::array::from_fn(|_| random.random::<f64>()));
@@ -92,7 +93,7 @@ fn batches(probe: &Probe) -> [Batch; 4] {
 
 /// Million triangles a second of preparing a scene on so many threads; 0 is one for each processor.
 fn building_rate(scene: &Scene, threads: usize) -> f64 {
-    let build = || timed(|| Probe::new(scene)).0;
+    let build = || timed(|| Prepared::new(scene)).0;
     let seconds = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
         Ok(pool) => pool.install(build),
         Err(_) => build(),

@@ -3,13 +3,15 @@
 use std::error::Error;
 use std::ops::Range;
 
+use lookat_image::rgb_png;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 
 use super::measure::Point;
-use super::results::{Chart, MethodResult, plain, round_numbers, significant};
+use super::results::{Chart, MethodResult, round_numbers};
+use crate::table::{plain, significant};
 
 /// Width and height of the SVG.
 const SIZE: (u32, u32) = (960, 560);
@@ -59,11 +61,8 @@ pub fn draw(chart: &Chart, title: &str) -> Result<Option<Plot>, Box<dyn Error>> 
     let (width, height) = (SIZE.0 * SCALE, SIZE.1 * SCALE);
     let mut pixels = vec![0; (width * height * 3) as usize];
     drawing.draw(&BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area(), SCALE)?;
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header()?.write_image_data(&pixels)?;
-    Ok(Some(Plot { svg, png: file }))
+    let png = rgb_png(width as usize, &pixels).map_err(|fault| format!("{fault:?}"))?;
+    Ok(Some(Plot { svg, png }))
 }
 
 /// From the least to the largest positive number, with room at both ends.

@@ -4,13 +4,14 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use lookat_image::{Means, means};
-use lookat_render::{Prepared, REPLICATES, Rendered, Settings};
+use lookat_render::{Prepared, Progress, REPLICATES, Rendered, Settings};
 use lookat_scene::{Sampler, Scene, View};
 use serde::Serialize;
 
-use super::estimate::{Estimate, mean_and_error};
 use super::method::{Method, REFERENCE};
 use super::reference::{Origin, Reference, is_clear, noise};
+use crate::estimate::{Estimate, mean, mean_and_error};
+use crate::timed;
 
 /// The fewest pictures of a point.
 pub const FEWEST_SEEDS: u32 = 8;
@@ -38,28 +39,24 @@ pub struct Renderer {
 impl Renderer {
     /// Prepares a scene.
     pub fn new(scene: &Scene) -> Renderer {
-        let started = Instant::now();
-        let prepared = Prepared::new(scene);
-        Renderer { prepared, view: scene.view.clone(), preparation: started.elapsed().as_secs_f64() }
+        let (preparation, prepared) = timed(|| Prepared::new(scene));
+        Renderer { prepared, view: scene.view.clone(), preparation }
     }
 
     /// The picture of a method, and its wall time in seconds. `None` if `watch` breaks.
-    fn render(&mut self, method: &Method, samples: u32, seed: u64, watch: Watch) -> Option<(Rendered, f64)> {
+    fn render(&self, method: &Method, samples: u32, seed: u64, watch: Watch) -> Option<(Rendered, f64)> {
         let mut view = self.view.clone();
-        method.apply(&mut view);
+        (method.change)(&mut view);
         view.sampler = Sampler { samples_per_pixel: 1, ..view.sampler }.with_samples(samples);
         let settings = Settings { seed, stop: (method.stop)(samples), ..Settings::default() };
-        let started = Instant::now();
-        let rendered = self
-            .prepared
-            .render(&view, &settings, &|progress| watch(progress.done as f64 / progress.total.max(1) as f64));
-        let seconds = started.elapsed().as_secs_f64();
+        let watch_share = |progress: Progress| watch(progress.done as f64 / progress.total.max(1) as f64);
+        let (seconds, rendered) = timed(|| self.prepared.render(&view, &settings, &watch_share));
         // A break may come after the last tile.
         (rendered.complete && watch(1.0).is_continue()).then_some((rendered, seconds))
     }
 
     /// A picture to measure errors with, by the scene's integrator. `None` if `watch` breaks.
-    pub fn reference(&mut self, samples: u32, seed: u64, watch: Watch) -> Option<Reference> {
+    pub fn reference(&self, samples: u32, seed: u64, watch: Watch) -> Option<Reference> {
         let (rendered, seconds) = self.render(&REFERENCE, samples, seed, watch)?;
         let noise = noise(&rendered.image.errors()?);
         let origin = Origin::Rendered { samples, seed, seconds };
@@ -68,14 +65,15 @@ impl Renderer {
 
     /// The seconds per sample of each pixel. Doubles the samples until a picture takes at least `seconds`; the last one may
     /// take twice as long. `None` if `watch` breaks.
-    pub fn seconds_per_sample(&mut self, method: &Method, seconds: f64, watch: Watch) -> Option<f64> {
+    pub fn seconds_per_sample(&self, method: &Method, seconds: f64, watch: Watch) -> Option<f64> {
         // The first picture is slower than others.
         self.render(method, method.first, 0, watch)?;
         let mut samples = method.first;
         loop {
             // Of two, in case other work slows one down.
-            let faster =
-                self.render(method, samples, 0, watch)?.1.min(self.render(method, samples, 0, watch)?.1);
+            let [one, other] =
+                [self.render(method, samples, 0, watch)?.1, self.render(method, samples, 0, watch)?.1];
+            let faster = one.min(other);
             if faster >= seconds || samples >= 1 << (MOST_POINTS - 1) {
                 return Some(faster / f64::from(samples));
             }
@@ -107,8 +105,7 @@ impl Plan {
         let renders_reference = costs.len() > methods.len();
         let plan = |largest| Plan { largest, seeds, renders_reference };
         let time = |plan: Plan| -> f64 {
-            let samples = plan.samples(methods);
-            samples.zip(costs).map(|(samples, cost)| samples * cost).sum()
+            plan.samples(methods).iter().zip(costs).map(|(samples, cost)| samples * cost).sum()
         };
         let smallest = plan(1 << (FEWEST_POINTS - 1));
         if time(smallest) > LATE * seconds {
@@ -135,10 +132,10 @@ impl Plan {
     }
 
     /// Samples per pixel of all pictures: of each method, then of a rendered reference.
-    pub fn samples(&self, methods: &[&Method]) -> impl Iterator<Item = f64> {
+    pub fn samples(&self, methods: &[&Method]) -> Vec<f64> {
         let all = |method: &&Method| f64::from(self.seeds) * f64::from(2 * self.last(method) - method.first);
         let reference = self.renders_reference.then(|| f64::from(self.reference_samples(methods)));
-        methods.iter().map(all).chain(reference).collect::<Vec<_>>().into_iter()
+        methods.iter().map(all).chain(reference).collect()
     }
 
     /// The seed of a picture. Points have seeds of their own, so that their errors are independent.
@@ -237,7 +234,7 @@ impl Pictures {
         let square = Estimate::mean(&squares);
         Point {
             samples_per_pixel: self.all[0].samples_per_pixel,
-            samples_taken: all(|picture| picture.samples_taken).iter().sum::<f64>() / self.all.len() as f64,
+            samples_taken: mean(&all(|picture| picture.samples_taken)),
             pictures: self.all.len(),
             seconds: Estimate::median(&all(|picture| picture.seconds)),
             rmse: square.root(),
@@ -294,55 +291,26 @@ impl Measurement<'_> {
     /// each method, drops the unfinished picture and ends.
     pub fn run(&self, renderer: &mut Renderer, watch: Watch) -> Measured {
         let mut measured = Measured { points: vec![Vec::new(); self.methods.len()], ..Measured::default() };
+        let all: f64 = self.plan.samples(self.methods)[..self.methods.len()].iter().sum();
         let mut done = 0.0;
         for point in 0..MOST_POINTS {
-            let mut pictures: Vec<Pictures> = self.methods.iter().map(|_| Pictures::default()).collect();
-            let end = self.point(point, renderer, &mut pictures, &mut done, watch);
-            for (pictures, points) in pictures.iter().zip(&mut measured.points) {
-                measured.pictures.extend(&pictures.all);
-                if pictures.all.len() >= self.plan.seeds.min(FEWEST_SEEDS) as usize {
-                    points.push(pictures.point(self.reference));
-                }
-            }
-            if end.is_none() {
-                measured.end = if watch(1.0).is_break() { End::Interrupted } else { End::Late };
-                break;
-            }
-        }
-        measured
-    }
-
-    /// One point of each method that has as many. `None` if it ended early.
-    fn point(
-        &self,
-        point: u32,
-        renderer: &mut Renderer,
-        pictures: &mut [Pictures],
-        done: &mut f64,
-        watch: Watch,
-    ) -> Option<()> {
-        let active: Vec<usize> =
-            (0..self.methods.len()).filter(|i| self.plan.points(self.methods[*i]) > point).collect();
-        let all: f64 = self.plan.samples(self.methods).take(self.methods.len()).sum();
-        let has_ended = || {
-            let late = |(started, seconds): (Instant, f64)| {
-                started.elapsed() > Duration::from_secs_f64(LATE * seconds)
+            let is_late = || {
+                point >= FEWEST_POINTS
+                    && self.budget.is_some_and(|(started, seconds)| {
+                        started.elapsed() > Duration::from_secs_f64(LATE * seconds)
+                    })
             };
-            point >= FEWEST_POINTS && self.budget.is_some_and(late)
-        };
-        for index in 0..self.plan.seeds {
-            let seed = self.plan.seed(self.seed, point, index);
-            for turn in 0..active.len() {
-                let method = active[(turn + index as usize) % active.len()];
+            let mut pictures: Vec<Pictures> = self.methods.iter().map(|_| Pictures::default()).collect();
+            let is_whole = self.turns(point).into_iter().all(|(method, seed)| {
                 let samples = self.methods[method].first << point;
                 let watch_picture = |share: f64| {
-                    let share = (*done + share * f64::from(samples)) / all;
-                    if has_ended() { ControlFlow::Break(()) } else { watch(share) }
+                    let share = (done + share * f64::from(samples)) / all;
+                    if is_late() { ControlFlow::Break(()) } else { watch(share) }
                 };
-                let (rendered, seconds) =
-                    renderer.render(self.methods[method], samples, seed, &watch_picture)?;
-                *done += f64::from(samples);
-                let pixels = rendered.image.rgb()?;
+                let rendered = renderer.render(self.methods[method], samples, seed, &watch_picture);
+                let Some((rendered, seconds)) = rendered else { return false };
+                done += f64::from(samples);
+                let pixels = rendered.image.rgb().unwrap_or_default();
                 let picture = Picture {
                     method,
                     samples_per_pixel: samples,
@@ -352,9 +320,31 @@ impl Measurement<'_> {
                     means: means(&pixels, &self.reference.pixels),
                 };
                 pictures[method].add(picture, &pixels, &self.reference.pixels);
+                true
+            });
+            for (pictures, points) in pictures.iter().zip(&mut measured.points) {
+                measured.pictures.extend(&pictures.all);
+                if pictures.all.len() >= self.plan.seeds.min(FEWEST_SEEDS) as usize {
+                    points.push(pictures.point(self.reference));
+                }
+            }
+            if !is_whole {
+                measured.end = if watch(1.0).is_break() { End::Interrupted } else { End::Late };
+                break;
             }
         }
-        Some(())
+        measured
+    }
+
+    /// The method and the seed of each picture of a point, in the order of rendering.
+    fn turns(&self, point: u32) -> Vec<(usize, u64)> {
+        let active: Vec<usize> =
+            (0..self.methods.len()).filter(|i| self.plan.points(self.methods[*i]) > point).collect();
+        let turn = |(index, turn): (u32, usize)| {
+            (active[(turn + index as usize) % active.len()], self.plan.seed(self.seed, point, index))
+        };
+        let seeds = (0..self.plan.seeds).flat_map(|index| (0..active.len()).map(move |turn| (index, turn)));
+        seeds.map(turn).collect()
     }
 }
 
@@ -385,7 +375,7 @@ mod tests {
         let target = named("target-error").unwrap();
         let plan = Plan { largest: 4, seeds: 8, renders_reference: true };
         assert_eq!((plan.points(target), plan.last(target)), (3, 256));
-        assert_eq!(plan.samples(&[target]).collect::<Vec<_>>(), [8.0 * 448.0, 16.0 * 256.0]);
+        assert_eq!(plan.samples(&[target]), [8.0 * 448.0, 16.0 * 256.0]);
         assert!(METHODS.iter().all(|method| plan.last(method) <= 1 << 16));
     }
 

@@ -5,8 +5,6 @@ use lookat_scene::LightChoice::{self, Power, Spatial, Uniform};
 use lookat_scene::SamplerKind::{self, Random, Stratified};
 use lookat_scene::{DirectStrategy, Integrator, View};
 
-use Change::{Direct, Path, Sampler};
-
 /// A way to render a scene.
 #[derive(Debug)]
 pub struct Method {
@@ -16,39 +14,36 @@ pub struct Method {
     pub about: &'static str,
     /// The samples per pixel of its first point, a power of two. They double from point to point.
     pub first: u32,
-    change: Change,
+    /// Changes the view of a scene to this method.
+    pub(super) change: fn(&mut View),
     /// The stopping rule of a picture by its samples per pixel.
     pub(super) stop: fn(u32) -> Stop,
 }
 
-/// How a method departs from the scene.
-#[derive(Debug)]
-enum Change {
-    Sampler(SamplerKind),
-    /// Direct lighting with the scene's depth.
-    Direct(DirectStrategy),
-    /// Path tracing with the scene's depth, and with its choice of lights for `None`.
-    Path(Option<LightChoice>),
-}
-
 /// All methods. A further one is a further line here.
 pub const METHODS: &[Method] = &[
-    method("random", "independent samples", Sampler(Random)),
-    method(
-        "stratified",
-        "one sample in each cell of a grid",
-        Sampler(Stratified { cells: [1, 1], jitter: true }),
-    ),
-    method("sobol", "Sobol sequence", Sampler(SamplerKind::SOBOL)),
-    method("direct-one", "direct lighting, one random light at each surface", Direct(DirectStrategy::One)),
-    method("direct-all", "direct lighting, all lights at each surface", Direct(DirectStrategy::All)),
-    method("path", "path tracing", Path(None)),
-    method("path-uniform", "path tracing, lights chosen with equal probabilities", Path(Some(Uniform))),
-    method("path-power", "path tracing, lights chosen by power", Path(Some(Power))),
+    method("random", "independent samples", |view| view.sampler.kind = Random),
+    method("stratified", "one sample in each cell of a grid", |view| {
+        view.sampler.kind = Stratified { cells: [1, 1], jitter: true };
+    }),
+    method("sobol", "Sobol sequence", sobol),
+    method("direct-one", "direct lighting, one random light at each surface", |view| {
+        direct(view, DirectStrategy::One)
+    }),
+    method("direct-all", "direct lighting, all lights at each surface", |view| {
+        direct(view, DirectStrategy::All)
+    }),
+    method("path", "path tracing", |view| path(view, None)),
+    method("path-uniform", "path tracing, lights chosen with equal probabilities", |view| {
+        path(view, Some(Uniform));
+    }),
+    method("path-power", "path tracing, lights chosen by power", |view| path(view, Some(Power))),
     method(
         "path-spatial",
         "path tracing, lights chosen by the light they send to the shaded point",
-        Path(Some(Spatial)),
+        |view| {
+            path(view, Some(Spatial));
+        },
     ),
     Method {
         // Each pixel takes at least 64 samples.
@@ -57,24 +52,22 @@ pub const METHODS: &[Method] = &[
         ..method(
             "target-error",
             "Sobol sequence, with as many samples in each pixel as the target error needs",
-            Sampler(SamplerKind::SOBOL),
+            sobol,
         )
     },
     Method {
         // With fewer samples all pixels have equally many.
         first: 8,
         stop: |_| Stop::Adaptive,
-        ..method("adaptive", "Sobol sequence, with more samples in noisy pixels", Sampler(SamplerKind::SOBOL))
+        ..method("adaptive", "Sobol sequence, with more samples in noisy pixels", sobol)
     },
 ];
 
 /// Renders the reference.
-pub(super) const REFERENCE: Method = Method {
-    stop: |_| Stop::Samples { error_layers: true },
-    ..method("reference", "Sobol sequence", Sampler(SamplerKind::SOBOL))
-};
+pub(super) const REFERENCE: Method =
+    Method { stop: |_| Stop::Samples { error_layers: true }, ..method("reference", "Sobol sequence", sobol) };
 
-const fn method(name: &'static str, about: &'static str, change: Change) -> Method {
+const fn method(name: &'static str, about: &'static str, change: fn(&mut View)) -> Method {
     Method { name, about, first: 1, change, stop: |_| Stop::Samples { error_layers: false } }
 }
 
@@ -96,25 +89,23 @@ fn to_target(samples: u32) -> Stop {
     Stop::TargetError { target, max_samples: samples.saturating_mul(4), limit: None, error_layers: false }
 }
 
-impl Method {
-    /// Changes the view of a scene to this method.
-    pub(super) fn apply(&self, view: &mut View) {
-        let max_depth = depth(view.integrator);
-        match self.change {
-            Sampler(kind) => view.sampler.kind = kind,
-            Direct(strategy) => view.integrator = Integrator::DirectLighting { strategy, max_depth },
-            Path(choice) => {
-                let (roulette_threshold, own) = match view.integrator {
-                    Integrator::Path { roulette_threshold, light_choice, .. } => {
-                        (roulette_threshold, light_choice)
-                    }
-                    _ => (1.0, Spatial),
-                };
-                let light_choice = choice.unwrap_or(own);
-                view.integrator = Integrator::Path { max_depth, roulette_threshold, light_choice };
-            }
-        }
-    }
+fn sobol(view: &mut View) {
+    view.sampler.kind = SamplerKind::SOBOL;
+}
+
+/// Direct lighting with the scene's depth.
+fn direct(view: &mut View, strategy: DirectStrategy) {
+    view.integrator = Integrator::DirectLighting { strategy, max_depth: depth(view.integrator) };
+}
+
+/// Path tracing with the scene's depth, and with its choice of lights for `None`.
+fn path(view: &mut View, choice: Option<LightChoice>) {
+    let (roulette_threshold, own) = match view.integrator {
+        Integrator::Path { roulette_threshold, light_choice, .. } => (roulette_threshold, light_choice),
+        _ => (1.0, Spatial),
+    };
+    let (max_depth, light_choice) = (depth(view.integrator), choice.unwrap_or(own));
+    view.integrator = Integrator::Path { max_depth, roulette_threshold, light_choice };
 }
 
 fn depth(integrator: Integrator) -> u32 {
@@ -138,7 +129,7 @@ mod tests {
         let own = view.sampler.kind;
         let chosen = |name: &str| {
             let (method, mut view) = (named(name).unwrap(), view.clone());
-            method.apply(&mut view);
+            (method.change)(&mut view);
             (view.sampler.kind, view.integrator, (method.stop)(4))
         };
         let stop = Stop::Samples { error_layers: false };

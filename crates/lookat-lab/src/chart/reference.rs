@@ -62,46 +62,61 @@ pub struct Fitted {
     pub rounded: bool,
 }
 
+/// The reason why a picture does not fit a film. The text completes a sentence about the picture.
+#[derive(Debug, thiserror::Error)]
+pub enum Unfit {
+    /// It has another size. The second one is that of the scene, the third that of the rendered part.
+    #[error("has {} x {} pixels, but the scene has {} x {}{}", .0[0], .0[1], .1[0], .1[1], part(.1, .2))]
+    Size([u32; 2], [u32; 2], [u32; 2]),
+    /// It has other pixels than the scene renders.
+    #[error("has the pixels {}, the scene renders {}", edges(.0), edges(.1))]
+    Window(Window, Window),
+    /// It has no colors.
+    #[error("has neither the channels R, G and B nor Y")]
+    Channels,
+    /// It has no pixel in common with the film.
+    #[error("does not fit the scene: {0}")]
+    Apart(AlignError),
+    /// So many of its pixels are infinite or not a number.
+    #[error("has pixels that are infinite or not a number: {0}")]
+    NotFinite(usize),
+}
+
+/// What of the scene is rendered, if that is not all.
+fn part(whole: &[u32; 2], rendered: &[u32; 2]) -> String {
+    let [width, height] = rendered;
+    if whole == rendered { String::new() } else { format!(", of which {width} x {height} are rendered") }
+}
+
+fn edges(Window { x, y, width, height }: &Window) -> String {
+    format!("{width} x {height} from ({x}, {y})")
+}
+
 /// The colors of a picture of exactly the pixels of a film.
 ///
 /// # Errors
 ///
-/// If the picture is of another size or crop window, has no colors, or values that are infinite or not a number. The text
-/// completes a sentence about the picture.
-pub fn fitted(image: &Image, film: &Film) -> Result<Fitted, String> {
+/// If the picture is of another size or crop window, has no colors, or values that are infinite or not a number.
+pub fn fitted(image: &Image, film: &Film) -> Result<Fitted, Unfit> {
     let crop = film.crop;
     let [width, height] = film.resolution;
     let window = Window { x: crop.x0 as i32, y: crop.y0 as i32, width: crop.width(), height: crop.height() };
     let blank = vec![[0.0; 3]; crop.area() as usize];
     let blank = Image::from_rgb(window, Window { x: 0, y: 0, width, height }, &blank);
     let pair = align(image, &blank).map_err(|error| match error {
-        AlignError::Size([wide, high], _) => {
-            let part = match [crop.width(), crop.height()] {
-                whole if whole == film.resolution => String::new(),
-                [width, height] => format!(", of which {width} x {height} are rendered"),
-            };
-            format!("has {wide} x {high} pixels, but the scene has {width} x {height}{part}")
-        }
-        AlignError::Channels(..) => "has neither the channels R, G and B nor Y".into(),
-        AlignError::Apart => format!("does not fit the scene: {error}"),
+        AlignError::Size(size, _) => Unfit::Size(size, film.resolution, window.size()),
+        AlignError::Channels(..) => Unfit::Channels,
+        AlignError::Apart => Unfit::Apart(error),
     })?;
     if pair.left_out > 0 {
-        return Err(format!(
-            "has the pixels {}, the scene renders {}",
-            edges(image.data_window),
-            edges(window)
-        ));
+        return Err(Unfit::Window(image.data_window, window));
     }
     let broken = pair.actual.iter().filter(|pixel| pixel.iter().any(|value| !value.is_finite())).count();
     if broken > 0 {
-        return Err(format!("has pixels that are infinite or not a number: {broken}"));
+        return Err(Unfit::NotFinite(broken));
     }
     let noise = pair.actual_errors.as_deref().and_then(noise);
     Ok(Fitted { pixels: pair.actual, noise, rounded: image.precision == Precision::Integer })
-}
-
-fn edges(Window { x, y, width, height }: Window) -> String {
-    format!("{width} x {height} from ({x}, {y})")
 }
 
 /// The root of the mean squared standard error; `None` where that of a pixel is unknown.
@@ -137,7 +152,7 @@ mod tests {
         let alone = Window { x: 0, y: 0, ..part };
         let plain = Image { has_windows: false, ..Image::from_rgb(alone, alone, &[[0.5; 3]; 6]) };
         assert_eq!(fitted(&plain, &film).unwrap().pixels.len(), 6);
-        let refused = |image: &Image| fitted(image, &film).unwrap_err();
+        let refused = |image: &Image| fitted(image, &film).unwrap_err().to_string();
         let whole = Image::from_rgb(display, display, &[[0.5; 3]; 12]);
         assert_eq!(refused(&whole), "has the pixels 4 x 3 from (0, 0), the scene renders 2 x 3 from (1, 0)");
         let other = Window { width: 5, ..display };

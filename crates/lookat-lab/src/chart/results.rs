@@ -7,10 +7,10 @@ use lookat_image::{Means, means};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::estimate::Slope;
 use super::measure::{End, Measured, Picture, Point};
 use super::method::Method;
 use super::reference::{Fitted, Origin, Reference, is_clear};
+use crate::estimate::Slope;
 
 /// The fewest standard errors of a bias.
 const SIGNIFICANT: f64 = 4.0;
@@ -27,20 +27,9 @@ pub struct Chart {
     pub program: &'static str,
     /// The version of this program.
     pub version: &'static str,
-    /// The scene file.
-    pub scene: String,
-    /// Width and height of the rendered part in pixels.
-    pub size: [u32; 2],
-    /// Number of threads.
-    pub threads: usize,
-    /// The seed of the first picture.
-    pub seed: u64,
-    /// Pictures per point.
-    pub seeds_per_point: u32,
-    /// Wall time of reading the scene in seconds.
-    pub parse_seconds: f64,
-    /// Wall time of preparing the scene in seconds.
-    pub preparation_seconds: f64,
+    /// The scene, and how it was rendered.
+    #[serde(flatten)]
+    pub setup: ChartSetup,
     /// The picture that errors are relative to.
     pub reference: Value,
     /// The noise of the reference: the root of its mean squared standard error, if known. It adds to all errors.
@@ -61,6 +50,25 @@ pub struct Chart {
     pub equal_time: EqualTable,
     /// The time of each method to equal errors.
     pub equal_error: EqualTable,
+}
+
+/// The scene of a chart, and how it was rendered.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct ChartSetup {
+    /// The scene file.
+    pub scene: String,
+    /// Width and height of the rendered part in pixels.
+    pub size: [u32; 2],
+    /// Number of threads.
+    pub threads: usize,
+    /// The seed of the first picture.
+    pub seed: u64,
+    /// Pictures per point.
+    pub seeds_per_point: u32,
+    /// Wall time of reading the scene in seconds.
+    pub parse_seconds: f64,
+    /// Wall time of preparing the scene in seconds.
+    pub preparation_seconds: f64,
 }
 
 /// The results of a method.
@@ -119,8 +127,13 @@ pub struct EqualTable {
 }
 
 impl Chart {
-    /// The results of a measurement. The description of the scene and of the run is left empty.
-    pub fn new(methods: &[&'static Method], measured: &Measured, reference: &Reference) -> Chart {
+    /// The results of a measurement.
+    pub fn new(
+        setup: ChartSetup,
+        methods: &[&'static Method],
+        measured: &Measured,
+        reference: &Reference,
+    ) -> Chart {
         let of_method =
             |(method, points): (&&'static Method, &Vec<Point>)| of_method(method, points, reference);
         let methods: Vec<MethodResult> = methods.iter().zip(&measured.points).map(of_method).collect();
@@ -130,13 +143,7 @@ impl Chart {
         let mut chart = Chart {
             program: "lookat",
             version: env!("CARGO_PKG_VERSION"),
-            scene: String::new(),
-            size: [0; 2],
-            threads: 0,
-            seed: 0,
-            seeds_per_point: 0,
-            parse_seconds: 0.0,
-            preparation_seconds: 0.0,
+            setup,
             reference: of_reference(reference),
             noise: reference.noise,
             complete: measured.end == End::Complete,
@@ -292,32 +299,12 @@ pub fn as_csv(chart: &Chart, pictures: &[Picture]) -> String {
     text
 }
 
-/// A number in full, such as 0.005, 20 and 1e-5.
-pub fn plain(x: f64) -> String {
-    if (1e-4..1e5).contains(&x) { format!("{x}") } else { format!("{x:e}") }
-}
-
-/// A number with so many significant digits.
-pub fn significant(x: f64, digits: usize) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return format!("{x}");
-    }
-    // Rounded first, since 9.99 becomes 10.
-    let rounded: f64 = format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x);
-    let magnitude = rounded.abs().log10().floor() as i32;
-    if !(-4..6).contains(&magnitude) {
-        return format!("{rounded:e}");
-    }
-    let decimals = (digits as i32 - 1 - magnitude).max(0) as usize;
-    format!("{rounded:.decimals$}")
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::estimate::Estimate;
     use super::super::measure::CommonSquare;
     use super::super::method::METHODS;
     use super::*;
+    use crate::estimate::Estimate;
 
     /// Points of variance 1 / samples and a bias, without scatter; a sample takes a second.
     fn points(bias: f64) -> Vec<Point> {
@@ -343,7 +330,7 @@ mod tests {
         let measured = Measured { points, ..Measured::default() };
         let origin = Origin::Rendered { samples: 1, seed: 0, seconds: 0.0 };
         let reference = Reference { pixels: vec![[0.0; 3]], noise, origin };
-        let mut chart = Chart::new(&[&METHODS[0], &METHODS[4]], &measured, &reference);
+        let mut chart = Chart::new(ChartSetup::default(), &[&METHODS[0], &METHODS[4]], &measured, &reference);
         for (name, seconds, rmse) in [("slow", 100.0, 0.5), ("fast", 0.5, 0.9)] {
             let picture = Fitted { pixels: vec![[rmse; 3]], noise: None, rounded: false };
             chart.add(name, seconds, &picture, &reference);
@@ -401,15 +388,5 @@ mod tests {
         assert_eq!(round_numbers(&(3e-4..=1.0), 6).len(), 6);
         assert_eq!(round_numbers(&(1.1..=5.1), 6), [1.5, 2.0, 3.0, 5.0]);
         assert!(round_numbers(&(1.1..=1.4), 6).is_empty());
-    }
-
-    #[test]
-    fn numbers_have_the_requested_digits() {
-        let cases =
-            [(0.012345, "0.0123"), (9.999, "10.0"), (1234.5, "1230"), (0.5, "0.500"), (-2.0, "-2.00")];
-        for (x, expected) in cases {
-            assert_eq!(significant(x, 3), expected);
-        }
-        assert_eq!([significant(1.234e-7, 3), significant(0.0, 3)], ["1.23e-7", "0"]);
     }
 }

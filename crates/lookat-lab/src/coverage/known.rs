@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use crate::stability::random::between;
-use crate::text_scene::{quads, scene, square};
+use crate::text_scene::{at, emitting, film, matte, quad, quads, scene, sphere, two_sided};
 
 /// A scene, and its picture.
 #[derive(Debug, Clone)]
@@ -58,10 +58,8 @@ fn camera(side: u32, has_lens: bool) -> String {
     } else {
         format!("\"orthographic\" \"float screenwindow\" [-{half} {half} -{half} {half}]")
     };
-    let film = format!("Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side}");
-    format!(
-        "Camera {view} {film} Integrator \"directlighting\" WorldBegin Material \"matte\" \"rgb Kd\" [0 0 0]"
-    )
+    let (film, black) = (film([side; 2]), matte(0.0));
+    format!("Camera {view} {film} Integrator \"directlighting\" WorldBegin {black}")
 }
 
 /// Stripes `number` to the next of that color: one mesh, at that depth, in pixels.
@@ -72,14 +70,7 @@ fn stripes(side: u32, depth: f64, color: [f64; 3], numbers: impl Iterator<Item =
         let high = low + n * WIDTH;
         [low - along, high - along, high + along, low + along].map(|p| p.extend(depth))
     });
-    light(color, &quads(&corners.collect::<Vec<_>>()))
-}
-
-/// A black surface that shines with this radiance on both sides.
-fn light([r, g, b]: [f64; 3], mesh: &str) -> String {
-    format!(
-        "AttributeBegin AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\" [{r} {g} {b}] {mesh} AttributeEnd\n"
-    )
+    two_sided(color, &quads(&corners.collect::<Vec<_>>()))
 }
 
 /// Numbers of the stripes that a picture can show, and lenses can see.
@@ -141,12 +132,11 @@ pub fn lens(side: u32) -> Known {
 pub fn plain(side: u32) -> Known {
     let text = format!(
         "LookAt 2 0.5 0  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 1e-6
-         Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side}
-         Integrator \"directlighting\" WorldBegin
-         AttributeBegin Translate 0 4 0 AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" {} AttributeEnd
-         Material \"matte\" \"rgb Kd\" [0.5 0.5 0.5]
-         Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 0 -9 9 0 -9 9 0 9 -9 0 9] WorldEnd",
-        4.0 * 0.5_f64.sqrt()
+         {} Integrator \"directlighting\" WorldBegin {}{}{} WorldEnd",
+        film([side; 2]),
+        emitting([1.0; 3], &at(DVec3::Y * 4.0, &sphere(4.0 * 0.5_f64.sqrt()))),
+        matte(0.5),
+        quad(DVec3::ZERO, DVec3::X * 9.0, DVec3::Z * 9.0)
     );
     Known { scene: scene(&text), values: vec![[0.25; 3]; (side * side) as usize] }
 }
@@ -161,9 +151,9 @@ pub fn fireflies(side: u32) -> Known {
         let low = center + DVec2::new(place(), place());
         [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|corner| (low + corner * size).extend(1.0))
     });
-    let dots = light([100.0; 3], &quads(&dots.collect::<Vec<_>>()));
+    let dots = two_sided([100.0; 3], &quads(&dots.collect::<Vec<_>>()));
     let far = f64::from(side);
-    let ground = light([1.0; 3], &quads(&square(2.0 * DVec3::Z, far * DVec3::X, far * DVec3::Y)));
+    let ground = two_sided([1.0; 3], &quad(2.0 * DVec3::Z, far * DVec3::X, far * DVec3::Y));
     let scene = scene(&format!("{}{ground}{dots}WorldEnd", camera(side, false)));
     Known { scene, values: vec![[1.0 + 99.0 * SHARE; 3]; (side * side) as usize] }
 }

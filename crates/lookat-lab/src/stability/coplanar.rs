@@ -3,6 +3,7 @@
 //! A scene has its own coordinates, in which the tested plane is y = 0. A matrix, its frame, puts it into the world.
 
 use super::*;
+use crate::text_scene::{at, block, matte, sphere, two_sided};
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("P1", |_| {
@@ -103,8 +104,8 @@ const EYE_VIEWS: [EyeView; 7] = [
 /// A scene with a black floor and a white sky.
 fn eye_text(frame: &DMat4, floor: &Floor, (camera, forward, up, _): EyeView) -> String {
     let camera = format!("{} Camera {camera}", look_at(frame, DVec3::ZERO, forward, up));
-    let floor = format!("Material \"matte\" \"rgb Kd\" [0 0 0] {}", floor.mesh(frame));
-    pictured(&camera, 16, 4, "path", &format!("LightSource \"infinite\" {floor}"))
+    let world = format!("LightSource \"infinite\" {}{}", matte(0.0), floor.mesh(frame));
+    pictured(&camera, 16, 4, "path", &world)
 }
 
 /// Counts the pixels of all scenes. Each pixel that is not white is a failure.
@@ -141,17 +142,17 @@ fn slanted(trial: &Trial) -> Tally {
 /// The number of camera rays with a wrong result. The triangle must be invisible or, unless `is_near`, visible from one
 /// side only.
 fn wrong_answers(random: &mut Pcg64Mcg, frame: &DMat4, floor: &Floor, view: EyeView, is_near: bool) -> u64 {
-    let probe = probe(&eye_text(frame, floor, view));
+    let prepared = prepared(&eye_text(frame, floor, view));
     let [mut hits, mut misses] = [[0; 2]; 2];
     for _ in 0..RAYS {
         let mut number = || DVec2::new(random.random(), random.random());
-        let ray = probe.camera_ray(number() * 16.0, number());
+        let ray = prepared.camera.ray(number() * 16.0, number());
         let height = ray.d.dot(frame.y_axis.truncate());
         // This close to the plane, a ray may leave the triangle before it meets the plane.
         if height.abs() < 1e-6 {
             continue;
         }
-        let counts = if probe.nearest(&ray).is_some() { &mut hits } else { &mut misses };
+        let counts = if prepared.world.nearest(&ray).is_some() { &mut hits } else { &mut misses };
         counts[usize::from(height > 0.0)] += 1;
     }
     let seen = hits[0] + hits[1];
@@ -173,9 +174,9 @@ fn lights(frame: &DMat4, distance: f64) -> [String; 7] {
     };
     let toward_middle = turned(DVec3::NEG_Z, DVec3::Y, DVec3::NEG_X);
     let upright = turned(DVec3::Z, DVec3::X, DVec3::Y);
-    let square = placed_mesh(frame, &flat_square(at, HALF), &[[0, 1, 2], [0, 2, 3]]);
+    let square = placed_square(frame, at, HALF);
+    let disk = format!("{upright} Shape \"disk\" \"float radius\" {HALF}");
     let intensity = format!("\"rgb I\" [{bright} 1 1]");
-    let area = format!("AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\" [{bright} 1 1]");
     let lights = [
         format!("LightSource \"point\" \"point from\" [{from}] {intensity}"),
         format!(
@@ -184,10 +185,10 @@ fn lights(frame: &DMat4, distance: f64) -> [String; 7] {
         format!("Translate {from} LightSource \"goniometric\" {intensity}"),
         format!("{toward_middle} LightSource \"projection\" \"float fov\" 89 {intensity}"),
         format!("LightSource \"distant\" \"point from\" [{x}] \"point to\" [{middle}]"),
-        format!("{area} {square}"),
-        format!("{area} {upright} Shape \"disk\" \"float radius\" {HALF}"),
+        two_sided([bright, 1.0, 1.0], &square),
+        two_sided([bright, 1.0, 1.0], &disk),
     ];
-    lights.map(|light| format!("AttributeBegin {light} AttributeEnd"))
+    lights.map(|light| block(&light))
 }
 
 fn has_area(light: &str) -> bool {
@@ -199,18 +200,21 @@ fn flat_square(middle: DVec3, half: f64) -> [DVec3; 4] {
     square(middle, half * DVec3::X, half * DVec3::Z)
 }
 
+fn placed_square(frame: &DMat4, middle: DVec3, half: f64) -> String {
+    placed_mesh(frame, &flat_square(middle, half), &[[0, 1, 2], [0, 2, 3]])
+}
+
 /// A black floor, with a hole for an area light.
 fn floor_around(has_area: bool, frame: &DMat4, distance: f64) -> String {
     let at = distance * DVec3::X;
-    let around = flat_square(at, 3.0 * distance);
     let mesh = if has_area {
-        let points = [flat_square(at, HALF), around].concat();
+        let points = [HALF, 3.0 * distance].map(|half| flat_square(at, half)).concat();
         let sides = (0..4).flat_map(|i| [[i, (i + 1) % 4, i + 4], [(i + 1) % 4, (i + 1) % 4 + 4, i + 4]]);
         placed_mesh(frame, &points, &sides.collect::<Vec<_>>())
     } else {
-        placed_mesh(frame, &around, &[[0, 1, 2], [0, 2, 3]])
+        placed_square(frame, at, 3.0 * distance)
     };
-    format!("Material \"matte\" \"rgb Kd\" [0 0 0] {mesh}")
+    matte(0.0) + &mesh
 }
 
 /// A scene with a sphere of radius 1 at this height over the plane, seen from slightly above the plane.
@@ -218,8 +222,7 @@ fn lit_text(light: &str, frame: &DMat4, height: f64, floor: &str) -> String {
     let (eye, forward) = (DVec3::new(0.0, 0.25, -8.0), DVec3::new(0.0, height - 0.25, 8.0));
     let camera =
         format!("{} Camera \"perspective\" \"float fov\" 20", look_at(frame, eye, forward, DVec3::Y));
-    let at = xyz(frame.transform_point3(height * DVec3::Y));
-    let sphere = format!("AttributeBegin Translate {at} Shape \"sphere\" AttributeEnd");
+    let sphere = at(frame.transform_point3(height * DVec3::Y), &sphere(1.0));
     pictured(&camera, 24, 4, "directlighting", &format!("{light} {sphere} {floor}"))
 }
 
@@ -267,17 +270,17 @@ fn eye_on_shape(trial: &Trial) -> Tally {
         let turn = turned(random);
         let axes = if random.random() { turn } else { DMat3::IDENTITY };
         let size = 10_f64.powi(random.random_range(-6..7));
-        let probe = probe(&shape_text(surface, &frame(direction(random) * size, axes, size)));
+        let prepared = prepared(&shape_text(surface, &frame(direction(random) * size, axes, size)));
         let outward = axes * DVec3::from(surface.2).normalize();
         for _ in 0..RAYS {
             let film = DVec2::new(random.random(), random.random()) * 16.0;
-            let ray = probe.camera_ray(film, DVec2::ZERO);
+            let ray = prepared.camera.ray(film, DVec2::ZERO);
             let cosine = ray.d.dot(outward);
             // For nearly tangent rays, the far side may be as near as the tolerance.
             if cosine.abs() < 1e-3 {
                 continue;
             }
-            let hit = probe.nearest(&ray);
+            let hit = prepared.world.nearest(&ray);
             all.answer(
                 hit.is_none_or(|hit| hit.t > 1e-6 * size && (cosine < 0.0 || surface.0.contains("hyper"))),
             );
@@ -299,9 +302,9 @@ mod tests {
     #[test]
     fn eyes_are_on_shapes() {
         for surface in SURFACE_POINTS {
-            let probe = probe(&shape_text(surface, &DMat4::IDENTITY));
+            let prepared = prepared(&shape_text(surface, &DMat4::IDENTITY));
             let n = DVec3::from(surface.2).normalize();
-            let hit = probe.nearest(&Ray::new(probe.eye() + n * 0.25, -n)).expect("a hit");
+            let hit = prepared.world.nearest(&Ray::new(prepared.camera.eye + n * 0.25, -n)).expect("a hit");
             assert!((hit.t - 0.25).abs() < 1e-12, "{}: {}", surface.0, hit.t);
         }
     }

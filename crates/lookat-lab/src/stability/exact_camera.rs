@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use twofloat::TwoFloat;
 
 use super::double_double::{Wide, quotient};
+use crate::text_scene::xyz;
 
 /// The tangent of half an angle in degrees, above 0 and below 180.
 pub(super) fn tan_half(degrees: f64) -> TwoFloat {
@@ -22,6 +23,9 @@ pub(super) fn tan_half(degrees: f64) -> TwoFloat {
     quotient(sin, cos)
 }
 
+/// Eye, target and up vector.
+pub(super) type LookAt = [DVec3; 3];
+
 /// The axes of a camera in the world, of length one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CameraAxes {
@@ -31,14 +35,13 @@ pub(super) struct CameraAxes {
 }
 
 impl CameraAxes {
-    pub const CAMERA_SPACE: CameraAxes = CameraAxes {
-        right: Wide([TwoFloat::from_f64(1.0), TwoFloat::from_f64(0.0), TwoFloat::from_f64(0.0)]),
-        up: Wide([TwoFloat::from_f64(0.0), TwoFloat::from_f64(1.0), TwoFloat::from_f64(0.0)]),
-        forward: Wide([TwoFloat::from_f64(0.0), TwoFloat::from_f64(0.0), TwoFloat::from_f64(1.0)]),
-    };
+    pub fn in_camera_space() -> CameraAxes {
+        let [right, up, forward] = DVec3::AXES.map(Wide::new);
+        CameraAxes { right, up, forward }
+    }
 
     /// The axes of a `LookAt`. `None` for an `up` parallel to the view.
-    pub fn new(eye: DVec3, look: DVec3, up: DVec3) -> Option<CameraAxes> {
+    pub fn new([eye, look, up]: LookAt) -> Option<CameraAxes> {
         let view = Wide::new(look).minus(Wide::new(eye));
         // Products of two numbers are exact, and so is the sign of their difference. The low parts are products of
         // their own, so that no digit is lost where `up` nearly meets the view.
@@ -62,12 +65,33 @@ impl CameraAxes {
 /// A perspective camera without a lens, with the default window: the field of view is that of the shorter side.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pinhole {
-    pub view: CameraAxes,
-    pub tan: TwoFloat,
+    look_at: LookAt,
+    fov: f64,
     pub resolution: [u32; 2],
+    pub view: CameraAxes,
+    tan: TwoFloat,
 }
 
 impl Pinhole {
+    /// # Panics
+    ///
+    /// If the up vector is parallel to the view.
+    pub fn new(look_at: LookAt, fov: f64, resolution: [u32; 2]) -> Pinhole {
+        let view = CameraAxes::new(look_at).expect("a view has a side");
+        Pinhole { look_at, fov, resolution, view, tan: tan_half(fov) }
+    }
+
+    /// At the origin, with a field of view of 90 degrees.
+    pub fn in_camera_space(resolution: [u32; 2]) -> Pinhole {
+        Pinhole::new([DVec3::ZERO, DVec3::Z, DVec3::Y], 90.0, resolution)
+    }
+
+    /// The directives of the camera.
+    pub fn text(&self) -> String {
+        let look_at = self.look_at.map(xyz).join("  ");
+        format!("LookAt {look_at} Camera \"perspective\" \"float fov\" {}", self.fov)
+    }
+
     /// The direction in camera space through a point of the film, with z = 1.
     pub fn slope(&self, film: DVec2) -> [TwoFloat; 2] {
         let [width, height] = self.resolution.map(f64::from);
@@ -79,6 +103,11 @@ impl Pinhole {
     pub fn direction(&self, film: DVec2) -> Wide {
         let [x, y] = self.slope(film);
         self.view.world(x, y, TwoFloat::from(1.0))
+    }
+
+    /// How far a direction is off, in radians.
+    pub fn radians(&self, film: DVec2, d: DVec3) -> f64 {
+        angle(d, self.direction(film))
     }
 
     /// How many pixels a direction is off.
@@ -136,15 +165,15 @@ mod tests {
     #[test]
     fn the_view_of_axes_is_exact() {
         let eye = DVec3::new(3.0, 4.0, 5.0);
-        let view = CameraAxes::new(eye, eye + 7.0 * DVec3::Z, DVec3::new(1e-15, 0.0, 3.0)).unwrap();
+        let view = CameraAxes::new([eye, eye + 7.0 * DVec3::Z, DVec3::new(1e-15, 0.0, 3.0)]).unwrap();
         assert_eq!(angle(-DVec3::Y, view.right), 0.0);
         assert_eq!(angle(-DVec3::X, view.up), std::f64::consts::PI);
-        assert!(CameraAxes::new(eye, DVec3::ZERO, 2.0 * eye).is_none());
+        assert!(CameraAxes::new([eye, DVec3::ZERO, 2.0 * eye]).is_none());
     }
 
     #[test]
     fn pixels_and_angles_are_known() {
-        let pinhole = Pinhole { view: CameraAxes::CAMERA_SPACE, tan: tan_half(90.0), resolution: [640, 480] };
+        let pinhole = Pinhole::in_camera_space([640, 480]);
         let film = DVec2::new(640.0, 0.0);
         let corner = DVec3::new(4.0 / 3.0, 1.0, 1.0);
         assert!(angle(corner, pinhole.direction(film)) < 1e-16);
@@ -155,6 +184,6 @@ mod tests {
                 .abs()
                 < 1e-15
         );
-        assert!(angle(DVec3::ZERO, CameraAxes::CAMERA_SPACE.up).is_nan());
+        assert!(angle(DVec3::ZERO, CameraAxes::in_camera_space().up).is_nan());
     }
 }

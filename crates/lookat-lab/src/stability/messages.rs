@@ -5,7 +5,7 @@ use std::path::Path;
 
 use lookat_scene::syntax::Severity;
 
-use super::case::Tally;
+use super::tally::Tally;
 use crate::text_scene::ply_header;
 
 /// The texts: see the first line.

@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 
 use super::*;
+use crate::estimate::mean;
+use crate::text_scene::{at, emitting, green, matte, quad, sphere};
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("V5", |trial| bodies(trial, trial.at, 0.0)),
@@ -23,9 +25,11 @@ fn bodies(trial: &Trial, size: f64, distance: f64) -> Tally {
     let count = trial.rays.div_ceil(2 * BODIES.len() as u64);
     let each = BODIES.iter().flat_map(|body| eyes.map(|eye| (*body, eye)));
     let one = |((body, eye), seed)| {
-        let probe = probe(&body_text(body, eye, center, size));
+        let prepared = prepared(&body_text(body, eye, center, size));
         tally(count, seed, |random, tally| {
-            if let Some(offset) = offset(random, &probe, center - probe.origin(), size, body == BALL) {
+            if let Some(offset) =
+                offset(random, &prepared, center - prepared.world.origin(), size, body == BALL)
+            {
                 tally.error(offset);
             }
         })
@@ -68,28 +72,34 @@ fn polyhedron() -> String {
 
 /// The offset of the origin of a ray that leaves a body from its hit point. NaN if the ray hits the wrong surface. `None` if the
 /// body is missed.
-fn offset(random: &mut Pcg64Mcg, probe: &Probe, center: DVec3, size: f64, is_ball: bool) -> Option<f64> {
+fn offset(
+    random: &mut Pcg64Mcg,
+    prepared: &PreparedScene,
+    center: DVec3,
+    size: f64,
+    is_ball: bool,
+) -> Option<f64> {
     let start = center + direction(random) * size * between(random, 2.0, 10.0);
     let target = center + in_cube(random) * 0.5 * size;
     let ray = Ray::new(start, (target - start).normalize());
-    let hit = probe.nearest(&ray)?;
-    let point = probe.point(&ray, &hit);
+    let hit = prepared.world.nearest(&ray)?;
+    let point = prepared.world.surface(&ray, &hit);
     let n = if point.n.dot(point.p - center) > 0.0 { point.n } else { -point.n };
     let outward = chance(random, 0.5);
     let d = if outward { leaving(random, n, [-6.0, -3.0]) } else { -leaving(random, n, [-3.0, 0.0]) };
-    let ray = probe.spawn_ray(&ray, &hit, d);
-    let next = probe.nearest(&ray);
+    let ray = prepared.world.surface(&ray, &hit).spawn_ray(d);
+    let next = prepared.world.nearest(&ray);
     let chord = 2.0 * size * d.dot(n).abs();
     let right = match next {
         None => outward,
         // The far side of a ball is known. The ray leaves another body through a face with an outward normal along the ray.
         Some(next) if is_ball => !outward && next.t > 0.5 * chord,
         Some(next) => {
-            let exit = probe.point(&ray, &next);
+            let exit = prepared.world.surface(&ray, &next);
             !outward && exit.n.dot(exit.p - center) * exit.n.dot(d) > 0.0
         }
     };
-    let is_right = right && probe.occluded(&ray) == next.is_some();
+    let is_right = right && prepared.world.occluded(&ray) == next.is_some();
     let offset = (ray.o - point.p).length() / point.p.abs().max_element().max(size);
     Some(if is_right { offset } else { f64::NAN })
 }
@@ -98,28 +108,28 @@ fn offset(random: &mut Pcg64Mcg, probe: &Probe, center: DVec3, size: f64, is_bal
 fn thin(trial: &Trial) -> Tally {
     let frame = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
     let gap = trial.at;
-    let quad = |z: f64| quads(&square(frame.z_axis * z, frame.x_axis, frame.y_axis));
-    let spheres = format!("Shape \"sphere\" Shape \"sphere\" \"float radius\" {}", 1.0 + gap);
-    let worlds = [quad(1.0) + &quad(1.0 + gap), format!("Translate 0.2 -0.3 0.1 {spheres}")];
+    let wall = |z: f64| quad(frame.z_axis * z, frame.x_axis, frame.y_axis);
+    let spheres = sphere(1.0) + &sphere(1.0 + gap);
+    let worlds = [wall(1.0) + &wall(1.0 + gap), format!("Translate 0.2 -0.3 0.1 {spheres}")];
     let one = |(world, seed): (&String, u64)| {
-        let probe = probe(&around_eye(world));
-        tally(trial.rays.div_ceil(2), seed, |random, tally| cross(random, &probe, frame, tally))
+        let prepared = prepared(&around_eye(world));
+        tally(trial.rays.div_ceil(2), seed, |random, tally| cross(random, &prepared, frame, tally))
     };
     worlds.iter().zip([trial.seed, trial.seed + 10]).map(one).collect()
 }
 
 /// Goes from the eye through the first surface: the ray must hit the second.
-fn cross(random: &mut Pcg64Mcg, probe: &Probe, frame: DMat3, tally: &mut Tally) {
+fn cross(random: &mut Pcg64Mcg, prepared: &PreparedScene, frame: DMat3, tally: &mut Tally) {
     let toward = DVec3::new(between(random, -0.5, 0.5), between(random, -0.5, 0.5), 1.0);
     let ray = Ray::new(DVec3::ZERO, (frame * toward).normalize());
-    let first = probe.nearest(&ray).filter(|hit| hit.element.primitive == 0);
+    let first = prepared.world.nearest(&ray).filter(|hit| hit.element.primitive == 0);
     let Some(first) = first else { return tally.answer(false) };
-    let n = probe.point(&ray, &first).n;
+    let n = prepared.world.surface(&ray, &first).n;
     let n = if n.dot(ray.d) < 0.0 { -n } else { n };
     let d = steep(random, n);
-    let on = probe.spawn_ray(&ray, &first, d);
-    let second = probe.nearest(&on);
-    tally.answer(second.is_some_and(|hit| hit.element.primitive == 1) && probe.occluded(&on));
+    let on = prepared.world.surface(&ray, &first).spawn_ray(d);
+    let second = prepared.world.nearest(&on);
+    tally.answer(second.is_some_and(|hit| hit.element.primitive == 1) && prepared.world.occluded(&on));
 }
 
 /// A direction whose cosine with `n` is more than 0.3.
@@ -152,34 +162,29 @@ fn blocked(gap: f64) -> Tally {
 /// Lights, each with a blocker at this share of the distance before it.
 fn hidden_lights(gap: f64) -> [[String; 2]; 3] {
     let below = DISTANCE * (1.0 - gap);
-    let sphere = |options: &str, radius: f64| {
-        format!(
-            "AttributeBegin Translate 0 {DISTANCE} 0 {options} Shape \"sphere\" \"float radius\" {radius} AttributeEnd\n"
-        )
-    };
+    let around = |radius: f64| at(DVec3::Y * DISTANCE, &sphere(radius));
     [
         [square_light(), flat_square(below, 1.5)],
-        [sphere("AreaLightSource \"diffuse\"", 1.0), sphere("", 1.0 + DISTANCE * gap)],
+        [emitting([1.0; 3], &around(1.0)), around(1.0 + DISTANCE * gap)],
         [format!("LightSource \"point\" \"point from\" [0 {DISTANCE} 0]\n"), flat_square(below, 1.0)],
     ]
 }
 
 /// A horizontal square.
 fn flat_square(height: f64, half: f64) -> String {
-    quads(&square(DVec3::Y * height, DVec3::X * half, DVec3::Z * half))
+    quad(DVec3::Y * height, DVec3::X * half, DVec3::Z * half)
 }
 
 /// A square light of half size 1.
 fn square_light() -> String {
-    format!("AttributeBegin AreaLightSource \"diffuse\" {} AttributeEnd\n", flat_square(DISTANCE, 1.0))
+    emitting([1.0; 3], &flat_square(DISTANCE, 1.0))
 }
 
 /// The text of a floor, seen from below the light.
 fn floor_text(world: &str, half_width: f64, samples: u32) -> String {
     let camera =
         format!("LookAt 0 5 -3  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" {}", 2.0 * half_width);
-    let floor = flat_square(0.0, 4.0);
-    let world = format!("{world} Material \"matte\" \"rgb Kd\" [0.5 0.5 0.5] {floor}");
+    let world = format!("{world} {}{}", matte(0.5), flat_square(0.0, 4.0));
     pictured(&camera, SIDE, samples, "directlighting", &world)
 }
 
@@ -187,15 +192,12 @@ fn floor_text(world: &str, half_width: f64, samples: u32) -> String {
 fn in_the_open() -> Tally {
     let errors = [String::new(), flat_square(DISTANCE, 3.0)].map(|wall| {
         // So narrow that all pixels see one point. The camera looks from below the wall.
-        let pixels = render(&scene(&floor_text(&(square_light() + &wall), 1e-6, 1024)), 0);
-        let mean = pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64;
-        (mean / (0.5 * form_factor()) - 1.0).abs()
+        let pixels = green(&scene(&floor_text(&(square_light() + &wall), 1e-6, 1024)), 0);
+        (mean(&pixels) / (0.5 * form_factor()) - 1.0).abs()
     });
     let [alone, in_wall] = errors;
-    let mut tally = Tally::default();
-    tally.remarks.push(format!("square light alone: relative error {alone:.1e}; in a wall: {in_wall:.1e}"));
-    errors.into_iter().for_each(|error| tally.error(error));
-    tally
+    let remark = format!("square light alone: relative error {alone:.1e}; in a wall: {in_wall:.1e}");
+    errors.map(|error| Tally::measured(1, error)).into_iter().collect::<Tally>().remark(remark)
 }
 
 /// The form factor from a point to the square above it: four times that of a quarter above its corner (Howell, "A Catalog of
@@ -214,17 +216,17 @@ mod tests {
     fn bodies_are_convex_and_around_their_center() {
         for body in BODIES {
             let (eye, center) = (DVec3::new(1.0, 2.0, 30.0), DVec3::new(5.0, 6.0, 7.0));
-            let probe = probe(&body_text(body, eye, center, 2.0));
-            assert_eq!(probe.origin() + probe.eye(), eye);
+            let prepared = prepared(&body_text(body, eye, center, 2.0));
+            assert_eq!(prepared.world.origin() + prepared.camera.eye, eye);
             let mut random = Pcg64Mcg::seed_from_u64(4);
             for _ in 0..1000 {
                 // From inside there is one hit, and nothing beyond it.
-                let o = center - probe.origin() + in_cube(&mut random) * 0.2;
+                let o = center - prepared.world.origin() + in_cube(&mut random) * 0.2;
                 let ray = Ray::new(o, direction(&mut random));
-                let hit = probe.nearest(&ray).expect("a closed body");
+                let hit = prepared.world.nearest(&ray).expect("a closed body");
                 let p = ray.at(hit.t * 1.000_001);
-                assert!((0.5..2.1).contains(&(p + probe.origin() - center).length()), "{body}");
-                assert!(probe.nearest(&Ray::new(p, ray.d)).is_none(), "{body}");
+                assert!((0.5..2.1).contains(&(p + prepared.world.origin() - center).length()), "{body}");
+                assert!(prepared.world.nearest(&Ray::new(p, ray.d)).is_none(), "{body}");
             }
         }
     }

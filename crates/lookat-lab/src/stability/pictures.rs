@@ -1,12 +1,12 @@
 //! Whole pictures: V8 to V15.
 
-use std::ops::ControlFlow;
-
 use lookat_render::TargetError;
 use lookat_scene::{Sampler, SamplerKind};
 
 use super::*;
 use crate::coverage::{Known, STRATA, Stratum, edges, fireflies, judge, lens, plain};
+use crate::estimate::mean;
+use crate::text_scene::green;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("V8", |_| slopes()),
@@ -29,38 +29,21 @@ const SAMPLERS: [(&str, SamplerKind, u64); 3] = [
 
 const FEW_SEEDS: u64 = 2;
 
-/// A part for each sampler, with its number of pixels, its error and a remark. `judged` computes the error of all from those of the
-/// samplers.
-fn by_sampler(
-    judged: impl Fn([f64; 3]) -> f64,
-    error: impl Fn(SamplerKind, u64) -> (u64, f64, Option<String>),
-) -> Tally {
-    let measured = SAMPLERS.map(|(_, kind, seeds)| error(kind, seeds));
-    let tally = |tried, error: f64| Tally {
-        tried,
-        failed: u64::from(error.is_nan()),
-        worst: Some(error),
-        ..Tally::default()
-    };
-    let mut all = tally(measured[0].0, judged(measured.each_ref().map(|row| row.1)));
-    for ((name, ..), (tried, error, remark)) in SAMPLERS.iter().zip(measured) {
-        all = all.part(name, &tally(tried, error));
-        all.remarks.extend(remark.map(|remark| format!("{name}: {remark}")));
+/// A part for each sampler, by its number of scrambles. `judged` computes the error of all from those of the samplers.
+fn by_sampler(judged: fn([f64; 3]) -> f64, measure: impl Fn(SamplerKind, u64) -> Tally) -> Tally {
+    let measured = SAMPLERS.map(|(_, kind, seeds)| measure(kind, seeds));
+    let error = judged(measured.each_ref().map(|tally| tally.worst.unwrap_or(f64::NAN)));
+    let mut all = Tally::measured(measured[0].tried, error);
+    for ((name, ..), tally) in SAMPLERS.iter().zip(&measured) {
+        all = all.part(name, tally);
+        all.remarks.extend(tally.remarks.iter().map(|remark| format!("{name}: {remark}")));
     }
     all
 }
 
-/// The green channel of a picture.
-fn picture(scene: &Scene, seed: u64) -> Vec<f64> {
-    let settings = lookat_render::Settings { seed, ..Default::default() };
-    let image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
-    image.rgb().unwrap_or_default().iter().map(|pixel| f64::from(pixel[1])).collect()
-}
-
 /// The root of the mean square.
 fn rms(errors: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = errors.fold((0.0, 0.0), |(sum, count), error| (sum + error * error, count + 1.0));
-    (sum / count).sqrt()
+    mean(&errors.map(|error| error * error).collect::<Vec<_>>()).sqrt()
 }
 
 /// The scene with another sampler.
@@ -83,7 +66,7 @@ fn mixed(known: &Known) -> Vec<(usize, f64)> {
 fn edge_error(edge: &Known, kind: SamplerKind, samples: u32, seeds: u64) -> f64 {
     let scene = sampled(&edge.scene, kind, samples);
     rms((0..seeds).flat_map(|seed| {
-        let pixels = picture(&scene, seed);
+        let pixels = green(&scene, seed);
         mixed(edge).into_iter().map(move |(at, share)| pixels[at] - share)
     }))
 }
@@ -96,8 +79,9 @@ fn slopes() -> Tally {
         |slopes| slopes[0],
         |kind, seeds| {
             let errors = COUNTS.map(|samples| edge_error(&edge, kind, samples, seeds));
+            let tried = mixed(&edge).len() as u64 * seeds * COUNTS.len() as u64;
             let remark = format!("RMSE {:.2e} at 16 samples, {:.2e} at 4096", errors[0], errors[8]);
-            (mixed(&edge).len() as u64 * seeds * COUNTS.len() as u64, slope(&errors), Some(remark))
+            Tally::measured(tried, slope(&errors)).remark(remark)
         },
     )
 }
@@ -116,13 +100,13 @@ fn thousand() -> Tally {
         |kind, _| {
             let edges = [1000, 1024].map(|samples| edge_error(&edge, kind, samples, FEW_SEEDS));
             let smooth = [1000, 1024].map(|samples| {
-                let pixels = picture(&sampled(&plain(WIDE).scene, kind, samples), 0);
+                let pixels = green(&sampled(&plain(WIDE).scene, kind, samples), 0);
                 rms(pixels.into_iter().map(|x| x - 0.25))
             });
-            let ratios = [edges[0] / edges[1], smooth[0] / smooth[1]];
-            let remark = format!("{:.2} at an edge, {:.2} under a smooth light", ratios[0], ratios[1]);
+            let [edges, smooth] = [edges, smooth].map(|[of_1000, of_1024]| of_1000 / of_1024);
             let tried = mixed(&edge).len() as u64 * FEW_SEEDS + u64::from(WIDE * WIDE);
-            (tried, ratios[0].max(ratios[1]), Some(remark))
+            let remark = format!("{edges:.2} at an edge, {smooth:.2} under a smooth light");
+            Tally::measured(tried, edges.max(smooth)).remark(remark)
         },
     )
 }
@@ -141,9 +125,9 @@ fn neighbors() -> Tally {
         |correlations| correlations.into_iter().fold(f64::NEG_INFINITY, f64::max),
         |kind, _| {
             let scene = sampled(&plain(WIDE).scene, kind, FEW);
-            let pictures: Vec<Vec<f64>> = (0..PICTURES).map(|seed| picture(&scene, seed)).collect();
+            let pictures: Vec<Vec<f64>> = (0..PICTURES).map(|seed| green(&scene, seed)).collect();
             let error = correlation(&pictures, 1).max(correlation(&pictures, WIDE as usize));
-            (u64::from(WIDE * WIDE) * 2 * PICTURES, error, None)
+            Tally::measured(u64::from(WIDE * WIDE) * 2 * PICTURES, error)
         },
     )
 }
@@ -152,7 +136,7 @@ fn neighbors() -> Tally {
 fn correlation(pictures: &[Vec<f64>], step: usize) -> f64 {
     let (mut products, mut squares) = (0.0, 0.0);
     for pixels in pictures {
-        let mean = pixels.iter().sum::<f64>() / pixels.len() as f64;
+        let mean = mean(pixels);
         let error = |at: usize| pixels[at] - mean;
         for at in (0..pixels.len() - step).filter(|at| step > 1 || (at + 1) % WIDE as usize != 0) {
             products += error(at) * error(at + step);
@@ -173,14 +157,13 @@ fn strata(known: fn(u32) -> Known) -> Tally {
     let strata = || strata.iter().filter(|stratum| stratum.promised() > 0);
     let worst = strata().map(|stratum| 1.0 - stratum.coverage()[1]).fold(0.0, f64::max);
     let shares: Vec<String> = strata().map(|stratum| format!("{:.3}", stratum.coverage()[0])).collect();
-    let samples = pixels.iter().map(|pixel| f64::from(pixel.samples)).sum::<f64>() / pixels.len() as f64;
+    let samples = mean(&pixels.iter().map(|pixel| f64::from(pixel.samples)).collect::<Vec<_>>());
     let capped = strata().map(|stratum| stratum.at_cap).sum::<u64>();
     let remark = format!(
         "lookat: shares within the target, from dark to bright, {}; {capped} pixels at the cap; {samples:.0} samples on average",
         shares.join(", ")
     );
-    let tried = strata().map(Stratum::promised).sum();
-    Tally { tried, worst: Some(worst), remarks: vec![remark], ..Tally::default() }
+    Tally::measured(strata().map(Stratum::promised).sum(), worst).remark(remark)
 }
 
 fn rare_light() -> Tally {
@@ -200,6 +183,7 @@ fn rare_light() -> Tally {
     tally.check(reached.outliers == 0, || format!("{} pixels at edges count as outliers", reached.outliers));
     tally
 }
+
 /// The text of a scene by its film and sampler.
 fn text(film: &str, sampler: &str, integrator: &str, world: &str) -> String {
     let camera = "LookAt -3 1.5 -3  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 60";

@@ -61,11 +61,11 @@ impl CutShape {
     }
 
     /// The shape alone, around the eye, so that rays may start anywhere around it.
-    pub fn probe(&self, size: f64) -> Probe {
+    pub fn prepared(&self, size: f64) -> PreparedScene {
         let is_whole = self.round.is_some_and(|round| round.start.is_none());
         let sweep = if is_whole { 360 } else { 270 };
         let shape = format!("{} \"float phimax\" {sweep}", self.text);
-        probe(&around_eye(&format!("Scale {size:e} {size:e} {size:e} {shape}")))
+        prepared(&around_eye(&format!("Scale {size:e} {size:e} {size:e} {shape}")))
     }
 
     /// A point of the surface away from its cuts, and the normal. For the disk a point of the edge, and outward.

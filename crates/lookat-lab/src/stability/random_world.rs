@@ -3,7 +3,7 @@
 use lookat_scene::{Primitive, Shape};
 
 use super::*;
-use crate::text_scene::cube;
+use crate::text_scene::{block, cube, grid};
 
 /// A random scene.
 pub(super) struct RandomWorld {
@@ -130,7 +130,7 @@ fn place(random: &mut Pcg64Mcg, size: f64) -> DMat4 {
 
 /// Directives under a transformation.
 fn within(place: &DMat4, text: &str) -> String {
-    format!("AttributeBegin {} {text} AttributeEnd\n", transform(place))
+    block(&format!("{} {text}", transform(place)))
 }
 
 /// A body of about size 1.
@@ -151,8 +151,8 @@ fn body(random: &mut Pcg64Mcg) -> String {
             let corners: Vec<DVec3> = (0..3 * (1 + below(random, 40))).map(|_| in_cube(random)).collect();
             triangles(&corners)
         }
-        3 => grid(random, 0.0),
-        4 => grid(random, 0.2),
+        3 => bumpy(random, 0.0),
+        4 => bumpy(random, 0.2),
         _ => cube([-1.0; 3], [1.0; 3]),
     }
 }
@@ -169,13 +169,8 @@ fn sphere(random: &mut Pcg64Mcg, place: DMat4) -> String {
 }
 
 /// A square grid of triangles with random heights.
-fn grid(random: &mut Pcg64Mcg, height: f64) -> String {
+fn bumpy(random: &mut Pcg64Mcg, height: f64) -> String {
     let side = 2 + below(random, 7);
-    let at = |i: usize| -1.0 + 2.0 * (i as f64) / side as f64;
-    let places = (0..=side).flat_map(|y| (0..=side).map(move |x| (x, y)));
-    let corner = |(x, y)| DVec3::new(at(x), at(y), height * between(random, -1.0, 1.0));
-    let corners: Vec<DVec3> = places.map(corner).collect();
-    let cells = (0..side * (side + 1)).filter(|i| i % (side + 1) < side);
-    let faces = cells.flat_map(|i| [[i, i + 1, i + side + 2], [i, i + side + 2, i + side + 1]]);
-    mesh(&corners, &faces.collect::<Vec<_>>())
+    let along = |i: usize| -1.0 + 2.0 * (i as f64) / side as f64;
+    grid(side, |x, y| DVec3::new(along(x), along(y), height * between(random, -1.0, 1.0)))
 }

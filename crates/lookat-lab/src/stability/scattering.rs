@@ -8,6 +8,8 @@ use std::sync::Arc;
 use lookat_scene::Light;
 
 use super::*;
+use crate::estimate::mean;
+use crate::text_scene::{at, emitting, green, matte, quad, sphere, two_sided};
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("B1", |trial| error(metal_under_sky(trial.at, FRAC_PI_4), albedo(trial.at, FRAC_PI_4))),
@@ -24,11 +26,6 @@ const SIDE: u32 = 16;
 
 /// One reflection, and no choice of lights.
 const PATH: &str = "path\" \"integer maxdepth\" [1] \"string lightsamplestrategy\" \"uniform";
-
-/// The mean of a picture of one point of the plane y = 0, seen at an angle to its normal.
-fn mean(angle: f64, world: &str) -> f64 {
-    mean_within(1e-6, angle, world)
-}
 
 /// The mean of a picture of the points of the plane y = 0 up to a distance from the origin, seen at an angle to the normal.
 fn mean_within(reach: f64, angle: f64, world: &str) -> f64 {
@@ -47,25 +44,25 @@ fn one_point(reach: f64, angle: f64, samples: u32, integrator: &str, world: &str
 
 /// The mean of the green channel of a picture.
 fn mean_of(text: &str) -> f64 {
-    let pixels = render(&scene(text), 0);
-    pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64
+    mean(&green(&scene(text), 0))
 }
 
-const GRAY: &str = "\"matte\" \"rgb Kd\" [.5 .5 .5]";
-
 fn floor(material: &str) -> String {
-    let corners = square(DVec3::ZERO, DVec3::X * 9.0, DVec3::NEG_Z * 9.0);
-    format!("Material {material} {}", mesh(&corners, &[[0, 1, 2], [0, 2, 3]]))
+    format!("{material} {}", quad(DVec3::ZERO, DVec3::X * 9.0, DVec3::NEG_Z * 9.0))
+}
+
+fn gray_floor() -> String {
+    floor(&matte(0.5))
 }
 
 /// The light of a white sky that a metal without absorption reflects, with a width `alpha` of the distribution of facets and
 /// seen at `angle` to the normal.
 fn metal_under_sky(alpha: f64, angle: f64) -> f64 {
     let metal = format!(
-        "\"metal\" \"rgb eta\" [1 1 1] \"rgb k\" [10000 10000 10000] \"float roughness\" {alpha:?} \"bool remaproughness\" \"false\""
+        "Material \"metal\" \"rgb eta\" [1 1 1] \"rgb k\" [10000 10000 10000] \"float roughness\" {alpha:?} \"bool remaproughness\" \"false\""
     );
     let world = format!("LightSource \"infinite\" {}", floor(&metal));
-    mean(angle, &world)
+    mean_within(1e-6, angle, &world)
 }
 
 /// The same light in `f64`: the mean over visible normals of the share of reflected light that no other facet
@@ -96,32 +93,22 @@ fn albedo(alpha: f64, angle: f64) -> f64 {
 
 /// The relative error of a number.
 fn error(found: f64, truth: f64) -> Tally {
-    let mut tally = Tally::default();
-    tally.error((found / truth - 1.0).abs());
-    tally
+    Tally::measured(1, (found / truth - 1.0).abs())
 }
 
 /// A sphere light above a floor, as bright from there at any distance, up to the largest color of a scene file.
 fn distant(trial: &Trial) -> Tally {
-    let bright = trial.at * trial.at;
-    let world = format!(
-        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{bright} {bright} {bright}] Translate 0 {:?} 0
-         Shape \"sphere\" AttributeEnd {}",
-        trial.at,
-        floor(GRAY)
-    );
+    let lamp = emitting([trial.at * trial.at; 3], &at(DVec3::Y * trial.at, &sphere(1.0)));
     // The irradiance over pi is the radiance times the squared sine of half of the angle at which the light is seen.
-    error(mean(FRAC_PI_4, &world), 0.5)
+    error(mean_within(1e-6, FRAC_PI_4, &(lamp + &gray_floor())), 0.5)
 }
 
 /// In a sphere that emits and reflects evenly, light is a geometric series of a hundred reflections.
 fn furnace(trial: &Trial) -> Tally {
     const BOUNCES: i32 = 100;
     let reflectance = trial.at;
-    let world = format!(
-        "AreaLightSource \"diffuse\" Material \"matte\" \"rgb Kd\" [{reflectance:?} {reflectance:?} {reflectance:?}]
-         ReverseOrientation Shape \"sphere\""
-    );
+    let world =
+        format!("AreaLightSource \"diffuse\" {} ReverseOrientation Shape \"sphere\"", matte(reflectance));
     let camera = "LookAt .1 .2 .3  1 1 1  0 0 1 Camera \"perspective\" \"float fov\" 90";
     let integrator = PATH.replace("[1]", &format!("[{BOUNCES}] \"float rrthreshold\" [0]"));
     let mean = mean_of(&pictured(camera, SIDE, 64, &integrator, &world));
@@ -130,11 +117,7 @@ fn furnace(trial: &Trial) -> Tally {
 
 /// A polygon that emits evenly on both sides.
 fn lamp(radiance: f64, corners: &[DVec3; 4]) -> String {
-    format!(
-        "AttributeBegin AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\" [{radiance:?} {radiance:?} {radiance:?}]
-         {} AttributeEnd ",
-        mesh(corners, &[[0, 1, 2], [0, 2, 3]])
-    )
+    two_sided([radiance; 3], &quads(corners))
 }
 
 /// The irradiance at the origin of a floor from a polygon with radiance 1, relative to a sky with radiance 1 (Lambert 1760).
@@ -155,7 +138,7 @@ fn at_edge(trial: &Trial) -> Tally {
     let reach = if gap > ON_EDGE { 1e-6 * gap } else { ON_EDGE };
     let [low, high] = [-0.4, 0.7].map(|x| DVec3::new(x, 0.0, -gap));
     let corners = [low, high, high + DVec3::Y, low + DVec3::Y];
-    let world = lamp(1.0, &corners) + &floor(GRAY);
+    let world = lamp(1.0, &corners) + &gray_floor();
     error(mean_within(reach, FRAC_PI_4, &world), 0.5 * share_of_sky(&corners))
 }
 
@@ -164,7 +147,7 @@ fn sizes(trial: &Trial) -> Tally {
     let size = trial.at;
     let ceiling = |height: f64, half: f64| square(DVec3::Y * height, DVec3::X * half, DVec3::Z * half);
     let (small, large) = (ceiling(2.0 * size, size), ceiling(2e9, 4e9));
-    let world = lamp(3.0, &small) + &lamp(1.0, &large) + &floor(GRAY);
+    let world = lamp(3.0, &small) + &lamp(1.0, &large) + &gray_floor();
     let expected = 0.5 * (share_of_sky(&large) + 2.0 * share_of_sky(&small));
     error(mean_within(1e-6 * size, FRAC_PI_4, &world), expected)
 }
@@ -183,9 +166,9 @@ fn equal_lights(trial: &Trial) -> Tally {
     let rendered = |text: &str, lights: Vec<Light>| {
         let mut scene = scene(text);
         Arc::make_mut(&mut scene.world).lights = lights;
-        render(&scene, 0).iter().map(|pixel| f64::from(pixel[1])).collect::<Vec<_>>()
+        mean(&green(&scene, 0))
     };
-    let world = format!("LightSource \"point\" {}", floor(GRAY));
+    let world = format!("LightSource \"point\" {}", gray_floor());
 
     let square = |i: u32| place(i % side).powi(2) + place(i / side).powi(2);
     let sum: f64 = (0..side * side).map(|i| (1.0 + square(i)).powf(-1.5)).sum();
@@ -193,8 +176,7 @@ fn equal_lights(trial: &Trial) -> Tally {
     let mut all = Tally::default();
     for choice in ["uniform", "power", "spatial"] {
         let text = one_point(1e-6, FRAC_PI_4, 1024, &PATH.replace("uniform", choice), &world);
-        let pixels = rendered(&text, lights(1.0));
-        all = all.join(error(pixels.iter().sum::<f64>() / pixels.len() as f64, expected));
+        all = all.join(error(rendered(&text, lights(1.0)), expected));
     }
 
     // Close below the grid, where a few lights give most of the light. All of the light that goes down arrives: 0.25. Single pixels have
@@ -205,8 +187,7 @@ fn equal_lights(trial: &Trial) -> Tally {
         "LookAt 0 1 0  0 0 0  0 0 1 Camera \"orthographic\" \"float screenwindow\" [-{reach:?} {reach:?} -{reach:?} {reach:?}]"
     );
     let text = pictured(&camera, PIXELS, 1 << 14, &PATH.replace("uniform", "spatial"), &world);
-    let pixels = rendered(&text, lights(0.5 * spacing));
-    let mean = pixels.iter().sum::<f64>() / pixels.len() as f64;
+    let mean = rendered(&text, lights(0.5 * spacing));
     all.check((mean / 0.25 - 1.0).abs() < 0.03, || {
         format!("the mean close below the lights is {mean}, not 0.25")
     });

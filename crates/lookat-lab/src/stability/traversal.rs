@@ -5,20 +5,20 @@ use rayon::prelude::*;
 
 use super::random_world::RandomWorld;
 use super::*;
-use crate::text_scene::{corner, cube};
+use crate::text_scene::{at, corner, cube, sphere};
 
 pub(super) const MEASURES: &[(&str, Measure)] =
     &[("V1", box_faces), ("V2", random_worlds), ("V3", |_| one_place()), ("V4", |_| giant())];
 
 /// How the BVH and a test of all elements differ for a ray.
-fn disagreement(probe: &Probe, ray: &Ray) -> Option<String> {
-    let (bvh, all) = (probe.nearest(ray), probe.nearest_by_all(ray));
+fn disagreement(prepared: &Prepared, ray: &Ray) -> Option<String> {
+    let (bvh, all) = (prepared.nearest(ray), prepared.nearest_by_all(ray));
     let name = |hit: &Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits));
     if bvh.as_ref().map(name) != all.as_ref().map(name) {
         return Some(format!("nearest: BVH {bvh:?}, all {all:?}"));
     }
-    let ends_at = |t_max: f64| probe.occluded(&Ray { t_max, ..*ray });
-    if probe.occluded(ray) != all.is_some() {
+    let ends_at = |t_max: f64| prepared.occluded(&Ray { t_max, ..*ray });
+    if prepared.occluded(ray) != all.is_some() {
         return Some(format!("occluded: all {all:?}"));
     }
     let all = all?;
@@ -35,12 +35,12 @@ type Box = [DVec3; 2];
 /// The BVH finds the hits of single shapes, and rays through a cube hit it.
 fn box_faces(trial: &Trial) -> Tally {
     let (text, boxes) = blocks();
-    let probe = probe(&text);
+    let prepared = prepared(&text).world;
     tally(trial.rays, trial.seed, |random, tally| {
         let ray = in_face(random, &boxes);
         let pierces_cube = || boxes.iter().skip(1).step_by(3).any(|cube| pierces(ray.o, ray.d, *cube));
-        let hits = probe.nearest(&ray).is_some();
-        let wrong = disagreement(&probe, &ray).is_some() || !hits && pierces_cube();
+        let hits = prepared.nearest(&ray).is_some();
+        let wrong = disagreement(&prepared, &ray).is_some() || !hits && pierces_cube();
         if hits || wrong {
             tally.answer(!wrong);
         }
@@ -67,9 +67,7 @@ fn blocks() -> (String, Vec<Box>) {
         match kind % 3 {
             0 => {
                 let radius = side / 2.0;
-                let [x, y, z] = low.map(|x| x + radius);
-                let sphere = format!("Translate {x} {y} {z} Shape \"sphere\" \"float radius\" {radius}");
-                text += &format!("AttributeBegin {sphere} AttributeEnd\n");
+                text += &at(DVec3::from(low) + radius, &sphere(radius));
             }
             1 => text += &cube(low, high),
             _ => {
@@ -125,19 +123,19 @@ fn random_worlds(trial: &Trial) -> Tally {
 fn one_world(seed: u64, rays: u64) -> Tally {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let world = RandomWorld::new(&mut random);
-    let probe = Probe::new(&world.scene);
+    let prepared = Prepared::new(&world.scene);
     let mut tally = Tally::default();
     while tally.tried < rays {
-        let mut ray = world.aimed(&mut random, probe.origin());
+        let mut ray = world.aimed(&mut random, prepared.origin());
         for _ in 0..3 {
-            let problem = disagreement(&probe, &ray);
+            let problem = disagreement(&prepared, &ray);
             tally.answer(problem.is_none());
             let remark = problem.map(|what| format!("scene {seed}, o {}, d {}: {what}", ray.o, ray.d));
             tally.remarks.extend(remark.filter(|_| tally.failed == 1));
             // The next ray leaves from the hit.
-            match probe.nearest_by_all(&ray) {
+            match prepared.nearest_by_all(&ray) {
                 Some(hit) if chance(&mut random, 0.3) => {
-                    ray = probe.spawn_ray(&ray, &hit, direction(&mut random))
+                    ray = prepared.surface(&ray, &hit).spawn_ray(direction(&mut random))
                 }
                 _ => break,
             }
@@ -153,30 +151,24 @@ fn one_place() -> Tally {
     /// Rays per crowd. Each ray tests all elements.
     const RAYS: usize = 100;
     let crowds = [
-        (
-            "equal triangles",
-            meshed((0..CROWD).map(|_| [[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [0.0, 1.0, 5.0]])),
-        ),
-        ("triangles in equal boxes", meshed((0..CROWD).map(in_equal_box))),
-        (
-            "triangles around one point",
-            meshed((0..CROWD).map(|i| around_point(1.0 + i as f64 / CROWD as f64))),
-        ),
-        ("equal spheres", spheres((0..CROWD).map(|_| 1.0))),
-        ("concentric spheres", spheres((0..CROWD).map(|i| 1.0 + i as f64 / CROWD as f64))),
+        ("equal triangles", meshed(|_| [[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [0.0, 1.0, 5.0]])),
+        ("triangles in equal boxes", meshed(in_equal_box)),
+        ("triangles around one point", meshed(|share| around_point(1.0 + share))),
+        ("equal spheres", spheres(|_| 1.0)),
+        ("concentric spheres", spheres(|share| 1.0 + share)),
         ("equal instances", instances()),
     ];
     let mut tally = Tally::default();
     for (name, world) in crowds {
-        let probe = probe(&around_eye(&world));
+        let prepared = prepared(&around_eye(&world)).world;
         let mut random = Pcg64Mcg::seed_from_u64(2100);
         let mut hits = 0;
         for _ in 0..RAYS {
             let o = DVec3::new(0.0, 0.0, 5.0) + direction(&mut random) * 6.0;
             let target = DVec3::new(0.0, 0.0, 5.0) + in_cube(&mut random) * 0.9;
             let ray = Ray::new(o, (target - o).normalize());
-            hits += usize::from(probe.nearest(&ray).is_some());
-            let problem = disagreement(&probe, &ray);
+            hits += usize::from(prepared.nearest(&ray).is_some());
+            let problem = disagreement(&prepared, &ray);
             tally.check(problem.is_none(), || format!("{name}: {}", problem.unwrap_or_default()));
         }
         tally.check(hits > RAYS / 4, || format!("{name}: {hits} hits of {RAYS}"));
@@ -184,13 +176,18 @@ fn one_place() -> Tally {
     tally
 }
 
-fn meshed(corners: impl Iterator<Item = [[f64; 3]; 3]>) -> String {
-    triangles(&corners.flatten().map(DVec3::from).collect::<Vec<_>>())
+/// The share of the crowd before each of its elements.
+fn shares() -> impl Iterator<Item = f64> {
+    (0..CROWD).map(|i| i as f64 / CROWD as f64)
+}
+
+fn meshed(corners: impl Fn(f64) -> [[f64; 3]; 3]) -> String {
+    triangles(&shares().flat_map(corners).map(DVec3::from).collect::<Vec<_>>())
 }
 
 /// Triangles with the same box.
-fn in_equal_box(i: usize) -> [[f64; 3]; 3] {
-    let y = -1.0 + 2.0 * (i as f64 / CROWD as f64);
+fn in_equal_box(share: f64) -> [[f64; 3]; 3] {
+    let y = -1.0 + 2.0 * share;
     [[-1.0, -1.0, 4.0], [1.0, y, 6.0], [-y, 1.0, 4.5]]
 }
 
@@ -198,10 +195,8 @@ fn around_point(size: f64) -> [[f64; 3]; 3] {
     [[-size, -size, 5.0 - size], [size, -size, 5.0 + size], [0.0, size, 5.0]]
 }
 
-fn spheres(radii: impl Iterator<Item = f64>) -> String {
-    let shapes: String =
-        radii.map(|radius| format!("Shape \"sphere\" \"float radius\" {radius}\n")).collect();
-    format!("Translate 0 0 5 {shapes}")
+fn spheres(radius: impl Fn(f64) -> f64) -> String {
+    format!("Translate 0 0 5 {}", shares().map(|share| sphere(radius(share))).collect::<String>())
 }
 
 fn instances() -> String {
@@ -214,9 +209,9 @@ fn giant() -> Tally {
     let mut tally = Tally::default();
     for size in [1e10, 1e20, 1e30] {
         let grid: String = (0..1000).map(|i| small(i).1).collect();
-        let triangle = meshed([[[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]]].into_iter());
-        let sphere = format!("Shape \"sphere\" \"float radius\" {size:e}");
-        let probe = probe(&around_eye(&(grid + &triangle + &sphere)));
+        let corners = [[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]];
+        let triangle = triangles(&corners.map(DVec3::from));
+        let prepared = prepared(&around_eye(&(grid + &triangle + &sphere(size)))).world;
         // From between the rows of spheres.
         let mut rays: Vec<(DVec3, DVec3, u32, f64, f64)> =
             (0..1000).map(|i| (small(i).0 - DVec3::Z * 0.5, DVec3::Z, i as u32, 0.4, 2.5e-12)).collect();
@@ -226,7 +221,7 @@ fn giant() -> Tally {
             (DVec3::splat(0.5), DVec3::NEG_Z, 1001, size, 1e-9),
         ]);
         for (o, d, primitive, t, tolerance) in rays {
-            let hit = probe.nearest(&Ray::new(o, d));
+            let hit = prepared.nearest(&Ray::new(o, d));
             let right = hit
                 .is_some_and(|hit| hit.element.primitive == primitive && (hit.t / t - 1.0).abs() < tolerance);
             tally.check(right, || format!("{size:e}: from {o} toward {d}: {hit:?}"));
@@ -238,9 +233,7 @@ fn giant() -> Tally {
 /// A sphere of radius 0.1 in a grid from -5 to 4: its center and its directives.
 fn small(i: usize) -> (DVec3, String) {
     let center = DVec3::new((i % 10) as f64, (i / 10 % 10) as f64, (i / 100) as f64) - 5.0;
-    let at = xyz(center);
-    let text = format!("AttributeBegin Translate {at} Shape \"sphere\" \"float radius\" 0.1 AttributeEnd\n");
-    (center, text)
+    (center, at(center, &sphere(0.1)))
 }
 
 #[cfg(test)]
@@ -262,12 +255,12 @@ mod tests {
         let (text, boxes) = blocks();
         let scene = scene(&text);
         assert_eq!(scene.world.primitives.len(), boxes.len());
-        let probe = Probe::new(&scene);
+        let prepared = Prepared::new(&scene);
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let mut hits = 0;
         for _ in 0..1000 {
             let ray = in_face(&mut random, &boxes);
-            let Some(hit) = probe.nearest_by_all(&ray) else { continue };
+            let Some(hit) = prepared.nearest_by_all(&ray) else { continue };
             let (p, bounds) = (ray.at(hit.t), boxes[hit.element.primitive as usize]);
             assert!((p - p.clamp(bounds[0], bounds[1])).length() < 1e-5);
             hits += 1;
@@ -282,10 +275,11 @@ mod tests {
         for seed in 0..20 {
             let mut random = Pcg64Mcg::seed_from_u64(seed);
             let world = RandomWorld::new(&mut random);
-            let probe = Probe::new(&world.scene);
+            let prepared = Prepared::new(&world.scene);
             for _ in 0..100 {
-                hits +=
-                    usize::from(probe.nearest_by_all(&world.aimed(&mut random, probe.origin())).is_some());
+                hits += usize::from(
+                    prepared.nearest_by_all(&world.aimed(&mut random, prepared.origin())).is_some(),
+                );
                 tried += 1;
             }
         }

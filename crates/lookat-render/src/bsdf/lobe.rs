@@ -312,7 +312,8 @@ pub(crate) struct BsdfSample<S: Simd> {
     pub wi: Vec3x8<S>,
     /// The densities of `wi` by solid angle, more than 0. For delta samples: the probabilities of their directions.
     pub pdf: f64x8<S>,
-    /// The factor for radiance from `wi`: the BSDF times the cosine over the density.
+    /// The factor for radiance from `wi`: the BSDF times the cosine over the density. Of [`Lobe::delta_sample`] and
+    /// [`Bsdf::delta_samples`](super::Bsdf::delta_samples), not divided by the density.
     pub weight: Colors<S>,
     /// The lanes with delta samples.
     pub is_delta: mask64x8<S>,

@@ -87,7 +87,7 @@ impl<S: Simd> Builder<'_, S> {
                 MaterialKind::Translucent(translucent) => self.translucent(translucent, weight, active),
                 MaterialKind::Glass(glass) => self.glass(glass, weight, active),
                 MaterialKind::Mirror(mirror) => {
-                    let color = weight * self.share(&mirror.kr, active);
+                    let color = weight * self.reflectance(&mirror.kr, active);
                     self.push(Lobes::new(LobeKind::Mirror(Fresnel::Perfect), color), active);
                 }
                 MaterialKind::Metal(metal) => self.metal(metal, weight, active),
@@ -99,7 +99,7 @@ impl<S: Simd> Builder<'_, S> {
         })
     }
 
-    /// Adds a lobe where anything comes of it.
+    /// Adds a lobe where its color is not black.
     #[inline(never)]
     fn push(&mut self, lobe: Lobes<S>, active: mask64x8<S>) {
         vectorized!(active.token(), {
@@ -110,15 +110,15 @@ impl<S: Simd> Builder<'_, S> {
         })
     }
 
-    /// Shares of light: at least 0.
+    /// Reflectances: at least 0.
     #[inline(always)]
-    fn share(&self, texture: &Texture<Vec3>, active: mask64x8<S>) -> Colors<S> {
+    fn reflectance(&self, texture: &Texture<Vec3>, active: mask64x8<S>) -> Colors<S> {
         not_negative(self.at.value(texture, active))
     }
 
     #[inline(always)]
     fn matte(&mut self, matte: &Matte, weight: Colors<S>, active: mask64x8<S>) {
-        let reflectance = weight * self.share(&matte.kd, active);
+        let reflectance = weight * self.reflectance(&matte.kd, active);
         let sigma = at_least(self.at.value(&matte.sigma, active), 0.0).min(90.0);
         let is_smooth = sigma.simd_eq(0.0);
         self.push(Lobes::new(LobeKind::Lambert, reflectance), active & is_smooth);
@@ -134,10 +134,10 @@ impl<S: Simd> Builder<'_, S> {
 
     #[inline(always)]
     fn plastic(&mut self, plastic: &Plastic, weight: Colors<S>, active: mask64x8<S>) {
-        self.push(Lobes::new(LobeKind::Lambert, weight * self.share(&plastic.kd, active)), active);
-        // pbrt-v3 has the inside out: the light comes from what has an index of 1.5.
-        let eta = splat_f32(active.token(), (1.0 / PLASTIC) as f32);
-        let reflectance = weight * self.share(&plastic.ks, active);
+        self.push(Lobes::new(LobeKind::Lambert, weight * self.reflectance(&plastic.kd, active)), active);
+        // pbrt-v3 swaps inside and outside here: light arrives from the side of index 1.5.
+        let eta = splat_f32(active.token(), (1.0 / COATING_INDEX) as f32);
+        let reflectance = weight * self.reflectance(&plastic.ks, active);
         self.glossy(reflectance, self.alpha(&plastic.roughness, active), eta, active);
     }
 
@@ -156,13 +156,13 @@ impl<S: Simd> Builder<'_, S> {
 
     #[inline(always)]
     fn translucent(&mut self, translucent: &Translucent, weight: Colors<S>, active: mask64x8<S>) {
-        let reflect = weight * self.share(&translucent.reflect, active);
-        let transmit = weight * self.share(&translucent.transmit, active);
-        let (kd, ks) = (self.share(&translucent.kd, active), self.share(&translucent.ks, active));
+        let reflect = weight * self.reflectance(&translucent.reflect, active);
+        let transmit = weight * self.reflectance(&translucent.transmit, active);
+        let (kd, ks) = (self.reflectance(&translucent.kd, active), self.reflectance(&translucent.ks, active));
         self.push(Lobes::new(LobeKind::Lambert, reflect * kd), active);
         self.push(Lobes::new(LobeKind::LambertTransmission, transmit * kd), active);
         let roughness = self.alpha(&translucent.roughness, active);
-        let eta = f64x8::splat(active.token(), PLASTIC);
+        let eta = f64x8::splat(active.token(), COATING_INDEX);
         self.rough_dielectric([reflect * ks, transmit * ks], roughness, eta, active);
     }
 
@@ -175,7 +175,7 @@ impl<S: Simd> Builder<'_, S> {
         active: mask64x8<S>,
     ) {
         // Between alike media no facet reflects or bends light; pbrt-v3 ends there.
-        let is_alike = (eta - 1.0).abs().simd_lt(ALIKE);
+        let is_alike = (eta - 1.0).abs().simd_lt(SAME_INDEX);
         let one = splat_f32(active.token(), 1.0);
         self.refraction(transmittance, one, active & is_alike);
         let (active, eta) = (active & !is_alike, to_f32(eta));
@@ -191,7 +191,8 @@ impl<S: Simd> Builder<'_, S> {
 
     #[inline(always)]
     fn glass(&mut self, glass: &Glass, weight: Colors<S>, active: mask64x8<S>) {
-        let colors = [weight * self.share(&glass.kr, active), weight * self.share(&glass.kt, active)];
+        let colors =
+            [weight * self.reflectance(&glass.kr, active), weight * self.reflectance(&glass.kt, active)];
         let eta = self.index(&glass.eta, active);
         let is_smooth = |texture: &Texture<f64>| self.at.value(texture, active).simd_eq(0.0);
         let v = glass.roughness.v.as_ref().unwrap_or(&glass.roughness.u);
@@ -214,7 +215,7 @@ impl<S: Simd> Builder<'_, S> {
 
     #[inline(always)]
     fn substrate(&mut self, substrate: &Substrate, weight: Colors<S>, active: mask64x8<S>) {
-        let colors = [self.share(&substrate.kd, active), self.share(&substrate.ks, active)];
+        let colors = [self.reflectance(&substrate.kd, active), self.reflectance(&substrate.ks, active)];
         let active = active & (colors[0].is_light() | colors[1].is_light());
         let roughness = self.alpha(&substrate.roughness, active);
         self.push(Lobes { colors, roughness, ..Lobes::new(LobeKind::Substrate, weight) }, active);
@@ -223,24 +224,25 @@ impl<S: Simd> Builder<'_, S> {
     #[inline(always)]
     fn uber(&mut self, uber: &Uber, weight: Colors<S>, active: mask64x8<S>) {
         let white = Colors::splat(active.token(), Vec3::ONE);
-        let opacity = self.share(&uber.opacity, active);
+        let opacity = self.reflectance(&uber.opacity, active);
         self.refraction(weight * not_negative(white - opacity), white.x, active);
         let weight = weight * opacity;
-        self.push(Lobes::new(LobeKind::Lambert, weight * self.share(&uber.kd, active)), active);
+        self.push(Lobes::new(LobeKind::Lambert, weight * self.reflectance(&uber.kd, active)), active);
         let eta = to_f32(self.index(&uber.eta, active));
-        let glossy = weight * self.share(&uber.ks, active);
+        let glossy = weight * self.reflectance(&uber.ks, active);
         let is_glossy = active & glossy.is_light();
         if is_glossy.any_true() {
             self.glossy(glossy, self.alpha(&uber.roughness, is_glossy), eta, is_glossy);
         }
-        let mirror = Lobes::new(LobeKind::Mirror(Fresnel::Dielectric), weight * self.share(&uber.kr, active));
+        let mirror =
+            Lobes::new(LobeKind::Mirror(Fresnel::Dielectric), weight * self.reflectance(&uber.kr, active));
         self.push(Lobes { eta, ..mirror }, active);
-        self.refraction(weight * self.share(&uber.kt, active), eta, active);
+        self.refraction(weight * self.reflectance(&uber.kt, active), eta, active);
     }
 
     #[inline(always)]
     fn mix(&mut self, mix: &Mix, weight: Colors<S>, active: mask64x8<S>) {
-        let first = self.share(&mix.amount, active);
+        let first = self.reflectance(&mix.amount, active);
         let second = not_negative(Colors::splat(active.token(), Vec3::ONE) - first);
         for (material, share) in mix.materials.iter().zip([first, second]) {
             // What has no share costs nothing.
@@ -283,7 +285,7 @@ impl<S: Simd> Builder<'_, S> {
     }
 }
 
-/// The larger of two numbers, and `least` in place of what is no number: processors differ in that.
+/// The larger of two numbers; `least` for NaN, in which processors differ.
 #[inline(always)]
 fn at_least<S: Simd>(x: f64x8<S>, least: f64) -> f64x8<S> {
     x.simd_gt(least).select(x, least.simd_into(x.token()))
@@ -302,6 +304,6 @@ fn not_negative<S: Simd>(color: Colors<S>) -> Colors<S> {
 }
 
 /// The index of refraction of plastic and translucent surfaces.
-const PLASTIC: f64 = 1.5;
+const COATING_INDEX: f64 = 1.5;
 /// Indices that differ by less are the same: the direction of a facet that bends light so little is lost in rounding.
-const ALIKE: f64 = 1e-4;
+const SAME_INDEX: f64 = 1e-4;

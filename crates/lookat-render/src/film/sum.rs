@@ -233,7 +233,7 @@ impl Film<'_> {
     pub fn sums(&self) -> FilmSums {
         let (crop, sources) = (self.crop(), self.sources());
         let mut all = FilmSums {
-            film: self.of.clone(),
+            film: self.settings.clone(),
             weights: self.filter.of_squares(),
             counts: vec![0; sources.size()],
             light_paths: self.light_paths(),

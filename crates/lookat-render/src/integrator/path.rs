@@ -169,6 +169,7 @@ impl<'s> Paths<'s> {
                     } else {
                         let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::All);
                         let mut scattered = vertices.scattered(&sample, active);
+                        scattered.carried = paths.carried * sample.radiance_scale;
                         if !is_last && !roulette(self.max_depth).is_empty() {
                             self.roulette(simd, streams, &mut scattered, depth);
                         }

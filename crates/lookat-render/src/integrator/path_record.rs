@@ -26,10 +26,11 @@ pub(crate) struct PathRecord<S: Simd> {
     /// A number that the integrator keeps for each path, 1 at first. Path tracing: the factor by which refraction has scaled
     /// the throughput. Direct lighting: the share of the path in its sample.
     pub carried: f32x8<S>,
-    /// The density by solid angle with which the last surface has sampled the direction.
+    /// The density by solid angle with which the last surface has sampled the direction. It is not stored: paths that are loaded at
+    /// the next surface have 1.
     pub pdf: f64x8<S>,
     /// The rays whose directions no light sample gives: rays from the camera and from delta lobes. All emission that they
-    /// see counts.
+    /// see counts. It is not stored: it has been counted by the next surface.
     pub is_delta: mask64x8<S>,
     /// The rays that have passed surfaces without a material.
     pub has_passed: mask64x8<S>,

@@ -68,15 +68,14 @@ impl<'s> Lighting<'s> {
 }
 
 impl<S: Simd> Vertices<'_, S> {
-    /// The paths that go on along sampled directions. Their rays are not traced yet.
+    /// The paths that go on along sampled directions. Their rays are not traced yet. The integrator sets what they carry.
     #[inline(always)]
     pub fn scattered(&self, sample: &BsdfSample<S>, active: mask64x8<S>) -> PathRecord<S> {
-        let BsdfSample { is_valid, wi, pdf, weight, is_delta, radiance_scale } = *sample;
+        let BsdfSample { is_valid, wi, pdf, weight, is_delta, .. } = *sample;
         PathRecord {
             active: active & is_valid,
             rays: self.illumination.receivers.surfaces.spawn_ray(wi),
             throughput: self.paths.throughput * weight,
-            carried: self.paths.carried * radiance_scale,
             pdf,
             is_delta,
             ..PathRecord::new(self.illumination.simd, self.paths.rays, self.paths.samples, active)

@@ -271,7 +271,7 @@ fn share<S: Simd>(estimate: f64x8<S>, total: f64x8<S>) -> f64x8<S> {
 
 /// This much of all samples goes to lights alike, so that a weak light next to what it lights is not forgotten over a
 /// strong one far away.
-const ALIKE: f64 = 0.01;
+const UNIFORM_SHARE: f64 = 0.01;
 
 /// The share of each light in all samples, about that in their power, in a scene of the given radius.
 pub(super) fn power_shares(lights: &[SceneLight], radius: f64) -> Vec<f64> {
@@ -282,7 +282,7 @@ pub(super) fn power_shares(lights: &[SceneLight], radius: f64) -> Vec<f64> {
     if total <= 0.0 || !total.is_finite() {
         return vec![alike; lights.len()];
     }
-    power.iter().map(|power| (1.0 - ALIKE) * power / total + ALIKE * alike).collect()
+    power.iter().map(|power| (1.0 - UNIFORM_SHARE) * power / total + UNIFORM_SHARE * alike).collect()
 }
 
 /// The sums of the shares up to each light.

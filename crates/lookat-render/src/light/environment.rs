@@ -199,7 +199,7 @@ struct TableSample<S: Simd> {
 
 /// A sky that is nowhere brighter than this times its mean counts as everywhere alike: directions of the BSDF find it with a
 /// relative variance of less than 0.08, so samples would add more noise than they save.
-const ALIKE: f64 = 1.08;
+const EVEN_BRIGHTNESS: f64 = 1.08;
 
 /// The most cells: 64 MiB.
 const MOST_CELLS: usize = 1 << 23;
@@ -223,7 +223,7 @@ impl DirectionTable {
         let of_row = |row| table.row(row).iter().sum::<f64>() * table.cell_angle(row);
         table.mean = (0..rows).map(of_row).sum::<f64>() / (4.0 * PI);
         let brightest = table.sums.iter().copied().fold(0.0, f64::max);
-        table.sum_up(if brightest > table.mean * ALIKE { table.mean } else { brightest });
+        table.sum_up(if brightest > table.mean * EVEN_BRIGHTNESS { table.mean } else { brightest });
         table
     }
 

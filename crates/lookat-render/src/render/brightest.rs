@@ -46,7 +46,7 @@ pub enum PathEnd {
 }
 
 impl Prepared {
-    /// The brightest sample of a pixel of the full picture, as [`Prepared::render`] takes them from a camera that is near. `limit` is a
+    /// The brightest sample of a pixel of the full picture, as [`Prepared::render`] takes them. `limit` is a
     /// luminance before the scale of the film, above 0. `None` for a black pixel, for settings that do not give every pixel the same
     /// samples, and if `flow` breaks.
     pub fn brightest_sample(

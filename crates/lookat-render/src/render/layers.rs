@@ -21,7 +21,6 @@ use crate::prepare::Prepared;
 use crate::shading;
 use crate::shading::Materials;
 use crate::surface::Surface;
-use crate::view_facts::depth;
 
 /// The values of a pixel, by the numbers of the layers.
 type Values = [DVec3; TABLE.len()];
@@ -35,14 +34,14 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
     let film = context.film;
     let passes = rounds::all(stop.layer_sampler(view), seed, stop.has_error_layers());
     let channels: Vec<_> = layers.channels().collect();
-    let planes = Mutex::new(vec![vec![0.0; film.of.crop.area() as usize]; channels.len()]);
+    let planes = Mutex::new(vec![vec![0.0; film.settings.crop.area() as usize]; channels.len()]);
     let add_tile = |worker: &mut Worker, tile: &Mutex<Tile>| {
         if context.control.is_interrupted() {
             return false;
         }
         let (bounds, mut values) = of_film(&lock(tile));
         if layers.has_any(Layers::OF_POINTS) {
-            bounds.pixels().zip(&mut values).for_each(|(pixel, values)| context.look(view, pixel, values));
+            bounds.pixels().zip(&mut values).for_each(|(pixel, values)| context.look(pixel, values));
         }
         let has_means = layers.has_any(Layers::OF_SAMPLES);
         if has_means && !context.average(worker, &passes, bounds, &mut values) {
@@ -93,7 +92,7 @@ impl Prepared {
 
 impl Context<'_> {
     /// Looks through the middle of a pixel and of the lens, for the first surface with a material.
-    fn look(&self, view: &View, pixel: [i32; 2], values: &mut Values) {
+    fn look(&self, pixel: [i32; 2], values: &mut Values) {
         let scene = &self.prepared.traceable;
         let mut ray = self.camera.ray(corner_of(pixel) + 0.5, DVec2::splat(0.5));
         let mut found = scene.nearest(&ray);
@@ -103,7 +102,7 @@ impl Context<'_> {
         let shape = hit.element.primitive;
         let material = self.integrator.world().materials.number(shape);
         let number = |number: u32| DVec3::X * (f64::from(number) + 1.0);
-        values[Layer::Depth as usize].x = depth(view, surface.p - self.camera.eye);
+        values[Layer::Depth as usize].x = self.camera.depth(surface.p);
         values[Layer::Position as usize] = surface.p + scene.origin;
         values[Layer::Uv as usize] = shading::uv(scene, &surface, (ray, hit)).extend(0.0);
         values[Layer::Shape as usize] = number(shape);

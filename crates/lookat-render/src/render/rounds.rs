@@ -55,13 +55,13 @@ pub(super) fn render<P: Policy>(context: &Context, policy: &mut P) -> Vec<P::Sta
                     let tile = lock(tile);
                     (tile.sources, of_round.jobs(&tile, state))
                 };
-                worker.frame.get_or_insert_default().restart(film, sources);
+                worker.block.get_or_insert_default().restart(film, sources);
                 // Not locked meanwhile: another thread may take a snapshot.
                 context.sample_all(worker, &mut meter, &mut jobs);
                 // The meter may call back.
                 drop(meter);
-                if let Some(frame) = &worker.frame {
-                    film.add(frame);
+                if let Some(block) = &worker.block {
+                    film.add(block);
                 }
                 of_round.note(&jobs, &lock(tile), state);
                 let is_whole = jobs.iter().all(Job::is_whole);

@@ -31,13 +31,13 @@ pub(super) struct Context<'a> {
     pub(super) scale: Scale,
     pub control: &'a Control<'a>,
     pub(super) camera: CameraRays,
-    /// The distance of samples on the film, in pixels.
+    /// The distance between samples on the film, in pixels.
     pub(super) spacing: f64,
     pub(super) integrator: SceneIntegrator<'a>,
 }
 
 impl<'a> Context<'a> {
-    /// `nominal_samples`: those of a pixel that textures are filtered for. They have to be known in advance, so that all
+    /// `nominal_samples`: the samples per pixel that texture filtering assumes. They have to be known in advance, so that all
     /// samples of a pixel have one mean.
     pub fn new(
         prepared: &'a Prepared,
@@ -137,7 +137,7 @@ impl Context<'_> {
     pub(super) fn add(
         &self,
         (square, mut radiance): (DVec2, Vec3),
-        frame: Option<&mut ImageBlock>,
+        block: Option<&mut ImageBlock>,
         Job { pattern, pixel: source, weight, samples, .. }: &mut Job,
     ) {
         if !radiance.is_finite() {
@@ -148,8 +148,8 @@ impl Context<'_> {
         samples.clamped += u64::from(self.scale.clamps(radiance));
         samples.count += 1;
         let sample = self.scale.clamped(radiance);
-        if let Some(frame) = frame {
-            frame.add(&self.film.filter, *source, square, sample.extend(1.0) * *weight);
+        if let Some(block) = block {
+            block.add(&self.film.filter, *source, square, sample.extend(1.0) * *weight);
         }
         if pattern.is_watched {
             samples.sum += sample;
@@ -178,7 +178,7 @@ impl Context<'_> {
     pub fn expose(&mut self) {
         let sampler = Sampler { kind: SamplerKind::SOBOL, samples_per_pixel: 1 };
         let pattern = Pattern { sampler, seed: 0, is_watched: true };
-        let [width, height] = self.film.of.resolution.map(u64::from);
+        let [width, height] = self.film.settings.resolution.map(u64::from);
         let pixel = |at: u64| {
             let [x, y] = [at % u64::from(PROBES), at / u64::from(PROBES)];
             [x * width, y * height].map(|at| (at / u64::from(PROBES)) as i32)
@@ -208,7 +208,7 @@ pub(super) struct JobSample {
     pub index: u32,
 }
 
-/// Takes samples, and what is used again for one batch of them after the other.
+/// Takes samples on one thread, and owns the buffers that its batches reuse.
 pub(super) struct Worker<'a> {
     pub tracer: Tracer<'a>,
     pub streams: Streams,
@@ -216,7 +216,7 @@ pub(super) struct Worker<'a> {
     /// The position of each sample in the unit square of its pixel.
     pub squares: [DVec2; PATHS],
     /// The block of film that samples are added to. `None` if no picture is made.
-    pub frame: Option<ImageBlock>,
+    pub block: Option<ImageBlock>,
 }
 
 impl<'a> Worker<'a> {
@@ -227,14 +227,14 @@ impl<'a> Worker<'a> {
             streams: Streams::new(),
             batch: Box::new(PathBatch::new()),
             squares: [DVec2::ZERO; PATHS],
-            frame: None,
+            block: None,
         }
     }
 }
 
 impl Context<'_> {
-    /// Does jobs, which are all for one kind and number of samples, as long as there is time: some may be left. The samples of one
-    /// pixel are added in their order.
+    /// Works through jobs, which share a sampler, until time runs out: some may remain. The samples of one pixel are added in
+    /// their order.
     pub(super) fn sample_all(&self, worker: &mut Worker, meter: &mut Meter, jobs: &mut [Job]) {
         let Some(Job { indices, .. }) = jobs.first() else { return };
         let (mut number, mut index) = (0, indices.start);
@@ -260,7 +260,7 @@ impl Context<'_> {
 
     /// Takes samples and adds them to their jobs. False, without adding them, if the rendering stops meanwhile.
     ///
-    /// A batch that is broken off is dropped as a whole, with the samples that are finished. To keep those would prefer short paths, which
+    /// A batch that is broken off is dropped as a whole, with the samples that are finished. Keeping them would favor short paths, which
     /// are darker than long ones. So each pixel has the first samples of its pattern, slow or fast.
     pub(super) fn sample_jobs(&self, worker: &mut Worker, jobs: &mut [Job], taken: &[JobSample]) -> bool {
         worker.tracer.profile(|profiler| profiler.enter(Stage::Camera));
@@ -288,7 +288,7 @@ impl Context<'_> {
         vectorized!(simd, {
             for (at, JobSample { job, .. }) in taken.iter().enumerate() {
                 let sample = (worker.squares[at], worker.batch.radiance[at]);
-                self.add(sample, worker.frame.as_mut(), &mut jobs[*job]);
+                self.add(sample, worker.block.as_mut(), &mut jobs[*job]);
             }
         });
     }

@@ -91,7 +91,7 @@ impl Target {
         let is_at_cap = self.before >= self.most;
         let (at_cap, out_of_time) = if is_at_cap { (active, 0) } else { (0, active) };
         let outliers = count_outliers(film, parts);
-        Reached { within: film.of.crop.area() - active, at_cap, out_of_time, outliers }
+        Reached { within: film.settings.crop.area() - active, at_cap, out_of_time, outliers }
     }
 
     /// The samples left, at the fastest and at the slowest convergence.
@@ -148,7 +148,7 @@ impl Policy for Target {
         settle(film, parts);
         judge(film, parts, &self.rule, self.count);
         let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
-        control.state().pixels_done = film.of.crop.area() - active;
+        control.state().pixels_done = film.settings.crop.area() - active;
         if active == 0 || self.before >= self.most {
             return false;
         }

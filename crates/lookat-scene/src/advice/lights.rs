@@ -10,7 +10,7 @@ use crate::advice::{Summary, warn};
 use crate::report::Report;
 use crate::shape::{Cylinder, Disk, Quadric, QuadricForm, Sphere};
 use crate::texture::Texture;
-use crate::{Emission, Integrator, Light, MaterialKind, Primitive, Shape, Transform};
+use crate::{Emission, Integrator, Light, Material, MaterialKind, Primitive, Shape, Transform};
 
 pub(super) fn darkness(summary: &Summary, report: &mut Report) {
     let Some(integrator) = summary.integrator() else { return };
@@ -41,31 +41,31 @@ pub(super) fn caustics(summary: &Summary, report: &mut Report) {
     };
     let message = format!("lookat renders Integrator \"{}\" with \"path\"", kind.value);
     let casts_caustics = summary.built.world.lights.iter().any(Light::is_delta)
-        && summary.drawn.iter().any(|primitive| is_specular(&primitive.material.kind));
+        && summary.drawn.iter().any(|primitive| is_specular(&primitive.material));
     report.push(if casts_caustics { Diagnostic::warning(kind.span, message).help(
             "\"path\" does not find caustics of point, spot and distant lights; for caustics, use a shape with an AreaLightSource",
         ) } else { Diagnostic::note_at(kind.span, message).help("the picture is the same apart from its noise") });
 }
 
 /// True if a material has specular lobes, which reflect or refract light in single directions.
-fn is_specular(material: &MaterialKind) -> bool {
-    match material {
+fn is_specular(material: &Material) -> bool {
+    material.all().iter().any(|part| match &part.kind {
         MaterialKind::Mirror(_) | MaterialKind::Glass(_) => true,
         MaterialKind::Uber(uber) => {
             let is_black = |share: &Texture<Vec3>| share.constant() == Some(Vec3::ZERO);
             !is_black(&uber.kr) || !is_black(&uber.kt) || uber.opacity.constant() != Some(Vec3::ONE)
         }
-        MaterialKind::Mix(mix) => mix.materials.iter().any(|material| is_specular(&material.kind)),
-        _ => false,
-    }
+        MaterialKind::None
+        | MaterialKind::Matte(_)
+        | MaterialKind::Metal(_)
+        | MaterialKind::Mix(_)
+        | MaterialKind::Plastic(_)
+        | MaterialKind::Substrate(_)
+        | MaterialKind::Translucent(_) => false,
+    })
 }
 
 pub(super) fn hidden_lights(summary: &Summary, report: &mut Report) {
-    for at in &summary.facts.lights_in_objects {
-        let message = "a LightSource is not part of an object: it shines once, from where it is defined, and ObjectInstance does not copy it";
-        let help = "move it before ObjectBegin; pbrt-v3 renders the same picture";
-        warn(report, *at, message, help);
-    }
     let of_objects = summary.built.objects.iter().flat_map(|object| &object.primitives);
     for at in of_objects.filter(|primitive| primitive.light().is_some()).filter_map(|it| it.span) {
         let message = "an emissive shape inside an object is visible, but illuminates nothing: move it out of the object";

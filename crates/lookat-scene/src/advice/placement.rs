@@ -6,7 +6,7 @@ use lookat_syntax::{Diagnostic, Span};
 use crate::advice::{Summary, warn};
 use crate::facts::Rotation;
 use crate::report::Report;
-use crate::{Integrator, MaterialKind, Transform, transform};
+use crate::{Integrator, Material, MaterialKind, Transform, transform};
 
 // Scales before the camera, which pbrt-v3 handles badly.
 
@@ -28,7 +28,7 @@ pub(super) fn advise_scale(summary: &Summary, report: &mut Report) {
     if !matches!(summary.integrator(), Some(Integrator::Path { .. })) {
         return;
     }
-    let is_seen = summary.drawn.iter().any(|primitive| is_glossy(&primitive.material.kind));
+    let is_seen = summary.drawn.iter().any(|primitive| is_glossy(&primitive.material));
     let camera = summary.facts.camera.as_ref();
     if let Some((at, _)) = camera.filter(|(_, transform)| is_seen && is_scaled(transform)) {
         let message = "a scale before Camera: pbrt-v3 renders glossy and transparent surfaces too dark or too bright, or crashes";
@@ -44,12 +44,12 @@ fn is_scaled(world_from_camera: &Transform) -> bool {
 }
 
 /// True if a material has glossy lobes.
-fn is_glossy(material: &MaterialKind) -> bool {
-    match material {
-        MaterialKind::None | MaterialKind::Matte(_) | MaterialKind::Mirror(_) => false,
-        MaterialKind::Mix(mix) => mix.materials.iter().any(|material| is_glossy(&material.kind)),
-        _ => true,
-    }
+fn is_glossy(material: &Material) -> bool {
+    use MaterialKind::{Glass, Matte, Metal, Mirror, Mix, None, Plastic, Substrate, Translucent, Uber};
+    material.all().iter().any(|part| match part.kind {
+        None | Matte(_) | Mirror(_) | Mix(_) => false,
+        Glass(_) | Metal(_) | Plastic(_) | Substrate(_) | Translucent(_) | Uber(_) => true,
+    })
 }
 
 pub(super) fn transformations(summary: &Summary, report: &mut Report) {
@@ -86,21 +86,16 @@ const MANY: usize = 20;
 
 pub(super) fn rotations(summary: &Summary, report: &mut Report) {
     let rotations = &summary.facts.rotations;
-    for warning in rotations.iter().filter_map(angle_last) {
-        report.push(warning);
-    }
-    let doubtful = || rotations.iter().filter_map(radians);
-    if rotations.len() < MANY * doubtful().count() {
-        for doubt in doubtful() {
-            report.push(doubt);
-        }
+    report.extend(rotations.iter().filter_map(angle_last));
+    let doubtful: Vec<Diagnostic> = rotations.iter().filter_map(radians).collect();
+    if rotations.len() < MANY * doubtful.len() {
+        report.extend(doubtful);
     }
 }
 
 fn radians(rotation: &Rotation) -> Option<Diagnostic> {
     let (severity, message, help) = transform::doubt("the angle of Rotate", rotation.angle)?;
-    let doubt = Diagnostic::warning(rotation.at, message).help(help);
-    Some(Diagnostic { severity, ..doubt })
+    Some(Diagnostic::new(severity, rotation.at, message).help(help))
 }
 
 fn angle_last(Rotation { angle, axis: [x, y, z], at }: &Rotation) -> Option<Diagnostic> {

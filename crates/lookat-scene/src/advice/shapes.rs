@@ -1,13 +1,14 @@
 //! Advice about shapes and their materials.
 
 use std::collections::HashSet;
+use std::ptr;
 use std::sync::Arc;
 
 use lookat_syntax::Diagnostic;
 
 use crate::advice::{Summary, warn};
 use crate::report::Report;
-use crate::{CurveKind, Integrator, Light, Material, MaterialKind, Primitive, Shape, Texture, Varying};
+use crate::{CurveKind, Integrator, Light, Primitive, Shape, Texture, Varying};
 
 /// The most shapes that are named.
 const MOST_NAMED: usize = 3;
@@ -79,25 +80,18 @@ pub(super) fn curves(summary: &Summary, report: &mut Report) {
     }
 }
 
+/// Warns of pictures of indices of refraction with values that are an error as a constant.
 pub(super) fn indices(summary: &Summary, report: &mut Report) {
     let mut known = HashSet::new();
-    for primitive in &summary.drawn {
-        check(&primitive.material, &mut known, report);
-    }
-}
-
-/// Warns of values that are an error as a constant.
-fn check(material: &Arc<Material>, known: &mut HashSet<*const Material>, report: &mut Report) {
-    if let MaterialKind::Mix(mix) = &material.kind {
-        for part in &mix.materials {
-            check(part, known, report);
+    let used = summary.drawn.iter().filter(|primitive| known.insert(Arc::as_ptr(&primitive.material)));
+    let mut reported = HashSet::new();
+    for material in used.flat_map(|primitive| primitive.material.all()) {
+        let Some(Texture::Varying(node)) = material.kind.index() else { continue };
+        let (Varying::ImageMap(image), Some(at)) = (&node.texture, material.span) else { continue };
+        if reported.insert(ptr::from_ref(material)) && image.map.texels().iter().any(|index| *index <= 0.0) {
+            let message =
+                "the picture of the index of refraction has values of 0 or less: they are used as 0.001";
+            warn(report, at, message, "use a picture of values above 0, such as 1.5 for glass");
         }
-    }
-    let Some(Texture::Varying(node)) = material.kind.index() else { return };
-    let (Varying::ImageMap(image), Some(at)) = (&node.texture, material.span) else { return };
-    if known.insert(Arc::as_ptr(material)) && image.map.texels().iter().any(|index| *index <= 0.0) {
-        let message =
-            "the picture of the index of refraction has values of 0 or less: they are used as 0.001";
-        warn(report, at, message, "use a picture of values above 0, such as 1.5 for glass");
     }
 }

@@ -147,7 +147,7 @@ const LEAST: usize = 4 << 20;
 pub struct LargePages(MmapMut);
 
 impl LargePages {
-    /// `None` for a small array, and where the system refuses or cannot be asked for large pages.
+    /// `None` for a small array, and where the system has no large pages.
     pub fn new(length: usize) -> Option<LargePages> {
         if length < LEAST || !cfg!(target_os = "linux") {
             return None;

@@ -32,7 +32,7 @@ fn read(kind: &Kind) -> Vec<&'static str> {
     let params = Params::new(kind.directive, entity, &files, &mut report);
     let params = &mut params.with_textures(&textures);
     construct(kind, params);
-    params.asked()
+    params.names()
 }
 
 fn construct(kind: &Kind, params: &mut Params) {

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_syntax::{Diagnostic, ParamType};
 
-use crate::material::{Material, MaterialKind, Named, stand_in, subsurface};
+use crate::material::{Material, MaterialKind, Named};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name, OptionalTexture};
-use crate::schema::{Key, Keys, Kind, Range, Unit};
-use crate::texture::Texture;
+use crate::schema::{Key, Keys, Range, Unit};
+use crate::texture::{Texture, Value};
 
 /// Defines a material: its struct, the keys of its parameters in the order of the documentation, and its constructor. A color is the name,
-/// the default and the meaning of its parameter; another field is a type, an expression and keys.
+/// the default and the meaning of its parameter; other fields come after `@`: name, type, the expression that reads it, and its keys.
 macro_rules! model {
     (
         $(#[$doc:meta])*
@@ -27,14 +27,14 @@ macro_rules! model {
             $($(#[$field_doc])* pub $field: $ty,)*
         }
 
-        const $keys: Keys = &[
+        pub(super) const $keys: Keys = &[
             $(&Key::color_texture($name, $default, $meaning),)*
             $($(&$key,)+)*
         ];
 
         pub(super) fn $take($params: &mut Params) -> $model {
             $model {
-                $($color: share($params, &Key::color_texture($name, $default, $meaning)),)*
+                $($color: reflectance($params, &Key::color_texture($name, $default, $meaning)),)*
                 $($field: $value,)*
             }
         }
@@ -171,19 +171,21 @@ const K: Key<ColorTexture> = of_copper("k", COPPER[1], "the absorption coefficie
 const METAL_ROUGHNESS: Key<FloatTexture> = isotropic(0.01);
 const METAL_ROUGHNESS_V: Key<OptionalTexture> = given_v("roughness");
 
-const METAL_KEYS: Keys = &[&METAL_ETA, &K, &METAL_ROUGHNESS, &GIVEN_U, &METAL_ROUGHNESS_V, &REMAP];
+pub(super) const METAL_KEYS: Keys = &[&METAL_ETA, &K, &METAL_ROUGHNESS, &GIVEN_U, &METAL_ROUGHNESS_V, &REMAP];
 
 pub(super) fn metal(params: &mut Params) -> Metal {
     let [eta, k] = [&METAL_ETA, &K].map(|key| {
         let (name, value) = (key.name, params.take(key));
         // Spectra may give negative color components.
-        if value.constant().is_some_and(|color| color.min_element() < 0.0) && params.was_rgb(name) {
+        if value.constant().is_some_and(|color| color.min_element() < 0.0)
+            && params.was_of_type(name, &[ParamType::Rgb])
+        {
             let message = format!("{name} is negative, which is not physical");
             params.warn(name, &message, "use eta and k above 0; the defaults are copper");
         }
         value
     });
-    Metal { eta, k, roughness: Roughness::of_metal(params, &METAL_ROUGHNESS, &METAL_ROUGHNESS_V) }
+    Metal { eta, k, roughness: Roughness::of_metal(params) }
 }
 
 // `Material "substrate"`: a diffuse base under a glossy coating with Fresnel reflection (Ashikhmin and Shirley, PBR
@@ -221,7 +223,7 @@ model! {
     eta: Texture<f64> = index_of_refraction(params), ETA, INDEX;
     @ /// The roughness of the glossy lobe (`uroughness`, or `roughness`, default 0.1; `vroughness`, default the same as
     /// u; `remaproughness`).
-    roughness: Roughness = Roughness::of_uber(params, &ROUGHNESS, &UBER_ROUGHNESS_V),
+    roughness: Roughness = Roughness::of_uber(params),
         ROUGHNESS, GIVEN_U, UBER_ROUGHNESS_V, REMAP;
 }
 
@@ -249,16 +251,20 @@ impl Mix {
     }
 }
 
-const FIRST: Key<Name> =
-    Key::string("namedmaterial1", "the name of the first material, whose bump map is used").required();
-const SECOND: Key<Name> = Key::string("namedmaterial2", "the name of the second material").required();
+const FIRST: Key<Name> = Key::string(
+    "namedmaterial1",
+    "the first material, by its name in MakeNamedMaterial; its bump map is used",
+)
+.required();
+const SECOND: Key<Name> =
+    Key::string("namedmaterial2", "the second material, by its name in MakeNamedMaterial").required();
 const AMOUNT: Key<ColorTexture> = Key::color_texture("amount", 0.5, "the share of the first material");
 
 pub(super) const MIX_KEYS: Keys = &[&FIRST, &SECOND, &AMOUNT];
 
 pub(super) fn mix(params: &mut Params, named: &Named) -> Mix {
     let materials = [&FIRST, &SECOND].map(|key| part(params, key, named));
-    let amount = share(params, &AMOUNT);
+    let amount = reflectance(params, &AMOUNT);
     let mut mix = Mix { materials, amount };
     if mix.parts() > Mix::MOST {
         let help = "use fewer materials; a material named by two parameters counts twice, with all its parts";
@@ -270,12 +276,7 @@ pub(super) fn mix(params: &mut Params, named: &Named) -> Mix {
 
 /// One of the two materials. After an error it is matte, as in pbrt-v3.
 fn part(params: &mut Params, key: &Key<Name>, named: &Named) -> Arc<Material> {
-    let Some(name) = params.take(key) else {
-        let parameter = key.name;
-        let help = "write the name of a material that MakeNamedMaterial defines";
-        params.missing(parameter, &format!("a mix of materials needs {parameter}"), help);
-        return Arc::new(Material::DEFAULT);
-    };
+    let Some(name) = params.take(key) else { return Arc::new(Material::DEFAULT) };
     let material = params.find(named, &name).map(|instance| instance.material.clone());
     let material = material.unwrap_or_else(|| Arc::new(Material::DEFAULT));
     if !matches!(material.kind, MaterialKind::None) {
@@ -287,7 +288,7 @@ fn part(params: &mut Params, key: &Key<Name>, named: &Named) -> Arc<Material> {
     Arc::new(Material::DEFAULT)
 }
 
-const BUMP: Key<OptionalTexture> =
+pub(super) const BUMP: Key<OptionalTexture> =
     Key::optional_texture("bumpmap", "the height above the surface, which changes the shading normal")
         .unit(Unit::WorldSpace);
 const INDEX: Key<FloatTexture> =
@@ -303,12 +304,12 @@ pub(super) fn bump(params: &mut Params) -> Option<Texture<f64>> {
 }
 
 /// A reflectance or transmittance. Negative values count as 0, as in pbrt-v3.
-pub(super) fn share(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Vec3> {
-    let share = params.take(key);
+pub(super) fn reflectance(params: &mut Params, key: &Key<ColorTexture>) -> Texture<Vec3> {
+    let reflectance = params.take(key);
     let name = key.name;
-    let Texture::Constant(color) = share else { return share };
+    let Texture::Constant(color) = reflectance else { return reflectance };
     // A spectrum with values up to 1 may give a color above 1, or negative components.
-    let is_rgb = params.was_rgb(name) || params.was_texture(name);
+    let is_rgb = params.was_of_type(name, &[ParamType::Rgb, ParamType::Texture]);
     if color.max_element() > 1.0 && is_rgb {
         params.warn(
             name,
@@ -387,17 +388,16 @@ impl Roughness {
     }
 
     /// `roughness`, which `uroughness` and `vroughness` each replace.
-    pub(super) fn of_metal(params: &mut Params, both: &Key<FloatTexture>, v: &Key<OptionalTexture>) -> Self {
-        let (both, [u, v], remap) = of_three(params, both, v);
+    fn of_metal(params: &mut Params) -> Self {
+        let (both, [u, v], remap) = of_three(params, &METAL_ROUGHNESS, &METAL_ROUGHNESS_V);
         params.replaced_by("roughness", &["uroughness", "vroughness"]);
-        let is_isotropic = u.is_none() && v.is_none();
-        let v = v.unwrap_or_else(|| both.clone());
-        Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap }
+        let v = v.or(u.is_some().then(|| both.clone()));
+        Roughness { u: u.unwrap_or(both), v, remap }
     }
 
     /// `roughness` or `uroughness` for u, and `vroughness` for v (default the same as u).
-    pub(super) fn of_uber(params: &mut Params, both: &Key<FloatTexture>, v: &Key<OptionalTexture>) -> Self {
-        let (both, [u, v], remap) = of_three(params, both, v);
+    fn of_uber(params: &mut Params) -> Self {
+        let (both, [u, v], remap) = of_three(params, &ROUGHNESS, &UBER_ROUGHNESS_V);
         params.replaced_by("roughness", &["uroughness"]);
         Roughness { u: u.unwrap_or(both), v, remap }
     }
@@ -417,7 +417,7 @@ fn of_three(
 }
 
 /// Takes `remaproughness`, and warns of roughness outside 0 to 1. Negative values give the narrowest lobe, as in pbrt-v3.
-/// A width above 1 is none that surprises: the conversion gives 1.62 for 1.
+/// Widths above 1 are normal: the conversion gives 1.62 for 1.
 fn remap(params: &mut Params, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
     let remap = params.take(&REMAP);
     for (name, roughness) in all {
@@ -436,51 +436,39 @@ fn remap(params: &mut Params, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
     remap
 }
 
-const BUMP_KEYS: Keys = &[&BUMP];
+// What the stand-ins for materials that lookat does not render share.
 
-pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("matte", "a diffuse surface", &[MATTE_KEYS, BUMP_KEYS]).by_default(),
-    Kind::new("plastic", "a diffuse base under a glossy coating", &[PLASTIC_KEYS, BUMP_KEYS]),
-    Kind::new("translucent", "a thin surface that reflects and transmits", &[TRANSLUCENT_KEYS, BUMP_KEYS]),
-    Kind::new("glass", "smooth or rough glass", &[GLASS_KEYS, BUMP_KEYS]),
-    Kind::new("mirror", "a perfect mirror", &[MIRROR_KEYS, BUMP_KEYS]),
-    Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS]).instead("matte of the same color"),
-    Kind::new("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
-        .instead("uber, glass, translucent or their mix, of the same color and roughness"),
-    Kind::new("mix", "a blend of two named materials", &[MIX_KEYS]),
-    Kind::new("metal", "a rough metal", &[METAL_KEYS, BUMP_KEYS]),
-    Kind::new(
-        "substrate",
-        "a diffuse base under a coating that reflects more at grazing angles",
-        &[SUBSTRATE_KEYS, BUMP_KEYS],
-    ),
-    Kind::new(
-        "uber",
-        "diffuse, glossy and specular reflection, refraction and opacity in one",
-        &[UBER_KEYS, BUMP_KEYS],
-    ),
-    Kind::new(
-        "subsurface",
-        "subsurface scattering from coefficients",
-        &[subsurface::COEFFICIENTS, subsurface::SURFACE, BUMP_KEYS],
-    )
-    .instead("uber with the diffuse color of the coefficients"),
-    Kind::new(
-        "kdsubsurface",
-        "subsurface scattering from the diffuse color",
-        &[subsurface::COLOR, subsurface::SURFACE, BUMP_KEYS],
-    )
-    .instead("uber with the same Kd and index"),
-    Kind::new(
-        "fourier",
-        "measured or simulated scattering from a file",
-        &[stand_in::FOURIER_KEYS, BUMP_KEYS],
-    )
-    .instead("matte or translucent of the same mean color"),
-    Kind::new(
-        "none",
-        "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt",
-        &[],
-    ),
-    Kind::new("", "the same as none", &[]),
-];
+/// A number. Warns of a texture, and returns the default.
+pub(super) fn constant(params: &mut Params, key: &Key<FloatTexture>) -> f64 {
+    let texture = params.take(key);
+    constant_or(params, key.name, texture, key.default.0)
+}
+
+/// A color of 0 or more. Warns of a texture, and returns the default.
+pub(super) fn constant_color(params: &mut Params, key: &Key<ColorTexture>) -> Vec3 {
+    let texture = params.take(key);
+    constant_or(params, key.name, texture, key.default.0).max(Vec3::ZERO)
+}
+
+pub(super) fn constant_or<T: Value>(params: &mut Params, name: &str, texture: Texture<T>, default: T) -> T {
+    texture.constant().unwrap_or_else(|| {
+        let message = format!("lookat ignores this texture of {name}: it uses the default value");
+        params.warn(name, &message, &format!("write {name} without a texture"));
+        default
+    })
+}
+
+/// A polynomial in `x`. Its coefficients begin with the highest power.
+pub(super) fn polynomial<const N: usize>(coefficients: [f64; N], x: f64) -> f64 {
+    coefficients.iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
+}
+
+pub(super) fn gray(value: f32) -> Texture<Vec3> {
+    Texture::Constant(Vec3::splat(value))
+}
+
+/// A diffuse surface under a rough gloss of the given index.
+pub(super) fn glossy(kd: Texture<Vec3>, ks: Texture<Vec3>, roughness: Roughness, eta: f64) -> Uber {
+    let [kr, kt] = [gray(0.0), gray(0.0)];
+    Uber { kd, ks, kr, kt, roughness, eta: Texture::Constant(eta), opacity: gray(1.0) }
+}

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::material::models::{constant, constant_color, constant_or, glossy, gray, polynomial};
 use crate::material::{
-    Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, Uber, share, subsurface,
+    Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, reflectance, subsurface,
 };
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name};
 use crate::schema::{Key, Keys, Unit};
-use crate::texture::{Texture, Value, product};
+use crate::texture::{Texture, product};
 
 pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
     let (replacement, material) = match params.kind() {
@@ -21,7 +22,8 @@ pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
             "\"uber\" with the same index and the diffuse color of the coefficients",
             subsurface::of_coefficients(params),
         ),
-        _ => fourier(params),
+        "fourier" => fourier(params),
+        other => unreachable!("material::material has no arm for {other}"),
     };
     let message =
         format!("lookat does not support Material \"{}\": it renders {replacement} instead", params.kind());
@@ -29,43 +31,13 @@ pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
     material
 }
 
-/// A number. Warns of a texture, and returns the default.
-fn constant(params: &mut Params, key: &Key<FloatTexture>) -> f64 {
-    let texture = params.take(key);
-    constant_or(params, key.name, texture, key.default.0)
-}
-
-/// A color of 0 or more. Warns of a texture, and returns the default.
-pub(super) fn constant_color(params: &mut Params, key: &Key<ColorTexture>) -> Vec3 {
-    let texture = params.take(key);
-    constant_or(params, key.name, texture, key.default.0).max(Vec3::ZERO)
-}
-
-fn constant_or<T: Value>(params: &mut Params, name: &str, texture: Texture<T>, default: T) -> T {
-    texture.constant().unwrap_or_else(|| {
-        let message = format!("lookat ignores this texture of {name}: it uses the default value");
-        params.warn(name, &message, &format!("write {name} without a texture"));
-        default
-    })
-}
-
-/// A polynomial in `x`. Its coefficients begin with the highest power.
-pub(super) fn polynomial<const N: usize>(coefficients: [f64; N], x: f64) -> f64 {
-    coefficients.iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
-}
-
-pub(super) fn gray(value: f32) -> Texture<Vec3> {
-    Texture::Constant(Vec3::splat(value))
+/// A distribution of normals of this width.
+fn width(width: f64) -> Roughness {
+    Roughness { u: Texture::Constant(width), v: None, remap: false }
 }
 
 fn matte(kd: Texture<Vec3>) -> MaterialKind {
     MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) })
-}
-
-/// A diffuse surface under a rough gloss of the given index.
-pub(super) fn glossy(kd: Texture<Vec3>, ks: Texture<Vec3>, roughness: Roughness, eta: f64) -> Uber {
-    let [kr, kt] = [gray(0.0), gray(0.0)];
-    Uber { kd, ks, kr, kt, roughness, eta: Texture::Constant(eta), opacity: gray(1.0) }
 }
 
 // `disney` as metal, glass and a diffuse surface under a gloss, mixed by `metallic` and `spectrans`. With `thin`, the glass has
@@ -93,42 +65,20 @@ const DIFF_TRANS: Key<FloatTexture> = Key::float_texture(
     "twice the fraction of diffuse light that a thin sheet transmits, clamped to 0 to 2",
 );
 
-const fn left_out(name: &'static str, default: f64, meaning: &'static str) -> Key<FloatTexture> {
-    Key::float_texture(name, default, meaning).not_rendered()
-}
-
-const SPECULAR_TINT: Key<FloatTexture> =
-    left_out("speculartint", 0.0, "how much the gloss takes on the color");
-const SHEEN: Key<FloatTexture> = left_out("sheen", 0.0, "the reflection of fabric at grazing angles");
-const SHEEN_TINT: Key<FloatTexture> = left_out("sheentint", 0.5, "how much the sheen takes on the color");
-const CLEARCOAT: Key<FloatTexture> = left_out("clearcoat", 0.0, "the strength of a second gloss");
-const CLEARCOAT_GLOSS: Key<FloatTexture> =
-    left_out("clearcoatgloss", 1.0, "the smoothness of the second gloss");
-const FLATNESS: Key<FloatTexture> =
-    left_out("flatness", 0.0, "the share of scattering inside a thin sheet in diffuse light");
-const SCATTER_DISTANCE: Key<ColorTexture> =
-    Key::color_texture("scatterdistance", 0.0, "the mean free path of light inside a solid").not_rendered();
-
-pub(in crate::material) const DISNEY_KEYS: Keys = &[
-    &DISNEY_COLOR,
-    &METALLIC,
-    &DISNEY_ETA,
-    &ROUGHNESS,
-    &ANISOTROPIC,
-    &SPEC_TRANS,
-    &THIN,
-    &DIFF_TRANS,
-    &SPECULAR_TINT,
-    &SHEEN,
-    &SHEEN_TINT,
-    &CLEARCOAT,
-    &CLEARCOAT_GLOSS,
-    &FLATNESS,
-    &SCATTER_DISTANCE,
+pub(in crate::material) const DISNEY_KEYS: Keys =
+    &[&DISNEY_COLOR, &METALLIC, &DISNEY_ETA, &ROUGHNESS, &ANISOTROPIC, &SPEC_TRANS, &THIN, &DIFF_TRANS];
+pub(in crate::material) const DISNEY_IGNORED: Keys = &[
+    &Key::float_texture("speculartint", 0.0, "how much the gloss takes on the color"),
+    &Key::float_texture("sheen", 0.0, "the reflection of fabric at grazing angles"),
+    &Key::float_texture("sheentint", 0.5, "how much the sheen takes on the color"),
+    &Key::float_texture("clearcoat", 0.0, "the strength of a second gloss"),
+    &Key::float_texture("clearcoatgloss", 1.0, "the smoothness of the second gloss"),
+    &Key::float_texture("flatness", 0.0, "the share of scattering inside a thin sheet in diffuse light"),
+    &Key::color_texture("scatterdistance", 0.0, "the mean free path of light inside a solid"),
 ];
 
 pub(super) fn disney(params: &mut Params) -> (&'static str, MaterialKind) {
-    let color = share(params, &DISNEY_COLOR);
+    let color = reflectance(params, &DISNEY_COLOR);
     let [metallic, clear] = [&METALLIC, &SPEC_TRANS].map(|key| constant(params, key).clamp(0.0, 1.0));
     let eta = constant(params, &DISNEY_ETA);
     let eta = if eta > 0.0 { eta } else { DISNEY_ETA.default.0 };
@@ -137,7 +87,8 @@ pub(super) fn disney(params: &mut Params) -> (&'static str, MaterialKind) {
     let difftrans = params.take(&DIFF_TRANS);
     let metal = glossy(gray(0.0), color.clone(), roughness.clone(), INDEX_OF_METAL);
     let (clear_part, diffuse_part) = if is_thin {
-        (thin_glass(color.clone()), sheet(params, color, difftrans))
+        // Light passes straight through the clear part of a thin sheet.
+        (glass(color.clone(), width(0.0), 1.0), sheet(params, color, difftrans))
     } else {
         let diffuse = glossy(color.clone(), gray(1.0), roughness.clone(), eta);
         (glass(color, roughness, eta), MaterialKind::Uber(Box::new(diffuse)))
@@ -168,19 +119,12 @@ fn glass(color: Texture<Vec3>, roughness: Roughness, eta: f64) -> MaterialKind {
     MaterialKind::Glass(Glass { kr: gray(1.0), kt, roughness, eta: Texture::Constant(eta) })
 }
 
-/// The clear part of a thin sheet: light passes straight through.
-fn thin_glass(color: Texture<Vec3>) -> MaterialKind {
-    let smooth = Roughness { u: Texture::Constant(0.0), v: None, remap: false };
-    glass(color, smooth, 1.0)
-}
-
 /// The diffuse part of a thin sheet: `difftrans` from 0 to 2 is twice the part that passes.
 fn sheet(params: &mut Params, kd: Texture<Vec3>, difftrans: Texture<f64>) -> MaterialKind {
     let difftrans = constant_or(params, DIFF_TRANS.name, difftrans, DIFF_TRANS.default.0);
     let passes = (0.5 * difftrans).clamp(0.0, 1.0) as f32;
     let [ks, reflect, transmit] = [0.0, 1.0 - passes, passes].map(gray);
-    let roughness = Roughness { u: Texture::Constant(1.0), v: None, remap: false };
-    MaterialKind::Translucent(Translucent { kd, ks, reflect, transmit, roughness })
+    MaterialKind::Translucent(Translucent { kd, ks, reflect, transmit, roughness: width(1.0) })
 }
 
 /// The width of the distribution of normals is the square of the roughness, wider along u where it is anisotropic.
@@ -226,18 +170,16 @@ const EUMELANIN: Key<FloatTexture> =
 const PHEOMELANIN: Key<FloatTexture> =
     Key::float_texture("pheomelanin", 0.0, "the concentration of the red pigment");
 const BETA_N: Key<FloatTexture> = Key::float_texture("beta_n", 0.3, "the roughness around a hair");
-const BETA_M: Key<FloatTexture> =
-    Key::float_texture("beta_m", 0.3, "the roughness along a hair").not_rendered();
-const HAIR_ETA: Key<FloatTexture> =
-    Key::float_texture("eta", 1.55, "the index of refraction inside a hair").not_rendered();
-const ALPHA: Key<FloatTexture> =
-    Key::float_texture("alpha", 2.0, "the angle of the scales of a hair").unit(Unit::Degrees).not_rendered();
 
-pub(in crate::material) const HAIR_KEYS: Keys =
-    &[&SIGMA_A, &HAIR_COLOR, &EUMELANIN, &PHEOMELANIN, &BETA_N, &BETA_M, &HAIR_ETA, &ALPHA];
+pub(in crate::material) const HAIR_KEYS: Keys = &[&SIGMA_A, &HAIR_COLOR, &EUMELANIN, &PHEOMELANIN, &BETA_N];
+pub(in crate::material) const HAIR_IGNORED: Keys = &[
+    &Key::float_texture("beta_m", 0.3, "the roughness along a hair"),
+    &Key::float_texture("eta", 1.55, "the index of refraction inside a hair"),
+    &Key::float_texture("alpha", 2.0, "the angle of the scales of a hair").unit(Unit::Degrees),
+];
 
 pub(super) fn color(params: &mut Params) -> Texture<Vec3> {
-    let color = share(params, &HAIR_COLOR);
+    let color = reflectance(params, &HAIR_COLOR);
     let absorption = absorption(params);
     let beta = constant(params, &BETA_N);
     if params.was_taken("color") && !params.was_taken("sigma_a") {
@@ -283,10 +225,9 @@ pub(super) fn fourier(params: &mut Params) -> (&'static str, MaterialKind) {
     if albedo.transmitted.max_element() <= 0.0 {
         return ("\"matte\" with the same mean color", matte(reflected));
     }
-    let roughness = Roughness { u: Texture::Constant(1.0), v: None, remap: false };
     let transmit = Texture::Constant(albedo.transmitted);
     let [kd, ks] = [gray(1.0), gray(0.0)];
-    let sheet = Translucent { kd, ks, reflect: reflected, transmit, roughness };
+    let sheet = Translucent { kd, ks, reflect: reflected, transmit, roughness: width(1.0) };
     ("\"translucent\" with the same mean color", MaterialKind::Translucent(sheet))
 }
 

@@ -8,16 +8,15 @@ use glam::Vec3;
 use lookat_syntax::{Diagnostic, ParamType, Text, nearest};
 
 use crate::material::MaterialKind;
-use crate::material::models::{REMAP, Roughness, along_each, share};
-use crate::material::stand_in::{constant_color, glossy, gray, polynomial};
+use crate::material::models::{
+    REMAP, Roughness, along_each, constant_color, glossy, gray, polynomial, reflectance,
+};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name, ParamValue};
 use crate::schema::{Key, Keys, Range};
 use crate::texture::{Texture, product};
 
 const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
-const MEAN_FREE_PATH: Key<ColorTexture> =
-    Key::color_texture("mfp", 1.0, "the mean free path of light inside").not_rendered();
 const NAME: Key<MediumName> =
     Key::new("name", ParamType::String, MediumName, "the measured medium that gives the coefficients");
 const SIGMA_A: Key<ColorTexture> =
@@ -52,15 +51,18 @@ impl ParamValue for MediumName {
     }
 }
 
-const G_OF_COLOR: Key<f64> = G.not_rendered();
-
-pub(in crate::material) const COLOR: Keys = &[&KD, &MEAN_FREE_PATH, &G_OF_COLOR, &SCALE];
+pub(in crate::material) const COLOR: Keys = &[
+    &KD,
+    &Key::color_texture("mfp", 1.0, "the mean free path of light inside").not_rendered(),
+    &G.not_rendered(),
+    &SCALE,
+];
 pub(in crate::material) const COEFFICIENTS: Keys = &[&NAME, &SIGMA_A, &SIGMA_S, &G, &SCALE];
 pub(in crate::material) const SURFACE: Keys = &[&ETA, &KR, &KT, &ROUGHNESS[0], &ROUGHNESS[1], &REMAP];
 
 /// `kdsubsurface`: `Kd` is the reflectance.
 pub(super) fn of_color(params: &mut Params) -> MaterialKind {
-    let kd = share(params, &KD);
+    let kd = reflectance(params, &KD);
     let eta = params.take(&ETA);
     under_gloss(params, kd, eta)
 }
@@ -78,7 +80,7 @@ pub(super) fn of_coefficients(params: &mut Params) -> MaterialKind {
     params.take(&SCALE);
     let eta = params.take(&ETA);
     let channel =
-        |a: f32, s: f32| if s > 0.0 { reflectance((s / (a + s)).into(), g, eta) as f32 } else { 0.0 };
+        |a: f32, s: f32| if s > 0.0 { diffuse_reflectance((s / (a + s)).into(), g, eta) as f32 } else { 0.0 };
     let [a, s] = [absorption.to_array(), scattering.to_array()];
     let kd = Vec3::from_array([0, 1, 2].map(|at| channel(a[at], s[at])));
     under_gloss(params, Texture::Constant(kd), eta)
@@ -103,7 +105,7 @@ fn named_medium(params: &mut Params) -> Option<&'static Medium> {
 
 /// The diffuse color, as light leaves it through the surface, under the surface's own reflection.
 fn under_gloss(params: &mut Params, color: Texture<Vec3>, eta: f64) -> MaterialKind {
-    let [kr, kt] = [&KR, &KT].map(|key| share(params, key));
+    let [kr, kt] = [&KR, &KT].map(|key| reflectance(params, key));
     let roughness = Roughness::of_two(params, &ROUGHNESS);
     let is_zero = |width: &Texture<f64>| width.constant() == Some(0.0);
     let is_smooth = is_zero(&roughness.u) && roughness.v.as_ref().is_some_and(is_zero);
@@ -129,7 +131,7 @@ fn diffuse_transmittance(eta: f64) -> f64 {
 
 /// The share of the light below the surface of a half space that comes back to it. `rho`: the albedo of a scattering event,
 /// 0 to 1; `g`: the asymmetry of the phase function; `eta`: the index of refraction.
-pub(super) fn reflectance(rho: f64, g: f64, eta: f64) -> f64 {
+pub(super) fn diffuse_reflectance(rho: f64, g: f64, eta: f64) -> f64 {
     // Radii in mean free paths, from 3e-4 to 200 by equal ratios.
     const STEP: f64 = 1.0 / 3.0;
     let eta = eta.clamp(FITTED[0], FITTED[1]);
@@ -263,10 +265,10 @@ mod tests {
             (0.95, 0.0, 1.5, 0.33896),
             (0.9, -0.3, 1.33, 0.40365),
         ] {
-            let found = reflectance(rho, g, eta);
+            let found = diffuse_reflectance(rho, g, eta);
             assert!((found / expected - 1.0).abs() < 0.03, "{rho} {g} {eta}: {found}, not {expected}");
         }
-        assert_eq!(reflectance(0.0, 0.0, 1.33), 0.0);
+        assert_eq!(diffuse_reflectance(0.0, 0.0, 1.33), 0.0);
     }
 
     #[test]
@@ -275,7 +277,7 @@ mod tests {
             let medium = MEDIA.iter().find(|medium| medium.name == name).unwrap();
             [0, 2].map(|at| {
                 let [s, a] = [medium.scattering, medium.absorption].map(|it| f64::from(it[at]));
-                reflectance(s / (s + a), 0.0, 1.33)
+                diffuse_reflectance(s / (s + a), 0.0, 1.33)
             })
         };
         let ([ketchup, _], [_, ketchup_blue]) = (of("Ketchup"), of("Ketchup"));

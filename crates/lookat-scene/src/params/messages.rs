@@ -11,14 +11,14 @@ use crate::symbols::SymbolKind;
 
 impl Params<'_> {
     /// The value of a name. Reports an undefined name.
-    pub fn find<'n, T>(&mut self, names: &'n Names<T>, name: &Text) -> Option<&'n T> {
+    pub fn find<'n, T: Clone>(&mut self, names: &'n Names<T>, name: &Text) -> Option<&'n T> {
         let found = names.find(name, self.report);
         self.failed |= found.is_none();
         found
     }
 
     /// A named texture. Reports a texture of the `other` value type, unless a missing file may define the right one.
-    pub fn find_texture<'n, T, U>(
+    pub fn find_texture<'n, T: Clone, U: Clone>(
         &mut self,
         names: &'n Names<T>,
         other: &Names<U>,
@@ -41,8 +41,11 @@ impl Params<'_> {
         None
     }
 
-    /// Reports a required parameter as missing, or as declared with a wrong type.
+    /// Reports a required parameter that was not taken as missing, or as declared with a wrong type.
     pub fn missing(&mut self, name: &str, message: &str, help: &str) {
+        if self.was_taken(name) {
+            return;
+        }
         let named = |is: &dyn Fn(&str) -> bool| self.params.iter().position(|param| is(&param.name.value));
         let other = named(&|given| given == name).or_else(|| named(&|given| is_slip(given, name)));
         let error = match other.map(|index| self.params.remove(index)) {
@@ -54,7 +57,6 @@ impl Params<'_> {
                 let error = Diagnostic::error(param.name.span, message);
                 error.help(format!("did you mean \"{name}\"?")).fix(param.name.span, declaration)
             }
-            None if self.was_taken(name) => return,
             None => Diagnostic::error(self.kind.span, message).help(help),
         };
         self.error(error);
@@ -72,20 +74,21 @@ impl Params<'_> {
         });
     }
 
-    /// Reports an unknown type.
-    pub fn say_unknown_kind(&mut self, known: &[Kind], severity: Severity) {
-        let known: Vec<&str> = known.iter().map(|kind| kind.name).collect();
+    /// Reports an unknown type, as in: unknown Shape "sphrere".
+    pub fn report_unknown_type(&mut self, known: &[Kind], severity: Severity) {
+        let names: Vec<&str> = known.iter().map(|kind| kind.name).collect();
         let (kind, at) = (self.kind.value.clone(), self.kind.span);
         let name = shown(kind.as_bytes());
-        let without = if self.keyword == "Accelerator" { ": pbrt-v3 renders no shapes" } else { "" };
-        let unknown = Diagnostic::error(at, format!("unknown {} \"{name}\"{without}", self.keyword));
+        let consequence = if self.keyword == "Accelerator" { ": pbrt-v3 renders no shapes" } else { "" };
+        let unknown =
+            Diagnostic::new(severity, at, format!("unknown {} \"{name}\"{consequence}", self.keyword));
         let is_v4 = is_of_v4(self.keyword, &kind);
         if is_v4 {
             self.report.v4_marks([at]);
         }
         let rename = |unknown: Diagnostic, name: &str| unknown.fix(at, format!("\"{name}\""));
         let source = format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format");
-        let unknown = match type_synonym(self.keyword, &kind) {
+        self.report.push(match type_synonym(self.keyword, &kind) {
             Some(Synonym { name: "", advice, .. }) if is_v4 => unknown.help(format!("{source}: {advice}")),
             Some(Synonym { name: "", advice, .. }) => unknown.help(advice),
             Some(Synonym { name, advice: "", .. }) if is_v4 => {
@@ -99,17 +102,16 @@ impl Params<'_> {
             }
             Some(Synonym { name, advice, .. }) => unknown.help(format!("did you mean \"{name}\"? {advice}")),
             None if is_v4 => unknown.help(source),
-            None => match nearest(&kind, known.iter().copied())
-                .or_else(|| begun(&kind, known.iter().copied()))
-            {
-                Some(known) => rename(unknown.help(format!("did you mean \"{known}\"?")), known),
-                None => {
-                    let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();
-                    unknown.help(format!("the types are {}", names.join(", ")))
+            None => {
+                match nearest(&kind, names.iter().copied()).or_else(|| begun(&kind, names.iter().copied())) {
+                    Some(near) => rename(unknown.help(format!("did you mean \"{near}\"?")), near),
+                    None => {
+                        let names: Vec<&str> = names.into_iter().filter(|name| !name.is_empty()).collect();
+                        unknown.help(format!("the types are {}", names.join(", ")))
+                    }
                 }
-            },
-        };
-        self.report.push(Diagnostic { severity, ..unknown });
+            }
+        });
     }
 
     /// The warning about one of several parameters that the constructor has not taken.
@@ -127,7 +129,7 @@ impl Params<'_> {
             return warning;
         }
         let warning = Diagnostic::warning(at, format!("{what} has no parameter \"{name}\"; it is ignored"));
-        let names = self.asked();
+        let names = self.names();
         let left = || names.iter().copied().filter(|known| !self.was_taken(known));
         let is_left =
             |synonym: &Synonym| synonym.name.is_empty() || left().any(|known| known == synonym.name);
@@ -256,9 +258,10 @@ fn may_be(values: &Values, ty: ParamType) -> bool {
     }
 }
 
-/// True if a name is probably a misspelling of another.
+/// True if a name is probably a misspelling of another. Names that differ in u and v alone belong to two axes.
 fn is_slip(given: &str, name: &str) -> bool {
-    same_digits(given, name) && nearest(given, [name]).is_some()
+    let without_axis = |name: &str| name.replace('v', "u");
+    same_digits(given, name) && without_axis(given) != without_axis(name) && nearest(given, [name]).is_some()
 }
 
 /// True for types introduced by pbrt-v4.

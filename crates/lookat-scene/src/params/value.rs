@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use lookat_syntax::{Param, ParamType, Text, Values};
 
 use crate::params::{Params, SPECTRUM_TYPES};
-use crate::schema::{Count, Described, Key, Parameter, REQUIRED, Range, Unit, number};
+use crate::schema::{Count, Described, Key, Parameter, Range, Unit, number};
 use crate::texture::Texture;
 use crate::transform::LARGEST;
 use crate::{color, transform};
@@ -197,33 +197,11 @@ impl ParamValue for ColorTexture {
         let Some(name) = one!(params, key.name, &[ParamType::Texture], Strings) else {
             return Texture::Constant(params.spectrum(key.name, default));
         };
-        params.ask(key.name, ParamType::Rgb);
+        params.register(key.name, ParamType::Rgb);
         let known = params.textures.and_then(|textures| {
             params.find_texture(&textures.spectrum, &textures.float, &name).cloned().flatten()
         });
         known.unwrap_or(Texture::Constant(default))
-    }
-}
-
-/// A whole number that a type needs. The constructor gets `None` after an error.
-#[derive(Clone, Copy)]
-pub(crate) struct RequiredInteger;
-
-impl ParamValue for RequiredInteger {
-    type Taken = Option<i32>;
-
-    fn words(self) -> String {
-        REQUIRED.into()
-    }
-
-    fn take(key: &Key<Self>, params: &mut Params) -> Option<i32> {
-        let value = one!(params, key.name, &[key.ty], Integers).unwrap_or_default();
-        if params.was_taken(key.name) {
-            return params.check_within(key, value).then_some(value);
-        }
-        let message = format!("a {} needs {}", params.kind(), key.name);
-        params.missing(key.name, &message, &format!("\"integer {}\" is {}", key.name, key.meaning));
-        None
     }
 }
 
@@ -278,6 +256,10 @@ macro_rules! all {
 optional! {
     /// A number, if given.
     OptionalFloat, Count::One, f64, |params, key| one!(params, key.name, &[key.ty], Numbers);
+    /// A whole number, if given.
+    OptionalInteger, Count::One, i32, |params, key| {
+        one!(params, key.name, &[key.ty], Integers).filter(|value| params.check_within(key, *value))
+    };
     /// A string, if given.
     Name, Count::One, Text, |params, key| one!(params, key.name, &[key.ty], Strings);
     /// A list of numbers, if given.
@@ -305,7 +287,7 @@ macro_rules! constructors {
 constructors! {
     f64: float(default: f64) = Float, default;
     i32: integer(default: i32) = Integer, default;
-    RequiredInteger: required_integer() = Integer, RequiredInteger;
+    OptionalInteger: optional_integer() = Integer, OptionalInteger;
     Color: color(default: f32) = Rgb, Color(default);
     FloatTexture: float_texture(default: f64) = Float, FloatTexture(default);
     OptionalTexture: optional_texture() = Float, OptionalTexture;
@@ -338,10 +320,25 @@ impl<T: ParamValue> Described for Key<T> {
     }
 }
 
+/// A value of a type, for messages.
+fn example(ty: ParamType) -> &'static str {
+    match ty {
+        ParamType::Integer | ParamType::Float => "1",
+        ParamType::Bool => "\"true\"",
+        ParamType::String | ParamType::Texture => "\"NAME\"",
+        ParamType::Blackbody => "[6500 1]",
+        ParamType::Spectrum => "[400 1 700 1]",
+        ParamType::Point2 | ParamType::Vector2 => "[0 0]",
+        ParamType::Point3 | ParamType::Vector3 => "[0 0 0]",
+        ParamType::Normal => "[0 0 1]",
+        ParamType::Rgb | ParamType::Xyz => "[1 1 1]",
+    }
+}
+
 impl Params<'_> {
     /// Takes a parameter of one of the types. pbrt-v3 ignores a parameter of another type.
     fn take_of(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
-        self.ask(name, types[0]);
+        self.register(name, types[0]);
         let index = self.params.iter().rposition(|p| p.name.value == name && types.contains(&p.ty))?;
         let param = self.params.remove(index);
         self.places.push((name, param.values.span, param.ty));
@@ -355,6 +352,11 @@ impl Params<'_> {
         if param.values.value.len() == 1 || param.ty == ParamType::Spectrum {
             return Some(param);
         }
+        if param.values.value.is_empty() {
+            let help = format!("write a value: \"{} {name}\" {}", param.ty.name(), example(param.ty));
+            self.reject(name, format!("{name} has no value"), Some(&help));
+            return None;
+        }
         let message = format!("{name} takes 1 value, not {}", param.values.value.len());
         let has_comma = self.files.sources.text(param.values.span).contains(&b',');
         let help = has_comma.then_some("write the decimal separator as a point, not as a comma");
@@ -367,7 +369,7 @@ impl Params<'_> {
         let Some(texture) = one!(self, name, &[ParamType::Texture], Strings) else {
             return one!(self, name, &[ParamType::Float], Numbers).map(Texture::Constant);
         };
-        self.ask(name, ParamType::Float);
+        self.register(name, ParamType::Float);
         let textures = self.textures?;
         self.find_texture(&textures.float, &textures.spectrum, &texture).cloned().flatten()
     }

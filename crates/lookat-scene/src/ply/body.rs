@@ -46,7 +46,7 @@ fn for_rows<S: Source>(
             let subject = format!("{} {index}", element.noun());
             return Err(PlyError(match fault {
                 RowError::End => format!("the file ends inside {subject} of {}", element.count),
-                RowError::Bad(text) => format!("{}: {subject} {text}", source.place(start)),
+                RowError::Bad(text) => format!("{}: {subject} {text}", source.location(start)),
             }));
         }
     }
@@ -229,8 +229,8 @@ pub trait Source {
     /// The bytes read so far, including the header.
     fn position(&self) -> u64;
 
-    /// The place of a fault in the row that starts at `row_start`.
-    fn place(&self, row_start: u64) -> String;
+    /// The line or the byte of a fault in the row that starts at `row_start`.
+    fn location(&self, row_start: u64) -> String;
 
     /// The next number.
     fn real(&mut self, scalar: Scalar) -> Result<f64, RowError>;
@@ -305,7 +305,7 @@ impl<R: Read> Source for Ascii<'_, R> {
         self.0.position()
     }
 
-    fn place(&self, _row_start: u64) -> String {
+    fn location(&self, _row_start: u64) -> String {
         format!("line {}", 1 + self.0.lines())
     }
 
@@ -351,7 +351,7 @@ impl<R: Read, const BIG: bool> Source for Binary<'_, R, BIG> {
         self.0.position()
     }
 
-    fn place(&self, row_start: u64) -> String {
+    fn location(&self, row_start: u64) -> String {
         format!("byte {row_start}")
     }
 

@@ -340,9 +340,11 @@ fn promises_are_checked_before_memory_is_reserved() {
 #[test]
 fn vertices_must_be_few_enough_to_index() {
     let count = 1 << 31;
-    let element = Element { name: "vertex".into(), count, properties: Vec::new() };
+    let element = |name: &str, count| Element { name: name.into(), count, properties: Vec::new() };
+    let elements = vec![element("vertex", count), element("face", 1)];
     let expected = "the header declares 2147483648 vertices, but at most 2147483647 can be indexed";
-    assert_eq!(too_many(&element), Some(PlyError(expected.into())));
+    let header = Header { format: Format::Ascii, elements, size: 0 };
+    assert_eq!(super::check(&header), Err(PlyError(expected.into())));
 }
 
 #[test]

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
 
 use crate::Transform;
-use crate::facts::{Block, BlockKind, BlockStart, OverlappingEnd};
+use crate::facts::{Block, BlockKind, BlockStart};
 use crate::options::ResolvedOptions;
-use crate::resolve::{Resolver, Saved};
+use crate::resolve::{GraphicsState, Resolver};
 use crate::symbols::SymbolKind;
 
 /// The deepest nesting of blocks.
@@ -19,7 +19,10 @@ impl Resolver<'_> {
         let (home, at) = (home_block(&statement.directive), statement.keyword);
         let keyword = statement.directive.keyword();
         match (home, self.block) {
-            (_, Block::Ended) => self.facts.after_end.push(at),
+            (_, Block::Ended) => {
+                let message = "lookat ignores directives after WorldEnd: it renders one picture per file";
+                self.report.unsupported(at, message.into());
+            }
             (Some(Block::Options), Block::World) => self.report_late(&statement.directive, at),
             // Reported once the place of WorldBegin is known.
             (Some(Block::World), Block::Options) => self.facts.early.push((keyword, at)),
@@ -43,15 +46,6 @@ impl Resolver<'_> {
         self.report.push(error);
     }
 
-    pub(super) fn report_early(&mut self, world_begin: Span) {
-        for (keyword, at) in &self.facts.early {
-            let error = Diagnostic::error(*at, format!("{keyword} before WorldBegin"))
-                .help("move it after WorldBegin")
-                .related(world_begin, "the world block begins here");
-            self.report.push(error);
-        }
-    }
-
     /// Treats the file as a part of a world, or of options if the caller accepts that. Another file may define its names.
     pub fn begin_part(&mut self, block: Block, first: Span) {
         if block == Block::World || self.load_options.accept_part {
@@ -70,7 +64,12 @@ impl Resolver<'_> {
     pub(super) fn world_begin(&mut self, at: Span) {
         self.block = Block::World;
         self.facts.world_begin = Some(at);
-        self.report_early(at);
+        for (keyword, early) in &self.facts.early {
+            let error = Diagnostic::error(*early, format!("{keyword} before WorldBegin"))
+                .help("move it after WorldBegin")
+                .related(at, "the world block begins here");
+            self.report.push(error);
+        }
         self.state.ctm = Transform::IDENTITY;
         self.state.at_start = true;
         self.definitions.coordinate_systems.define_builtin("world", Transform::IDENTITY);
@@ -90,7 +89,7 @@ impl Resolver<'_> {
     pub(super) fn begin(&mut self, kind: BlockKind, at: Span, name: Option<Text>) -> bool {
         let few = self.blocks.open.len() < MAX_OPEN;
         if few {
-            let saved = Saved::new(&self.state, &self.definitions);
+            let saved = Box::new(self.state.clone());
             self.blocks.open.push(Open { start: BlockStart { kind, at }, saved, name });
         } else {
             let (begin, end) = kind.keywords();
@@ -109,7 +108,7 @@ impl Resolver<'_> {
                 *count -= 1;
                 return Ok(());
             }
-            return Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))));
+            return Diagnostic::error(at, format!("{keyword} without {begin}")).fail();
         };
         if inner.kind == kind {
             if let Some(open) = self.blocks.open.pop() {
@@ -121,16 +120,26 @@ impl Resolver<'_> {
             // The end of an open object shows the actual mistake.
             match kind {
                 BlockKind::Attribute => self.blocks.early_end = self.blocks.early_end.or(Some(at)),
-                _ => self.facts.overlapping_ends.push(OverlappingEnd { keyword, at, inner }),
+                _ => self.report_overlapping(keyword, at, inner),
             }
             return Ok(());
         }
         let (begin, end) = inner.kind.keywords();
         self.close_wrongly(kind);
-        let error = Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
+        Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
             .note(format!("expected {end}"))
-            .related(inner.at, "the block opens here");
-        Err(Box::new(error))
+            .related(inner.at, "the block opens here")
+            .fail()
+    }
+
+    /// Warns of an end that closes a block although `inner` is still open inside the block.
+    fn report_overlapping(&mut self, keyword: &str, at: Span, inner: BlockStart) {
+        let (begin, end) = inner.kind.keywords();
+        let help = format!(
+            "as in pbrt-v3, this closes the outer block and leaves the inner block open: write {end} before this directive"
+        );
+        let warning = Diagnostic::warning(at, format!("{keyword} inside the block of {begin}"));
+        self.report.push(warning.related(inner.at, "the block opens here").help(help));
     }
 
     /// Ends the innermost block of a kind although other attribute or object blocks are open inside it. pbrt-v3 keeps
@@ -175,15 +184,14 @@ impl Resolver<'_> {
     pub(super) fn restore(&mut self, Open { start, saved, name }: Open) {
         match start.kind {
             BlockKind::Transform => {
-                (self.state.ctm, self.state.at_start) = (saved.state.ctm, saved.state.at_start);
+                (self.state.ctm, self.state.at_start) = (saved.ctm, saved.at_start);
             }
-            BlockKind::Attribute => saved.restore(&mut self.state, &mut self.definitions),
+            BlockKind::Attribute => self.state = *saved,
             BlockKind::Object => {
                 if let Some(at) = self.blocks.early_end.take() {
-                    let end = OverlappingEnd { keyword: "AttributeEnd", at, inner: start };
-                    self.facts.overlapping_ends.push(end);
+                    self.report_overlapping("AttributeEnd", at, start);
                 }
-                saved.restore(&mut self.state, &mut self.definitions);
+                self.state = *saved;
                 if let (Some(name), Some(object)) = (name, self.draft.open) {
                     self.draft.open = None;
                     self.define_object(name, object, start.at);
@@ -248,19 +256,17 @@ impl Resolver<'_> {
         if self.definitions.objects.get(&name.value).is_none() {
             self.definitions.objects.define(&name, self.draft.new_object(), &mut self.report);
         }
-        Err(Box::new(
-            Diagnostic::error(at, "ObjectBegin inside the definition of an object")
-                .related(outer, "the outer object begins here"),
-        ))
+        Diagnostic::error(at, "ObjectBegin inside the definition of an object")
+            .related(outer, "the outer object begins here")
+            .fail()
     }
 
     pub(super) fn object_instance(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
         self.end_forgotten_object();
         if let Some(outer) = self.open_object() {
-            return Err(Box::new(
-                Diagnostic::error(name.span, "ObjectInstance inside the definition of an object")
-                    .related(outer, "the object begins here"),
-            ));
+            return Diagnostic::error(name.span, "ObjectInstance inside the definition of an object")
+                .related(outer, "the object begins here")
+                .fail();
         }
         if let Some(object) = self.definitions.objects.find(&name, &mut self.report) {
             self.draft.instances.push((*object, self.state.ctm));
@@ -300,7 +306,7 @@ pub(crate) struct Blocks {
 pub(crate) struct Open {
     pub start: BlockStart,
     /// The state that its end restores.
-    pub saved: Box<Saved>,
+    pub saved: Box<GraphicsState>,
     /// The name of an object. `None` if the object is nested, which is an error.
     pub name: Option<Text>,
 }

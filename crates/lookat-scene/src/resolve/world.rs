@@ -9,7 +9,7 @@ use super::Resolver;
 use crate::material::MaterialInstance;
 use crate::mesh::cutout;
 use crate::params::Params;
-use crate::resolve::Definitions;
+use crate::resolve::GraphicsState;
 use crate::shape::Geometry;
 use crate::symbols::{SymbolId, SymbolKind};
 use crate::{Material, MaterialKind, Primitive, Shape, light, material, shape, texture};
@@ -17,15 +17,15 @@ use crate::{Material, MaterialKind, Primitive, Shape, light, material, shape, te
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
         let params = Params::new(keyword, entity.clone(), &self.files, &mut self.report);
-        let params = &mut params.with_textures(&self.definitions.textures);
-        if self.definitions.materials.get(params.kind()).is_some() && !params.is_known_kind(material::KINDS) {
+        let params = &mut params.with_textures(&self.state.textures);
+        if self.state.materials.get(params.kind()).is_some() && !params.is_known_kind(material::KINDS) {
             let help = format!("to use the named material, write NamedMaterial \"{}\"", params.kind());
             let message = format!("there is no material of type \"{}\"", params.kind());
             params.reject("", message, Some(&help));
             params.ignore_rest();
             return MaterialInstance { known: None, ..MaterialInstance::default() };
         }
-        let mut material = material::material(params, &self.definitions.materials);
+        let mut material = material::material(params, &self.state.materials);
         material.span = Some(entity.name.span);
         let known = params.known();
         let definitions =
@@ -37,7 +37,7 @@ impl Resolver<'_> {
     fn definition(&self, param: &Param, known: Option<&[(&'static str, ParamType)]>) -> Option<SymbolId> {
         let Values::Strings(names) = &param.values.value else { return None };
         let (parameter, name) = (param.name.value.as_str(), &names.first()?.value);
-        let Definitions { materials, textures, .. } = &self.definitions;
+        let GraphicsState { materials, textures, .. } = &self.state;
         match param.ty {
             ParamType::Texture if known?.contains(&(parameter, ParamType::Float)) => {
                 textures.float.symbol(name)
@@ -54,20 +54,20 @@ impl Resolver<'_> {
         let name = entity.name.clone();
         let params = &mut Params::new("MakeNamedMaterial", entity, &self.files, &mut self.report);
         let kind = material::named_type(params);
-        let params = params.take_rest();
+        let params = params.take_rest(|_| true);
         let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
         let mut instance = self.material(Entity { name: kind, params }, "Material");
         if let Some(material) = Arc::get_mut(&mut instance.material) {
             material.name = Some(name.value.clone());
         }
-        if self.definitions.materials.get(&name.value).is_some() {
+        if self.state.materials.get(&name.value).is_some() {
             self.facts.redefined.push((SymbolKind::Material, name.value.clone(), name.span));
         }
-        self.definitions.materials.define(&name, Rc::new(instance), &mut self.report);
+        self.state.materials.define(&name, Rc::new(instance), &mut self.report);
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
-        let (textures, pictures) = (&self.definitions.textures, &mut self.draft.pictures);
+        let (textures, pictures) = (&self.state.textures, &mut self.draft.pictures);
         let is_float = value.value == "float";
         let known = if is_float {
             textures.float.get(&name.value).is_some()
@@ -91,7 +91,7 @@ impl Resolver<'_> {
                 (Some(None), Some(None))
             }
         };
-        let textures = &mut self.definitions.textures;
+        let textures = &mut self.state.textures;
         if let Some(made) = float {
             textures.float.define(&name, made, &mut self.report);
         }
@@ -102,7 +102,9 @@ impl Resolver<'_> {
 
     pub(super) fn light_source(&mut self, entity: Entity) {
         if self.draft.open.is_some() {
-            self.facts.lights_in_objects.push(entity.name.span);
+            let message = "a LightSource is not part of an object: it shines once, from where it is defined, and ObjectInstance does not copy it";
+            let help = "move it before ObjectBegin; pbrt-v3 renders the same picture";
+            self.report.push(Diagnostic::warning(entity.name.span, message).help(help));
         }
         let at = entity.name.span;
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
@@ -121,7 +123,7 @@ impl Resolver<'_> {
             self.files.read_lists(&mut entity.params);
         }
         let params = Params::new("Shape", entity, &self.files, &mut self.report);
-        let params = &mut params.with_textures(&self.definitions.textures);
+        let params = &mut params.with_textures(&self.state.textures);
         params.mesh_key = mesh_key;
         let cutout = match params.kind() {
             "trianglemesh" | "plymesh" => cutout(params),
@@ -138,8 +140,7 @@ impl Resolver<'_> {
             Some(Geometry::Shape(shape)) => Some(shape),
             None => None,
         };
-        let (overriding, unknown) = self.state.material.split(params.take_rest());
-        params.put_back(unknown);
+        let overriding = params.take_rest(|param| self.state.material.takes(param));
         if !(params.finish() && is_made) {
             return;
         }
@@ -207,7 +208,7 @@ impl Resolver<'_> {
     /// Notes that a shape uses another definition than its material.
     fn note_renewed(&mut self, renewing: &Text, before: SymbolId, now: SymbolId) {
         let symbols = &self.report.symbols;
-        let (before, now) = (symbols.get(before), symbols.get(now));
+        let (before, now) = (&symbols[before], &symbols[now]);
         let what = if now.kind == SymbolKind::Material { "material" } else { "texture" };
         let message = format!(
             "\"{}\" makes the material again, with the last definition of {what} \"{}\"",

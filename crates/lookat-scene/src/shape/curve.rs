@@ -99,11 +99,7 @@ pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option
     if !is_degree_known {
         return None;
     }
-    let Some(points) = points else {
-        params.missing("P", "a curve needs P", "add \"point P\" [...] with its control points");
-        return None;
-    };
-    let segments = segments(params, &points, degree as usize, bspline)?;
+    let segments = segments(params, &points?, degree as usize, bspline)?;
     params.reserve("P", size_of_val(&segments[..]))?.keep();
     let kind = match kind {
         "flat" => CurveKind::Flat,

@@ -41,19 +41,7 @@ pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform
     let positions = params.take(&POSITIONS);
     // The only scheme is "loop".
     params.take(&SCHEME);
-    let control = match (indices, positions) {
-        (Some(indices), Some(positions)) => Mesh { indices, positions, ..Mesh::default() },
-        (None, _) => {
-            let help = "add \"integer indices\" [...] with three vertices for each triangle";
-            params.missing("indices", "a loopsubdiv needs indices", help);
-            return None;
-        }
-        (_, None) => {
-            let help = "add \"point P\" [...] with the vertices of the control mesh";
-            params.missing("P", "a loopsubdiv needs P", help);
-            return None;
-        }
-    };
+    let control = Mesh { indices: indices?, positions: positions?, ..Mesh::default() };
     check_indices(params, &control);
     if !params.usable() {
         return None;
@@ -357,7 +345,7 @@ impl Topology {
         Topology { faces, neighbors, starts }
     }
 
-    /// True if [`Topology::split`] meets the edge here for the first time.
+    /// True if this triangle is the first of the edge, in the order of [`Topology::split`].
     pub fn is_first(&self, face: usize, edge: usize) -> bool {
         let other = self.neighbors[face][edge];
         other == NONE || other as usize > face

@@ -6,7 +6,7 @@ use lookat_syntax::{Diagnostic, ParamType};
 use crate::Transform;
 use crate::mesh::{Mesh, finish, grid};
 use crate::params::Params;
-use crate::params::value::{Floats, OptionalFloat, RequiredInteger, Triples};
+use crate::params::value::{Floats, OptionalFloat, OptionalInteger, Triples};
 use crate::schema::{Key, Kind, Range, Unit};
 
 /// The points along each side, as in pbrt-v3.
@@ -16,8 +16,8 @@ const HIGHEST_ORDER: f64 = 64.0;
 
 /// The parameters of one direction.
 struct Direction {
-    count: Key<RequiredInteger>,
-    order: Key<RequiredInteger>,
+    count: Key<OptionalInteger>,
+    order: Key<OptionalInteger>,
     knots: Key<Floats>,
     from: Key<OptionalFloat>,
     to: Key<OptionalFloat>,
@@ -26,12 +26,14 @@ struct Direction {
 macro_rules! direction {
     ($u:literal) => {
         Direction {
-            count: Key::required_integer(
+            count: Key::optional_integer(
                 concat!("n", $u),
                 concat!("the number of control points along ", $u, ", at least ", $u, "order"),
-            ),
-            order: Key::required_integer(concat!($u, "order"), concat!("the degree along ", $u, " plus 1"))
-                .within(Range::from_to(2.0, HIGHEST_ORDER)),
+            )
+            .required(),
+            order: Key::optional_integer(concat!($u, "order"), concat!("the degree along ", $u, " plus 1"))
+                .within(Range::from_to(2.0, HIGHEST_ORDER))
+                .required(),
             knots: Key::new(
                 concat!($u, "knots"),
                 ParamType::Float,
@@ -131,13 +133,6 @@ fn spline(params: &mut Params, keys: &Direction) -> Option<Spline> {
     let (points, order) = (params.take(&keys.count), params.take(&keys.order));
     let knots = params.take(&keys.knots);
     let (from, to) = (params.take(&keys.from), params.take(&keys.to));
-    if knots.is_none() {
-        let help = format!(
-            "add \"float {}\" [...] with {} + {} knots",
-            keys.knots.name, keys.count.name, keys.order.name
-        );
-        params.missing(keys.knots.name, &format!("a nurbs needs {}", keys.knots.name), &help);
-    }
     let (points, order, knots) = (points?, order?, knots?);
     check_counts(params, keys, points, order, knots.len())?;
     let (order, points) = (order as usize, points as usize);

@@ -89,7 +89,8 @@ pub(super) fn quadric(params: &mut Params, world_from_object: Transform) -> Opti
         "cylinder" => QuadricForm::Cylinder(cylinder(params, &limits)),
         "cone" => QuadricForm::Cone(cone(params, &limits)),
         "paraboloid" => QuadricForm::Paraboloid(paraboloid(params, &limits)),
-        _ => QuadricForm::Hyperboloid(hyperboloid(params, &limits)),
+        "hyperboloid" => QuadricForm::Hyperboloid(hyperboloid(params, &limits)),
+        other => unreachable!("shape::shape has no arm for {other}"),
     };
     let phi_max = sweep(params).min(TAU);
     params.usable().then_some(Quadric { form, phi_max, world_from_object })

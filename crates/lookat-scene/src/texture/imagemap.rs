@@ -74,7 +74,7 @@ pub(super) fn imagemap<T: Parameter>(
 ) -> Option<Texture<T>> {
     let filter = filter(params);
     let wrap = wrap(params);
-    let scale = params.take(&SCALE) as f32;
+    let scale = (params.take(&SCALE) as f32).to_bits();
     let file = params.take(&FILE_NAME);
     let gamma = params.take(&Key { default: file.as_ref().is_some_and(is_encoded), ..GAMMA });
     let mapping = mapping::mapping(params, world_from_texture);
@@ -83,8 +83,6 @@ pub(super) fn imagemap<T: Parameter>(
         params.warn("mapping", message, "use the \"uv\" mapping: on a mesh or sphere, it has no such seam");
     }
     let Some(file) = file else {
-        let help = "add \"string filename\" with the name of a picture";
-        params.missing("filename", "Texture \"imagemap\" has no filename", help);
         params.finish();
         return None;
     };

@@ -208,8 +208,9 @@ impl Octaves {
     pub(crate) const ROUGHNESS_RANGE: Range = Range::from_to(-1e4, 1e4);
 }
 
-const OCTAVES: Key<i32> = Key::integer("octaves", 8, "the most octaves of noise; over 64 counts as 64")
-    .within(Range::at_least(0.0));
+const OCTAVES: Key<i32> =
+    Key::integer("octaves", 8, "the largest number of octaves of noise; over 64 counts as 64")
+        .within(Range::at_least(0.0));
 const ROUGHNESS: Key<f64> =
     Key::float("roughness", 0.5, "the ratio of amplitudes of successive octaves, usually from 0 to 1")
         .within(Octaves::ROUGHNESS_RANGE);

@@ -3,8 +3,8 @@
 use clap::Args;
 use lookat_image::{Image, MemoryBudget, OutOfMemory, ToneCurve, ToneMapping};
 use lookat_scene::{Projection, Scene};
-use serde::{Deserialize, Serialize};
 
+use crate::args::numbers::{named, stops};
 use crate::failure::Failure;
 
 /// The memory limit of a command.
@@ -54,7 +54,7 @@ fn size(text: &str) -> Result<u64, Failure> {
     };
     let bytes = number.parse().map_or(f64::NAN, |number: f64| number * factor);
     if !(1e6..=1e18).contains(&bytes) {
-        return Err("expected a size of at least 1M, as in 500M or 2G".into());
+        bail!("expected a size of at least 1M, as in 500M or 2G");
     }
     Ok(bytes as u64)
 }
@@ -99,17 +99,16 @@ fn exposure(text: &str) -> Result<Exposure, Failure> {
     if text == "auto" {
         return Ok(Exposure::Auto);
     }
-    super::stops(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto").into())
+    stops(text).map(Exposure::Stops).map_err(|reason| format!("{reason}, or auto").into())
 }
 
 fn curve(text: &str) -> Result<ToneCurve, Failure> {
     let found = ToneCurve::ALL.into_iter().find(|(name, _)| *name == text).map(|(_, curve)| curve);
-    super::named(found, "tone curves", ToneCurve::ALL.map(|(name, _)| name))
+    named(found, "tone curves", ToneCurve::ALL.map(|(name, _)| name))
 }
 
-/// What to use instead of the camera of the scene: options, and what a page sets.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Args, Serialize, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
+/// The options that replace the camera of the scene.
+#[derive(Debug, Clone, Copy, Default, Args)]
 pub struct ViewOverride {
     /// Eye, target and up vector, instead of the camera transformation
     #[arg(long = "lookat", value_name = "EX EY EZ LX LY LZ UX UY UZ", allow_hyphen_values = true, value_parser = checked(|text| numbers(text, "0 1 -5  0 1 0  0 1 0"), |view, points| view.look_at = Some(points)))]
@@ -129,7 +128,7 @@ pub struct ViewOverride {
 }
 
 impl ViewOverride {
-    /// The same for loading a scene.
+    /// These options, as the loading of a scene takes them.
     pub fn options(&self) -> lookat_scene::ViewOverride {
         let ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window } = *self;
         lookat_scene::ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window }
@@ -138,32 +137,28 @@ impl ViewOverride {
     /// Fails if the loaded camera cannot use one of the options.
     pub fn check_use(&self, scene: &Scene) -> Result<(), Failure> {
         let camera = &scene.view.camera;
-        let kind = match camera.projection {
-            Projection::Perspective { .. } => "a perspective",
-            Projection::Orthographic { .. } => "an orthographic",
-            Projection::Environment => "an environment",
-        };
+        let is_environment = camera.projection == Projection::Environment;
         let given = [
             ("--lens-radius", self.lens_radius.is_some()),
             ("--focal-distance", self.focal_distance.is_some()),
             ("--screen-window", self.screen_window.is_some()),
         ];
-        let idle =
-            given.iter().find(|(_, is_given)| *is_given && camera.projection == Projection::Environment);
-        let refused = match (self.fov, camera.projection, idle) {
-            (Some(_), Projection::Orthographic { .. }, _) => {
-                format!("--fov has no effect on {kind} camera; to see more or less, use --screen-window")
-            }
-            (Some(_), Projection::Environment, _) => {
-                format!("--fov has no effect on {kind} camera, which sees all directions; remove it")
-            }
-            (_, _, Some((option, _))) => format!("{option} has no effect on {kind} camera; remove it"),
-            _ if self.focal_distance.is_some() && camera.lens.is_none() => {
-                "--focal-distance has no effect on a pinhole, which is sharp at all distances; add --lens-radius".into()
-            }
-            _ => return Ok(()),
-        };
-        Err(refused.into())
+        let idle = given.iter().find(|(_, is_given)| *is_given && is_environment);
+        if self.fov.is_some() && matches!(camera.projection, Projection::Orthographic { .. }) {
+            bail!("--fov has no effect on an orthographic camera; to see more or less, use --screen-window");
+        }
+        if self.fov.is_some() && is_environment {
+            bail!("--fov has no effect on an environment camera, which sees all directions; remove it");
+        }
+        if let Some((option, _)) = idle {
+            bail!("{option} has no effect on an environment camera; remove it");
+        }
+        if self.focal_distance.is_some() && camera.lens.is_none() {
+            bail!(
+                "--focal-distance has no effect on a pinhole, which is sharp at all distances; add --lens-radius"
+            );
+        }
+        Ok(())
     }
 }
 

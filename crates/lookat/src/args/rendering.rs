@@ -5,7 +5,8 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use lookat_scene::glam::DVec2;
 
-use crate::args::{Render, ViewOverride, whole};
+use crate::args::numbers::whole;
+use crate::args::options::ViewOverride;
 use crate::failure::Failure;
 
 /// The most pictures of one run.
@@ -78,11 +79,12 @@ impl FromStr for Animation {
         let (from, to) = number(from).zip(number(to)).ok_or(EXPECTED)?;
         let found = PARAMETERS.into_iter().find(|(known, _)| *known == name);
         let Some((_, parameter)) = found else {
-            return Err(format!("the parameters are {}", PARAMETERS.map(|(name, _)| name).join(", ")).into());
+            bail!("the parameters are {}", PARAMETERS.map(|(name, _)| name).join(", "));
         };
         for value in [from, to] {
-            let view = parameter.set(value);
-            view.check().map_err(|reason| format!("{name} cannot be {value}: {reason}"))?;
+            let mut view = ViewOverride::default();
+            parameter.set(value, &mut view);
+            view.options().check().map_err(|reason| format!("{name} cannot be {value}: {reason}"))?;
         }
         Ok(Animation { parameter, from, to })
     }
@@ -94,34 +96,24 @@ impl Parameter {
         PARAMETERS.into_iter().find(|(_, parameter)| *parameter == self).map_or("", |(name, _)| name)
     }
 
-    /// The override with this value. A number of `LookAt` alone is none.
-    fn set(self, value: f64) -> lookat_scene::ViewOverride {
-        let mut view = ViewOverride::default();
+    /// True if an override has a value. A number of `LookAt` replaces one of the nine, and needs the others.
+    pub fn is_set(self, view: &ViewOverride) -> bool {
+        match self {
+            Parameter::Fov => view.fov.is_some(),
+            Parameter::LensRadius => view.lens_radius.is_some(),
+            Parameter::FocalDistance => view.focal_distance.is_some(),
+            Parameter::LookAt(_) => false,
+        }
+    }
+
+    /// Sets the value in an override. A number of `LookAt` alone is none.
+    pub fn set(self, value: f64, view: &mut ViewOverride) {
         match self {
             Parameter::Fov => view.fov = Some(value),
             Parameter::LensRadius => view.lens_radius = Some(value),
             Parameter::FocalDistance => view.focal_distance = Some(value),
             Parameter::LookAt(_) => {}
         }
-        view.options()
-    }
-}
-
-impl Render {
-    /// The view of the first picture. An animated radius is at its largest here, because a pinhole has no focal distance.
-    pub fn first_view(&self) -> ViewOverride {
-        let mut view = self.view;
-        match self.frames.animate {
-            Some(Animation { parameter: Parameter::Fov, from, .. }) => view.fov = Some(from),
-            Some(Animation { parameter: Parameter::LensRadius, from, to }) => {
-                view.lens_radius = Some(from.max(to))
-            }
-            Some(Animation { parameter: Parameter::FocalDistance, from, .. }) => {
-                view.focal_distance = Some(from)
-            }
-            _ => {}
-        }
-        view
     }
 }
 

@@ -2,19 +2,19 @@
 
 use std::fmt::Write;
 
-use lookat_lab::chart::{
-    Chart, EqualTable, Estimate, Method, MethodResult, Origin, OtherResult, Plan, Reference, plain,
-    significant,
-};
+use lookat_lab::chart::{Chart, EqualTable, Method, MethodResult, Origin, OtherResult, Plan, Reference};
+use lookat_lab::estimate::Estimate;
+use lookat_lab::table::{aligned, plain, significant};
 use lookat_render::REPLICATES;
 
 use crate::readable::visible;
 
 /// The line above the chart.
 pub fn title(chart: &Chart) -> String {
-    let name = chart.scene.rsplit(['/', '\\']).next().unwrap_or_default();
-    let [width, height] = chart.size;
-    let threads = if chart.threads == 1 { "1 thread".into() } else { format!("{} threads", chart.threads) };
+    let name = chart.setup.scene.rsplit(['/', '\\']).next().unwrap_or_default();
+    let [width, height] = chart.setup.size;
+    let threads =
+        if chart.setup.threads == 1 { "1 thread".into() } else { format!("{} threads", chart.setup.threads) };
     format!("{}, {width} x {height} pixels, {threads}", visible(name))
 }
 
@@ -34,7 +34,7 @@ pub fn plan(plan: &Plan, seconds: Option<f64>, methods: &[&Method]) -> String {
 /// All results.
 pub fn results(chart: &Chart, reference: &Reference) -> String {
     let (parse, preparation) =
-        (significant(chart.parse_seconds, 2), significant(chart.preparation_seconds, 2));
+        (significant(chart.setup.parse_seconds, 2), significant(chart.setup.preparation_seconds, 2));
     let end = match (chart.complete, chart.interrupted) {
         (true, _) => "",
         (false, true) => "interrupted: the last points are missing\n",
@@ -56,7 +56,7 @@ pub fn results(chart: &Chart, reference: &Reference) -> String {
             .iter()
             .map(|point| vec![point.name.clone(), significant(point.seconds, 3), significant(point.rmse, 3)]),
     );
-    let _ = write!(text, "\n{}", table(&front));
+    let _ = write!(text, "\n{}", aligned(&front));
     let first = chart.methods[0].name;
     let ratio = if chart.methods.len() > 1 { format!(" (relative to {first})") } else { String::new() };
     for (title, what, found) in [
@@ -118,7 +118,7 @@ fn methods(chart: &Chart) -> String {
             remarks(chart, method),
         ]);
     }
-    table(&rows)
+    aligned(&rows)
 }
 
 /// The reason why the error of a method stops falling.
@@ -159,7 +159,7 @@ fn others(chart: &Chart) -> String {
     }
     format!(
         "other renderers, and the seconds that lookat needs for the same RMSE (in parentheses, their time divided by this)\n{}{notes}",
-        table(&rows)
+        aligned(&rows)
     )
 }
 
@@ -195,36 +195,5 @@ fn comparison(what: &str, methods: &[MethodResult], found: &EqualTable) -> Strin
         });
         rows.push(std::iter::once(method.name.to_owned()).chain(cells).collect::<Vec<_>>());
     }
-    table(&rows)
-}
-
-/// Aligned columns: the first one left-aligned, the others right-aligned. A last column without a title is not padded.
-/// All rows have the length of the first row.
-fn table(rows: &[Vec<String>]) -> String {
-    let width = |i: usize| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);
-    let mut text = String::new();
-    for row in rows {
-        let mut line = String::new();
-        for (i, cell) in row.iter().enumerate() {
-            let _ = match i {
-                0 => write!(line, "{cell:width$}", width = width(0)),
-                _ if rows[0][i].is_empty() => write!(line, "  {cell}"),
-                _ => write!(line, "  {cell:>width$}", width = width(i)),
-            };
-        }
-        let _ = writeln!(text, "{}", line.trim_end());
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_are_aligned() {
-        let rows = [["a", "long", ""], ["name", "1", "said"], ["b", "123456", ""]];
-        let rows = rows.map(|row| row.map(String::from).to_vec());
-        assert_eq!(table(&rows), "a       long\nname       1  said\nb     123456\n");
-    }
+    aligned(&rows)
 }

@@ -3,7 +3,7 @@
 use lookat_image::byte_words;
 use lookat_render::{Elements, Surfaces};
 
-use crate::inspect::{AtSurface, Needs};
+use crate::inspect::needs::{AtSurface, Needs};
 use crate::readable::{count, grouped, plural};
 
 impl Needs {
@@ -114,13 +114,18 @@ impl Needs {
     }
 
     fn lights(&self) -> String {
-        if self.light_choice == "unused" {
-            return "not used".into();
-        }
+        let choice = match self.light_choice {
+            "unused" => return "not used".into(),
+            "all" => "; all are sampled at each surface",
+            "uniform" => "; one is chosen at each surface, with equal probabilities",
+            "power" => "; one is chosen at each surface, by power",
+            "spatial" => "; one is chosen at each surface, by the light it sends there",
+            _ => "",
+        };
         let (how, but) = match self.constant_skies {
-            0 => (self.choice_in_words, ""),
+            0 => (choice, ""),
             skies if skies == self.lights.len() => ("; constant, so BSDF samples find it", ""),
-            _ => (self.choice_in_words, ", except constant infinite lights, which BSDF samples find"),
+            _ => (choice, ", except constant infinite lights, which BSDF samples find"),
         };
         format!("{}{how}{but}", tallied(&self.lights))
     }
@@ -150,14 +155,13 @@ impl Needs {
 /// The elements, without instances.
 fn elements(elements: &Elements) -> Vec<String> {
     let Elements { triangles, quadrics, curve_pieces, .. } = *elements;
-    let all = [(triangles, "triangle"), (quadrics, "quadric"), (curve_pieces, "piece of curves")];
-    let there = all.into_iter().filter(|(number, _)| *number > 0);
-    there
-        .map(|(number, name)| match name {
-            "piece of curves" => plural(number as u64, name, "pieces of curves"),
-            _ => count(number as u64, name),
-        })
-        .collect()
+    let all = [
+        (triangles, "triangle", "triangles"),
+        (quadrics, "quadric", "quadrics"),
+        (curve_pieces, "piece of curves", "pieces of curves"),
+    ];
+    let there = all.into_iter().filter(|(number, ..)| *number > 0);
+    there.map(|(number, one, many)| plural(number as u64, one, many)).collect()
 }
 
 fn materials(surfaces: &Surfaces) -> String {

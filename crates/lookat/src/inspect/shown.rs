@@ -1,13 +1,13 @@
 //! What the picture shows, in words and as JSON.
 
-use lookat_render::{LightFacts, LightPlace, ShapeFacts};
+use lookat_render::LightPlace;
 use lookat_scene::syntax::{FileId, Span, Values};
 use lookat_scene::{Location, Sources};
 use serde::Serialize;
 
 use crate::readable::{percent, visible};
 use crate::report;
-use crate::sight::{Sight, short};
+use crate::sight::{LightFacts, ShapeFacts, Sight, short};
 use crate::source::DirectiveText;
 
 /// The most shapes and lights that are listed.
@@ -42,7 +42,7 @@ pub struct View {
     lights: Vec<Light>,
     #[serde(skip)]
     is_inside: bool,
-    /// From the box around all shapes that are no lights.
+    /// The distance of the eye from the box around all shapes that are no lights.
     #[serde(skip)]
     distance: Option<f64>,
 }
@@ -97,10 +97,14 @@ impl View {
         let facts = &sight.facts;
         let inside = ShownPlace::new(facts.inside.and_then(|it| facts.shapes[it].span), sources);
         let light = |light: &LightFacts| Light {
-            directive: if matches!(light.place, LightPlace::Light(_)) { "LightSource" } else { "Shape" },
+            directive: if matches!(light.irradiance.light, LightPlace::Light(_)) {
+                "LightSource"
+            } else {
+                "Shape"
+            },
             place: ShownPlace::new(sight.light_place(light), sources),
-            irradiance: light.irradiance,
-            reaches: light.reaches,
+            irradiance: light.irradiance.mean,
+            reaches: light.irradiance.reaches,
         };
         let shape = |shape: &ShapeFacts| Shape {
             place: ShownPlace::new(shape.span, sources),

@@ -47,7 +47,7 @@ impl Tev {
                     Ok(()) => ControlFlow::Continue(()),
                     Err(error) => {
                         let reason = io_reason(&error);
-                        crate::say(&format!("warning: lost tev at {name}: {reason}; rendering without it"));
+                        say!("warning: lost tev at {name}: {reason}; rendering without it");
                         ControlFlow::Break(())
                     }
                 }
@@ -57,9 +57,9 @@ impl Tev {
             Ok(writer) => Some(Tev { writer, address: address.into(), begun: Frame::default() }),
             Err(error) => {
                 let reason = io_reason(&error);
-                crate::say(&format!(
+                say!(
                     "warning: cannot reach tev at {address}: {reason}; start tev, or correct --tev; rendering without it"
-                ));
+                );
                 None
             }
         }
@@ -94,9 +94,7 @@ impl Tev {
     pub fn wait(&self) {
         if !self.writer.wait(|| true) {
             let address = &self.address;
-            crate::say(&format!(
-                "warning: tev at {address} does not respond; it does not show the newest picture"
-            ));
+            say!("warning: tev at {address} does not respond; it does not show the newest picture");
         }
     }
 }

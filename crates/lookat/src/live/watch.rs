@@ -110,7 +110,7 @@ impl Watch {
         self.look(false)
     }
 
-    /// The same, but looks at the files in any case.
+    /// True if a file has changed since it was noted. Looks at the files in any case.
     pub fn has_changed_by_now(&self) -> bool {
         self.look(true)
     }

@@ -11,18 +11,10 @@ use crate::args::{Render, Report};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::live::{Live, Watch};
-use crate::output::{Identity, check_inputs, marked};
-use crate::render::{load_options, render_scene};
+use crate::output::{Identity, check_inputs, check_new_folder, make_folder, marked};
+use crate::render::job::{Job, load_options, render_scene};
 use crate::source::{is_read_once, load_scene};
 use crate::usage::tip_for_render;
-
-/// One scene of the command.
-pub struct Job {
-    /// The arguments for this scene alone.
-    pub arguments: Render,
-    /// The files that the scenes of the command read, if there are several. No picture replaces them.
-    pub inputs: Rc<BTreeSet<PathBuf>>,
-}
 
 /// The scenes, each with its arguments. Fails if they do not fit together.
 pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
@@ -33,22 +25,30 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
         let name =
             if scene == Path::new("-") { "standard input".into() } else { scene.display().to_string() };
         let option = if arguments.live.watch { "with --watch, name a file" } else { "render it alone" };
-        return Err(format!("{name} can be read only once: {option}").into());
+        bail!("{name} can be read only once: {option}");
     }
-    if let [_] = scenes[..] {
+    if let [scene] = &scenes[..] {
+        // A file may still appear, but not in a folder that nobody watches.
+        if arguments.live.watch
+            && let Some(folder) = scene.parent().filter(|folder| *folder != Path::new("") && !folder.is_dir())
+        {
+            bail!("cannot watch {}: there is no folder {}", scene.display(), folder.display());
+        }
         return Ok(vec![Job { arguments: arguments.clone(), inputs: Rc::default() }]);
     }
     if arguments.live.watch {
-        return Err("--watch takes one scene".into());
+        bail!("--watch takes one scene");
     }
-    if let Some(file) = arguments.output.as_ref().filter(|file| !file.is_dir()) {
-        return Err(format!(
-            "-o {} names one picture, and there are {} scenes: name an existing folder, or remove -o{}",
-            file.display(),
-            scenes.len(),
-            tip_for_render()
-        )
-        .into());
+    if let Some(folder) = arguments.output.as_ref().filter(|folder| !folder.is_dir()) {
+        let tip = tip_for_render();
+        if folder.extension().is_some() || folder.exists() || !tip.is_empty() {
+            bail!(
+                "-o {} names one picture, and there are {} scenes: name a folder, or remove -o{tip}",
+                folder.display(),
+                scenes.len(),
+            );
+        }
+        check_new_folder(folder)?;
     }
     let mut inputs = BTreeSet::new();
     let files: Vec<PathBuf> = scenes.iter().map(|scene| picture_of(arguments, scene, &mut inputs)).collect();
@@ -57,13 +57,16 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
         if let Some(before) = places[..at].iter().position(|other| other == place) {
             let [one, other] = [before, at].map(|at| scenes[at].display());
             let file = files[at].display();
-            return Err(format!(
+            bail!(
                 "{one} and {other} both write {file}: change the filename of one Film, or render them one by one with -o"
-            ).into());
+            );
         }
     }
     // Before the first of them is rendered.
     files.iter().try_for_each(|file| check_inputs(file, &inputs))?;
+    if let Some(folder) = &arguments.output {
+        make_folder(folder)?;
+    }
     let inputs = Rc::new(inputs);
     let job = |(scene, file): (&PathBuf, PathBuf)| {
         let output = arguments.output.is_some().then_some(file);
@@ -76,7 +79,7 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
 /// The picture file of a scene among several. Adds what the scene reads. Reads the text of the scene, no meshes and no pictures.
 fn picture_of(arguments: &Render, scene: &Path, inputs: &mut BTreeSet<PathBuf>) -> PathBuf {
     let options = LoadOptions { fast: true, ..load_options(arguments) };
-    let loaded = load_scene(scene, &options, Report { strict: false, json: false });
+    let loaded = load_scene(scene, &options, Report::default());
     inputs.extend(loaded.inputs);
     let output = loaded.output;
     let output = if arguments.quick { marked(&output, "quick") } else { output };
@@ -119,7 +122,7 @@ pub fn render_again(mut job: Job, live: &Live, watch: &Watch) -> u8 {
         // From then on the picture is its own.
         job.arguments.force |= render_scene(&job, live) == 0;
         if !live.is_outdated() && !job.arguments.quiet && !job.arguments.report.json {
-            crate::say("watching for changes; end with Ctrl-C");
+            say!("watching for changes; end with Ctrl-C");
         }
         interrupt::stop_in_order(None, || true);
         watch.wait(|| interrupt::flow().is_continue());

@@ -6,7 +6,7 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{Film, Scene, Sources};
 use serde::Serialize;
 
-use crate::readable::percent;
+use crate::readable::{percent, plural};
 use crate::{interrupt, report};
 
 /// With fewer samples, fireflies are usual, and more samples are what helps.
@@ -104,10 +104,9 @@ impl Fireflies {
     /// What to say about them, in lines.
     pub fn lines(&self) -> [String; 3] {
         let Fireflies { pixels, pixel: [x, y], samples, share, path, limit, loss } = self;
-        let others = match pixels - 1 {
+        let others = match *pixels as u64 - 1 {
             0 => String::new(),
-            1 => "; 1 other pixel stands out".into(),
-            count => format!("; {count} other pixels stand out"),
+            count => format!("; {} out", plural(count, "other pixel stands", "other pixels stand")),
         };
         let advice = if *loss >= MUCH {
             format!(

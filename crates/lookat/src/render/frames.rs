@@ -1,75 +1,15 @@
 //! Cameras of the command line: `--turntable`, `--animate` and `--focus`.
 
-use std::path::PathBuf;
-
 use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
-use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtError, Projection, Scene, Transform, View};
+use lookat_scene::{Camera, CameraPlacement, Loaded, LookAtError, Scene, Transform, View};
 
-use crate::args::{Animation, FocusPlace, Parameter, Render};
-use crate::live::Live;
-use crate::output::{check_inputs, check_output, marked};
-use crate::render::{JsonPicture, charge_memory, picture, picture_file, settings};
-use crate::{Failure, interrupt, report, sight};
-
-/// Renders all pictures, and prepares the world once. Gives the pictures so far, and whether they are all there.
-pub fn render_frames(
-    arguments: &Render,
-    scene: &Scene,
-    loaded: &Loaded,
-    live: &Live,
-) -> (Vec<JsonPicture>, Result<bool, Failure>) {
-    let mut done = Vec::new();
-    let result = render_into(&mut done, arguments, scene, loaded, live);
-    (done, result)
-}
-
-fn render_into(
-    done: &mut Vec<JsonPicture>,
-    arguments: &Render,
-    scene: &Scene,
-    loaded: &Loaded,
-    live: &Live,
-) -> Result<bool, Failure> {
-    let cameras = cameras(arguments, scene, loaded)?;
-    let file = picture_file(arguments, loaded);
-    let digits = cameras.len().to_string().len().max(4);
-    let files: Vec<PathBuf> =
-        (1..=cameras.len()).map(|number| marked(&file, &format!("{number:0digits$}"))).collect();
-    let crop = scene.view.film.crop;
-    for file in &files {
-        check_output(file, [crop.width(), crop.height()])?;
-        check_inputs(file, &loaded.inputs)?;
-    }
-    drop(charge_memory(scene, &settings(arguments, &file), &loaded.memory)?);
-    let mut scene = scene.clone();
-    scene.view.camera = cameras[0];
-    let mut prepared = Prepared::new(&scene);
-    if !arguments.quiet && !arguments.report.json {
-        report::print_each(&sight::advise(loaded, &scene, &mut prepared), &loaded.sources);
-    }
-    for (camera, file) in cameras.into_iter().zip(files) {
-        if interrupt::flow().is_break() {
-            return Ok(false);
-        }
-        scene.view.camera = camera;
-        let arguments = Render { output: Some(file), ..arguments.clone() };
-        if let Some((picture, written)) =
-            picture(&arguments, &scene, loaded, Some(&mut prepared), live, &mut Vec::new())?
-        {
-            let is_complete = picture.complete;
-            done.push(picture);
-            written?;
-            if !is_complete {
-                return Ok(false);
-            }
-        }
-    }
-    Ok(true)
-}
+use crate::args::{Animation, FocusPlace, Parameter, Render, ViewOverride};
+use crate::camera_override::{FileCamera, changed};
+use crate::failure::Failure;
 
 /// The camera of each picture.
-fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, Failure> {
+pub fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, Failure> {
     let camera = scene.view.camera;
     match (arguments.frames.turntable, arguments.frames.animate) {
         (Some(count), _) => {
@@ -100,33 +40,24 @@ fn check_world(loaded: &Loaded, option: &str) -> Result<(), Failure> {
 
 /// The camera with another value of a parameter.
 fn animated(
-    mut camera: Camera,
+    camera: Camera,
     loaded: &Loaded,
-    animation: Animation,
+    Animation { parameter, .. }: Animation,
     value: f64,
 ) -> Result<Camera, Failure> {
-    match animation.parameter {
-        Parameter::Fov => camera.projection = Projection::Perspective { fov: value },
-        // The scene is loaded with a lens.
-        Parameter::LensRadius => {
-            camera.lens = camera.lens.map(|lens| Lens { radius: value, ..lens }).filter(|_| value > 0.0);
-        }
-        Parameter::FocalDistance => {
-            camera.lens = camera.lens.map(|lens| Lens { focal_distance: value, ..lens });
-        }
-        Parameter::LookAt(at) => {
-            let option = format!("--animate {}", animation.parameter.name());
-            check_world(loaded, &option)?;
-            let placement = loaded.placement.ok_or_else(|| {
-                format!("{option} needs a LookAt that places the camera; give one with --lookat")
-            })?;
-            let mut points = placement.points;
-            points[at] = value;
-            let placed = CameraPlacement { points, ..placement }.world_from_camera();
-            camera.world_from_camera = placed.map_err(|fault| format!("{option} at {value}: {fault}"))?;
-        }
+    let (option, mut view) = (format!("--animate {}", parameter.name()), ViewOverride::default());
+    parameter.set(value, &mut view);
+    let mut view = view.options();
+    if let Parameter::LookAt(at) = parameter {
+        check_world(loaded, &option)?;
+        let mut points = loaded.placement.map(|placement| placement.points).ok_or_else(|| {
+            format!("{option} needs a LookAt that places the camera; give one with --lookat")
+        })?;
+        points[at] = value;
+        view.look_at = Some(points);
     }
-    Ok(camera)
+    let file = FileCamera { placement: loaded.placement, focal_distance: None };
+    Ok(changed(camera, &file, &view).map_err(|fault| format!("{option} at {value}: {fault}"))?)
 }
 
 /// A camera that turns around a point.
@@ -190,14 +121,12 @@ pub fn focus(prepared: &Prepared, view: &mut View, place: FocusPlace) -> Result<
         FocusPlace::Fractions(at) => at * size,
     };
     if film.x > size.x || film.y > size.y {
-        return Err(format!("--focus: the picture has only {width} x {height} pixels").into());
+        bail!("--focus: the picture has only {width} x {height} pixels");
     }
     let at = format!("{}, {}", film.x.floor(), film.y.floor());
     let Some(depth) = prepared.pick(view, film).map(|picked| picked.depth).filter(|depth| *depth > 0.0)
     else {
-        return Err(
-            format!("--focus: there is nothing to focus on at pixel {at}; choose another place").into()
-        );
+        bail!("--focus: there is nothing to focus on at pixel {at}; choose another place");
     };
     // Six digits, so that the line is short and gives the same picture.
     let depth = format!("{depth:.5e}").parse().unwrap_or(depth);

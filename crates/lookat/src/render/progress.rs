@@ -66,7 +66,7 @@ impl Shown {
         let mut text = if self.has_target {
             format!("{} of pixels done", percent(progress.pixels_done as f64 / self.pixels as f64))
         } else {
-            percent(share)
+            format!("{} done", percent(share))
         };
         if elapsed >= FIRST
             && let Some(left) = left
@@ -101,9 +101,9 @@ fn between([least, most]: [f64; 2]) -> String {
     let [least, most] = [(least / small_size).floor(), (most / large_size).ceil()];
     match (least, small == large) {
         (least, _) if most <= 1.0 && least < 1.0 => "less than 1 s".into(),
+        (0.0, _) => format!("up to {most} {large}"),
         (least, true) if least == most => format!("{most} {large}"),
         (_, true) => format!("{least} to {most} {large}"),
-        (0.0, false) => format!("0 to {most} {large}"),
         (_, false) => format!("{least} {small} to {most} {large}"),
     }
 }
@@ -131,12 +131,12 @@ mod tests {
     fn intervals_are_rounded_outwards() {
         for (left, expected) in [
             ([0.1, 0.6], "less than 1 s"),
-            ([0.1, 1.6], "0 to 2 s"),
+            ([0.1, 1.6], "up to 2 s"),
             ([12.7, 31.2], "12 to 32 s"),
             ([4.0, 4.0], "4 s"),
             ([200.0, 359.0], "3 to 6 min"),
             ([50.0, 170.0], "50 s to 3 min"),
-            ([0.5, 170.0], "0 to 3 min"),
+            ([0.5, 170.0], "up to 3 min"),
             ([3600.0, 90_000.0], "60 min to 25 h"),
             ([1e6, 1e7], "11 to 116 days"),
         ] {

@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::light::JsonLight;
 use crate::readable::percent;
 use crate::render::fireflies::Fireflies;
+use crate::render::settings::target_error;
 use crate::report::{self, Place};
 
 #[derive(Serialize)]
@@ -61,14 +62,8 @@ pub struct JsonTarget {
     error: f64,
     /// The requested confidence.
     confidence: f64,
-    /// Pixels within the error.
-    within: u64,
-    /// Pixels at the maximum number of samples.
-    at_cap: u64,
-    /// Pixels that ran out of time.
-    out_of_time: u64,
-    /// Pixels with fireflies.
-    outliers: u64,
+    #[serde(flatten)]
+    reached: Reached,
 }
 
 /// The metadata of a picture. It must be the same for each run.
@@ -118,7 +113,7 @@ impl JsonCamera {
 }
 
 impl Metadata {
-    /// Of a complete picture.
+    /// The metadata of a complete picture.
     pub fn new(scene: &Path, camera: &Camera, seed: u64, samples_per_pixel: f64) -> Metadata {
         Metadata {
             program: "lookat",
@@ -132,18 +127,13 @@ impl Metadata {
         }
     }
 
-    /// Adds the settings that determine the samples of each pixel.
-    pub fn with_settings(self, settings: &Settings, complete: bool) -> Metadata {
-        let target = super::target_error(settings);
+    /// Adds the settings that determine the samples of each pixel, and what the numbers of the layers stand for.
+    pub fn with_settings(self, settings: &Settings, complete: bool, numbered: Numbered) -> Metadata {
+        let target = target_error(settings);
         let adaptive = matches!(settings.stop, Stop::Adaptive | Stop::Time { adaptive: true, .. });
-        let (relative, confidence) =
+        let (target_error, confidence) =
             (target.map(|target| target.relative), target.map(|target| target.confidence));
-        Metadata { complete, adaptive, target_error: relative, confidence, ..self }
-    }
-
-    /// Adds what the numbers of the layers stand for.
-    pub fn with_numbers(self, numbered: Numbered) -> Metadata {
-        Metadata { numbered, ..self }
+        Metadata { complete, adaptive, target_error, confidence, numbered, ..self }
     }
 
     pub fn as_json(&self) -> Option<String> {
@@ -157,9 +147,7 @@ pub fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     let rate = *rays as f64 / seconds / 1e6;
     let samples = samples(picture);
     let part = if rendered.complete { "" } else { "; interrupted, partial picture" };
-    crate::say(&format!(
-        "{file}: {width} x {height} pixels, {samples}, {seconds:.2} s, {rate:.2} million rays/s{part}"
-    ));
+    say!("{file}: {width} x {height} pixels, {samples}, {seconds:.2} s, {rate:.2} million rays/s{part}");
     if let Some(target) = &picture.target {
         target.summarize(picture);
     }
@@ -209,7 +197,7 @@ pub fn explain_black(
     picture: &JsonPicture,
     rendered: &Rendered,
     scene: &Scene,
-    prepared: &mut Prepared,
+    prepared: &Prepared,
     sources: &Sources,
 ) {
     if !rendered.complete || picture.least_samples == 0 {
@@ -223,40 +211,40 @@ pub fn explain_black(
         };
         // Without secondary rays, no surface scattered light.
         let is_alone = picture.rays == rendered.statistics.samples && depth > 0;
-        let black = if is_alone { black_material(scene, prepared) } else { None };
-        let black = black.map(|at| {
+        if let Some(at) = is_alone.then(|| black_material(scene, prepared)).flatten() {
             let place = report::place(at, sources);
-            format!("the picture is all black: the camera sees the black material at {place}; give it a color above 0")
-        });
-        crate::say(match is_alone {
-            true => black.as_deref().unwrap_or(
-                "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov",
-            ),
-            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are visible",
-            false
-                if scene.world.lights.is_empty()
-                    && scene.world.shapes().any(|shape| shape.emission.is_some()) =>
-            {
-                "the picture is all black: no visible surface receives light; area lights emit on the side of their normals only: check \"bool twosided\" and ReverseOrientation"
-            }
-            false => "the picture is all black: no visible surface receives light",
-        });
+            say!(
+                "the picture is all black: the camera sees the black material at {place}; give it a color above 0"
+            );
+        } else {
+            let emits = scene.world.shapes().any(|shape| shape.emission.is_some());
+            let reason = if is_alone {
+                "no camera ray hits a surface that scatters light; check LookAt and fov"
+            } else if depth == 0 {
+                "with maxdepth 0, only lights are visible"
+            } else if scene.world.lights.is_empty() && emits {
+                "no visible surface receives light; area lights emit on the side of their normals only: check \"bool twosided\" and ReverseOrientation"
+            } else {
+                "no visible surface receives light"
+            };
+            say!("the picture is all black: {reason}");
+        }
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
-        crate::say(&format!("{count} samples were infinite or NaN and count as black"));
+        say!("{count} samples were infinite or NaN and count as black");
     }
     if rendered.statistics.clamped > 0 {
         let count = rendered.statistics.clamped;
-        crate::say(&format!(
+        say!(
             "{count} samples were too bright for the film, about 2^31 times as bright as the picture, and are used as that bright; \
             set \"float maxsampleluminance\" of the Film"
-        ));
+        );
     }
 }
 
 /// The place of a black material that the camera sees.
-fn black_material(scene: &Scene, prepared: &mut Prepared) -> Option<Span> {
+fn black_material(scene: &Scene, prepared: &Prepared) -> Option<Span> {
     let is_black =
         |primitive: &Primitive| primitive.emission.is_none() && primitive.material.kind().is_black();
     if !scene.world.shapes().any(is_black) {
@@ -286,40 +274,39 @@ fn samples(picture: &JsonPicture) -> String {
 
 impl JsonTarget {
     pub fn new(target: TargetError, reached: Reached) -> JsonTarget {
-        let Reached { within, at_cap, out_of_time, outliers } = reached;
-        let TargetError { relative: error, confidence } = target;
-        JsonTarget { error, confidence, within, at_cap, out_of_time, outliers }
+        JsonTarget { error: target.relative, confidence: target.confidence, reached }
     }
 
     /// Prints the number of pixels that reached the target, and the limits of this claim.
     fn summarize(&self, picture: &JsonPicture) {
-        let all = (self.within + self.at_cap + self.out_of_time) as f64;
+        let Reached { within, at_cap, out_of_time, outliers } = self.reached;
+        let all = (within + at_cap + out_of_time) as f64;
         let pixels = |count: u64| {
             let share = percent(count as f64 / all, 2);
             format!("{count} {} ({share})", if count == 1 { "pixel" } else { "pixels" })
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
-        crate::say(&format!(
+        say!(
             "{} within {error} % of the true brightness, per pixel at {confidence} % confidence, except light no sample hit",
-            pixels(self.within)
-        ));
-        if self.at_cap > 0 {
+            pixels(within)
+        );
+        if at_cap > 0 {
             let most = picture.most_samples;
-            crate::say(&format!("{} above the target error after {most} samples", pixels(self.at_cap)));
-            if self.at_cap as f64 > 0.1 * all {
-                crate::say(
-                    "with so many pixels above the target error, others may be below it by chance: increase --spp or --target-error",
+            say!("{} above the target error after {most} samples", pixels(at_cap));
+            if at_cap as f64 > 0.1 * all {
+                say!(
+                    "with so many pixels above the target error, others may be below it by chance: increase --spp or --target-error"
                 );
             }
         }
-        if self.out_of_time > 0 {
-            crate::say(&format!("{} above the target error at the end", pixels(self.out_of_time)));
+        if out_of_time > 0 {
+            say!("{} above the target error at the end", pixels(out_of_time));
         }
-        if self.outliers > 0 {
-            crate::say(&format!(
+        if outliers > 0 {
+            say!(
                 "{} with a firefly, a sample over 20 times as bright as the pixels around it: neighboring pixels may miss this light; to limit fireflies, set maxsampleluminance of Film",
-                pixels(self.outliers)
-            ));
+                pixels(outliers)
+            );
         }
     }
 }

@@ -44,7 +44,7 @@ impl Output<'_> {
             rendered.statistics.samples_in_picture as f64 / (new.size[0] as f64 * new.size[1] as f64);
         let scene_file = &loaded.sources.files[0].path;
         let metadata = Metadata::new(scene_file, camera, arguments.seed, samples_per_pixel);
-        let metadata = metadata.with_settings(settings, rendered.complete).with_numbers(numbered);
+        let metadata = metadata.with_settings(settings, rendered.complete, numbered);
         rendered.image.metadata = metadata.as_json();
         let light = map_tones(&mut rendered.image, &self.file, arguments.tone);
         let is_partial = !rendered.complete;
@@ -82,7 +82,7 @@ impl SoFar {
         if rendered.statistics.least == 0 {
             interrupt::ask_for_picture();
             if !self.waits && !output.arguments.quiet {
-                crate::say("the picture so far follows once each pixel has samples");
+                say!("the picture so far follows once each pixel has samples");
             }
             self.waits = true;
             return;
@@ -92,16 +92,16 @@ impl SoFar {
         match written.and_then(|kept| kept.destination.result().map(|()| kept)) {
             Ok(Kept { file, samples_per_pixel, .. }) => {
                 if !output.arguments.quiet {
-                    crate::say(&format!(
+                    say!(
                         "{}: the picture so far, {samples_per_pixel:.1} samples per pixel on average",
                         file.display()
-                    ));
+                    );
                 }
                 self.files.retain(|(other, _)| *other != file);
                 let identity = Identity::of(&file);
                 self.files.push((file, identity));
             }
-            Err(message) => crate::say(&format!("warning: {message}")),
+            Err(message) => say!("warning: {message}"),
         }
     }
 

@@ -1,14 +1,15 @@
 //! Lights that light nothing.
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
-use lookat_render::{LightFacts, LightPlace, ShapeFacts};
+use lookat_render::LightPlace;
 use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, ParamType, Parser, Span, Statement};
-use lookat_scene::{CameraPlacement, Emission, Integrator, Light};
+use lookat_scene::{CameraPlacement, Emission, Integrator, Light, QuadricForm, Shape, Sphere};
 
 use crate::sight::placement::{as_matrix, is_in};
-use crate::sight::{Sight, point, short};
+use crate::sight::{LightFacts, ShapeFacts, Sight, point, short};
 
 /// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
 const NO_SHARE: f64 = 1e-5;
@@ -45,7 +46,7 @@ fn misplaced(sight: &Sight, light: &LightFacts, look_ats: &mut LookAts) -> Optio
         1 => emission_of(sight, light).map_or(0.0, |it| f64::from(it.radiance.max_element())),
         count => sight.irradiance() / count as f64,
     };
-    let place = sight.light_place(light).filter(|_| light.irradiance <= MISPLACED * usual)?;
+    let place = sight.light_place(light).filter(|_| light.irradiance.mean <= MISPLACED * usual)?;
     let LookAt { span: at, points, .. } = *look_at_of(sight, place, look_ats)?;
     let placed = CameraPlacement::new(points).world_from_camera().ok()?;
     let message = match light.position {
@@ -73,7 +74,7 @@ struct LookAt {
     end: u32,
 }
 
-/// Those of each file, once they have been asked for.
+/// The `LookAt`s of the world of each file, once they have been asked for.
 type LookAts = HashMap<FileId, Vec<LookAt>>;
 
 /// The only `LookAt` that moves what a directive makes.
@@ -140,10 +141,10 @@ fn enclosed(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
 fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
     // What is in view may hide the light in it, as the walls of a room do from outside.
     let hides = |shape: &ShapeFacts| !shape.is_emitter && is_in(shape.bounds, light);
-    if light.faces || sight.shapes_in_view().any(hides) {
+    if light.irradiance.faces || sight.shapes_in_view().any(hides) {
         return None;
     }
-    let (message, help) = match light.place {
+    let (message, help) = match light.irradiance.light {
         LightPlace::Primitive(number) => return dark_side(sight, number),
         LightPlace::Light(number) => match sight.scene.world.lights[number] {
             Light::Spot { world_from_light, .. } | Light::Projection { world_from_light, .. } => (
@@ -168,9 +169,13 @@ fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
 fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
     let primitive = &sight.scene.world.primitives[number];
     let (emission, place) = (primitive.emission.filter(|it| !it.is_black())?, primitive.span?);
+    // A whole sphere shines in all directions: what is wrong is not its side.
+    if !primitive.reverse_orientation && is_whole_sphere(&primitive.shape) {
+        return None;
+    }
     // A lamp of several shapes also has some that are turned away.
     let is_same = |other: &LightFacts| emission_of(sight, other) == Some(emission);
-    if sight.facts.lights.iter().any(|other| other.faces && is_same(other)) {
+    if sight.facts.lights.iter().any(|other| other.irradiance.faces && is_same(other)) {
         return None;
     }
     let back = sight.shapes_in_view().any(|shape| shape.span == Some(place) && !shape.glows);
@@ -197,12 +202,20 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
     })
 }
 
+fn is_whole_sphere(shape: &Shape) -> bool {
+    let Shape::Quadric(quadric) = shape else { return false };
+    let QuadricForm::Sphere(Sphere { radius, z_min, z_max }) = quadric.form else { return false };
+    z_min == -radius && z_max == radius && quadric.phi_max == TAU
+}
+
 /// A light so far away that it gives next to nothing.
 fn far(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
-    let distance = sight.light_distance(light)?;
-    let share = light.irradiance / sight.irradiance();
-    let is_alone = sight.facts.lights.len() == 1 && light.irradiance < NO_SHARE;
-    if !(distance > FAR * sight.world_size() && light.reaches && (share < NO_SHARE || is_alone)) {
+    let [low, high] = sight.bounds()?;
+    // From the middle of all shapes that are no lights. Some lights are everywhere.
+    let distance = light.position?.distance((low + high) * 0.5);
+    let share = light.irradiance.mean / sight.irradiance();
+    let is_alone = sight.facts.lights.len() == 1 && light.irradiance.mean < NO_SHARE;
+    if !(distance > FAR * sight.world_size() && light.irradiance.reaches && (share < NO_SHARE || is_alone)) {
         return None;
     }
     let message = format!(
@@ -214,7 +227,7 @@ fn far(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
 }
 
 fn emission_of(sight: &Sight, light: &LightFacts) -> Option<Emission> {
-    match light.place {
+    match light.irradiance.light {
         LightPlace::Primitive(number) => sight.scene.world.primitives[number].emission,
         LightPlace::Light(_) => None,
     }

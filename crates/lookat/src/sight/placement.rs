@@ -1,11 +1,12 @@
 //! Cameras inside a shape, behind the ground, far away, or turned away from everything; shapes of the wrong size.
 
-use lookat_render::{LightFacts, ShapeFacts, ViewFacts};
 use lookat_scene::glam::{DMat3, DMat4, DVec3};
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, Span, parse};
 use lookat_scene::{CameraPlacement, Projection, Transform, View};
 
-use crate::sight::{Sight, exchanged, point, short, window};
+use crate::sight::{
+    LightFacts, ShapeFacts, Sight, ViewFacts, corners, exchanged, point, short, union, window,
+};
 
 /// Shapes that fill less of the shorter side than this are hardly seen.
 const HARDLY_SEEN: f64 = 0.02;
@@ -14,7 +15,7 @@ const HIDDEN: f64 = 0.01;
 /// The angle of view, in degrees, from which on sizes in the middle of the picture mean little.
 const WIDEST: f64 = 170.0;
 /// The least of the picture that the ground fills where it hides the others.
-const HIDING: f64 = 0.3;
+const HIDING: f64 = 0.1;
 
 /// What is odd about the place of the camera.
 pub fn odd(sight: &Sight) -> Option<Diagnostic> {
@@ -28,7 +29,8 @@ pub fn odd(sight: &Sight) -> Option<Diagnostic> {
 fn inside(sight: &Sight) -> Option<Diagnostic> {
     let shape = &sight.facts.shapes[sight.facts.inside?];
     // A light in the shape may come by way of several surfaces.
-    let is_lit = sight.facts.lights.iter().any(|light| light.reaches || is_in(shape.bounds, light));
+    let is_lit =
+        sight.facts.lights.iter().any(|light| light.irradiance.reaches || is_in(shape.bounds, light));
     let is_small = shape.size() < 0.5 * sight.world_size();
     let is_meant = shape.is_emitter || (shape.is_opaque && is_lit) || (!shape.is_opaque && !is_small);
     if is_meant {
@@ -68,13 +70,8 @@ fn behind_ground(sight: &Sight) -> Option<Diagnostic> {
     }
     let tolerance = 1e-6 * sight.world_size();
     let is_behind = |p: DVec3| (p - flat.p).dot(flat.n) <= tolerance;
-    let is_hidden = |[low, high]: [DVec3; 2]| {
-        (0..8).all(|corner| {
-            let of = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
-            is_behind(DVec3::new(of(0), of(1), of(2)))
-        })
-    };
-    if others().next().is_none() || !others().all(|shape| is_hidden(shape.bounds)) {
+    let is_hidden = |shape: &ShapeFacts| corners(shape.bounds).into_iter().all(is_behind);
+    if others().next().is_none() || !others().all(is_hidden) {
         return None;
     }
     let up = sight.scene.view.camera.world_from_camera.vector(DVec3::Y).normalize_or_zero();
@@ -169,14 +166,22 @@ fn other_way(sight: &Sight) -> Option<Diagnostic> {
 /// Proposes to exchange eye and target if more is in view then.
 fn with_turn(sight: &Sight, found: Diagnostic) -> Diagnostic {
     let (Some(turned), Some((span, look_at))) = (&sight.turned, sight.look_at) else { return found };
-    let shapes = |facts: &ViewFacts| facts.shapes.iter().filter(|shape| shape.share > 0.0).count();
-    let now = shapes(&sight.facts).max(usize::from(sight.facts.inside.is_some()));
-    if turned.inside.is_some() || turned.shape_share < HIDDEN || shapes(turned) <= now {
+    if turned.inside.is_some() || turned.shape_share < HIDDEN || seen(turned) <= seen_now(sight) {
         return found;
     }
     let help = found.help.as_deref().unwrap_or_default();
     let help = format!("{help}; if eye and target are swapped, write them in this order");
     exchange(found, &help, span, &look_at)
+}
+
+/// The number of shapes in view.
+fn seen(facts: &ViewFacts) -> usize {
+    facts.shapes.iter().filter(|shape| shape.share > 0.0).count()
+}
+
+/// The number of shapes that the camera of the scene sees, or 1 from within one.
+fn seen_now(sight: &Sight) -> usize {
+    seen(&sight.facts).max(usize::from(sight.facts.inside.is_some()))
 }
 
 /// Adds the `LookAt` with eye and target exchanged.
@@ -211,8 +216,7 @@ pub fn inverse_views(view: &View) -> Vec<View> {
 
 /// Proposes the inverse if it shows more shapes.
 pub fn propose_inverse(sight: &Sight, found: Diagnostic) -> Diagnostic {
-    let seen = |facts: &ViewFacts| facts.shapes.iter().filter(|shape| shape.share > 0.0).count();
-    let now = seen(&sight.facts).max(usize::from(sight.facts.inside.is_some()));
+    let now = seen_now(sight);
     let shows = |facts: &ViewFacts| {
         facts.inside.is_none() && facts.shape_share + facts.emitter_share >= LEAST_SEEN && seen(facts) > now
     };
@@ -269,9 +273,7 @@ pub fn giant(sight: &Sight) -> Option<Diagnostic> {
     let (number, largest) =
         shapes.iter().enumerate().max_by(|(_, a), (_, b)| a.size().total_cmp(&b.size()))?;
     let others = shapes.iter().enumerate().filter(|(other, shape)| *other != number && !shape.is_emitter);
-    let nothing = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    let [low, high] =
-        others.fold(nothing, |[low, high], (_, shape)| [low.min(shape.bounds[0]), high.max(shape.bounds[1])]);
+    let [low, high] = union(others.map(|(_, shape)| shape.bounds))?;
     let rest = (high - low).max_element();
     if !(rest > 0.0 && rest.is_finite())
         || largest.is_thin()
@@ -281,8 +283,7 @@ pub fn giant(sight: &Sight) -> Option<Diagnostic> {
         return None;
     }
     // A ground is meant to be large: other shapes are in view in front of it.
-    let is_ground = sight.facts.inside != Some(number) && sight.shapes_in_view().count() > 1;
-    if is_ground {
+    if sight.facts.inside != Some(number) && sight.shapes_in_view().count() > 1 {
         return None;
     }
     let message =

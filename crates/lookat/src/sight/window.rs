@@ -4,7 +4,7 @@ use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::syntax::{Diagnostic, ParamType, Span};
 use lookat_scene::{Lens, Projection};
 
-use crate::sight::{Sight, short};
+use crate::sight::{Sight, corners, short};
 
 /// Pixels may differ from squares by so much.
 const TOLERANCE: f64 = 0.01;
@@ -95,13 +95,9 @@ pub fn is_orthographic(sight: &Sight) -> bool {
 
 /// The edges of a window of an orthographic camera that shows all shapes, in the shape of the film.
 pub fn of_scene(sight: &Sight) -> Option<[f64; 4]> {
-    let [low, high] = sight.bounds()?;
-    let corners = (0..8).map(|corner| {
-        let of = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
-        sight.in_camera(DVec3::new(of(0), of(1), of(2))).truncate()
-    });
-    let nothing = [DVec2::INFINITY, DVec2::NEG_INFINITY];
-    let [low, high] = corners.fold(nothing, |[low, high], p| [low.min(p), high.max(p)]);
+    let shown = corners(sight.bounds()?).map(|p| sight.in_camera(p).truncate());
+    let low = shown.into_iter().fold(DVec2::INFINITY, DVec2::min);
+    let high = shown.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max);
     let resolution = sight.scene.view.film.resolution.map(f64::from);
     let half = (high - low) * (0.5 + MARGIN);
     // As many units along both sides of a pixel.
@@ -149,7 +145,9 @@ pub fn blurred(sight: &Sight) -> Option<Diagnostic> {
         short(*near),
         short(*far)
     );
-    let warning = Diagnostic::warning(sight.lens_place(), message).help(help);
+    let place = sight.places.focal_distance.or(sight.places.lens_radius);
+    let place = place.unwrap_or_else(|| sight.camera_place());
+    let warning = Diagnostic::warning(place, message).help(help);
     Some(match sight.places.focal_distance {
         Some(at) => warning.fix(at, short(depth)),
         None => warning,

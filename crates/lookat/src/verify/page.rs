@@ -1,6 +1,6 @@
 //! The report as a self-contained HTML page.
 
-mod picture;
+pub mod picture;
 
 use std::cmp::Reverse;
 use std::fmt::Write;
@@ -8,14 +8,14 @@ use std::fs::File;
 use std::io::{self, Read as _, Seek as _, Write as _};
 use std::path::Path;
 
-use lookat_image::{ImageError, io_reason, mean, write_file};
+use lookat_image::{ImageError, io_reason, write_file};
 
 use crate::failure::Failure;
 use crate::metric::{Measured, Metric};
 use crate::output::write_result;
 use crate::readable::{digits, visible_lines};
-pub use crate::verify::page::picture::{PACKING_BYTES, Picture};
-use crate::verify::{Outcome, SceneComparison, Verdict};
+use crate::verify::outcome::{Outcome, Verdict, summary};
+use crate::verify::page::picture::Picture;
 
 /// A number in the report.
 #[derive(Debug, Clone)]
@@ -46,26 +46,9 @@ impl Figure {
     }
 }
 
-/// One scene of the report.
-#[derive(Debug, Clone)]
-pub struct PageScene {
-    pub name: String,
-    pub verdict: Verdict,
-    /// The reason in a sentence.
-    pub reason: String,
-    /// The columns of the table. Scenes are sorted by the first.
-    pub columns: Vec<Figure>,
-    /// A remark.
-    pub details: Vec<Figure>,
-    /// The messages of its file. Empty without any.
-    pub messages: String,
-    /// Empty if there is nothing to show.
-    pub pictures: Vec<Picture>,
-}
-
 /// The scenes of the page. A temporary file holds the pictures, as they do not all fit in memory.
 pub struct Page {
-    scenes: Vec<PageScene>,
+    scenes: Vec<Outcome>,
     pictures: File,
 }
 
@@ -76,7 +59,7 @@ impl Page {
     }
 
     /// Adds a scene and stores its pictures.
-    pub fn add(&mut self, mut scene: PageScene) -> Result<(), Failure> {
+    pub fn add(&mut self, mut scene: Outcome) -> Result<(), Failure> {
         for (index, picture) in scene.pictures.iter_mut().enumerate() {
             picture.id = format!("picture-{}-{index}", self.scenes.len());
             let (id, data) = (&picture.id, std::mem::take(&mut picture.data));
@@ -103,12 +86,18 @@ fn not_stored(error: io::Error) -> String {
     format!("cannot store the pictures of the report in {}: {}", folder.display(), io_reason(&error))
 }
 
+/// A scene with its columns of the table.
+struct Row<'s> {
+    scene: &'s Outcome,
+    columns: Vec<Figure>,
+}
+
 /// The page before and after the pictures, in HTML.
-fn page(title: &str, command: &str, scenes: &[PageScene]) -> [String; 2] {
-    let mut scenes: Vec<&PageScene> = scenes.iter().collect();
-    let badness = |scene: &PageScene| scene.columns.first().map_or(f64::NEG_INFINITY, |first| first.badness);
+fn page(title: &str, command: &str, scenes: &[Outcome]) -> [String; 2] {
+    let mut scenes: Vec<Row> = scenes.iter().map(|scene| Row { scene, columns: columns(scene) }).collect();
+    let badness = |row: &Row| row.columns.first().map_or(f64::NEG_INFINITY, |first| first.badness);
     scenes.sort_by(|a, b| badness(b).total_cmp(&badness(a)));
-    scenes.sort_by_key(|scene| Reverse(scene.verdict));
+    scenes.sort_by_key(|row| Reverse(row.scene.verdict));
     let columns = column_names(&scenes);
     let numbered = || scenes.iter().enumerate();
     let content = |slot: &str| match slot {
@@ -116,10 +105,16 @@ fn page(title: &str, command: &str, scenes: &[PageScene]) -> [String; 2] {
         "command" => escape(command),
         "style" => STYLE.into(),
         "script" => script(),
-        "counts" => counts(&scenes),
-        "headings" => columns.iter().map(|name| heading(name)).collect(),
-        "rows" => numbered().map(|(number, scene)| row(number, scene, &columns)).collect(),
-        "scenes" => numbered().map(|(number, scene)| article(number, scene)).collect(),
+        "counts" => {
+            let verdicts: Vec<Verdict> = scenes.iter().map(|row| row.scene.verdict).collect();
+            summary(&verdicts, |verdict, words| format!("<span class=\"{}\">{words}</span>", verdict.word()))
+        }
+        "headings" => {
+            let heading = |name: &&str| format!("<th scope=\"col\"><button>{}</button></th>", escape(name));
+            columns.iter().map(heading).collect()
+        }
+        "rows" => numbered().map(|(number, row)| table_row(number, row, &columns)).collect(),
+        "scenes" => numbered().map(|(number, row)| article(number, row)).collect(),
         "version" => env!("CARGO_PKG_VERSION").into(),
         _ => String::new(),
     };
@@ -178,33 +173,15 @@ fn short(value: f64) -> String {
     digits(value, 4).replace('-', "\u{2212}").replace("NaN", "\u{2013}").replace("inf", "\u{221e}")
 }
 
-/// "20 scenes: 18 agree, 1 differs, 1 failed".
-fn counts(scenes: &[&PageScene]) -> String {
-    let count = |verdict| scenes.iter().filter(|scene| scene.verdict == verdict).count();
-    let one = |verdict: Verdict| match count(verdict) {
-        0 => None,
-        count => {
-            Some(format!("<span class=\"{}\">{count} {}</span>", verdict.word(), verdict.word_for(count)))
-        }
-    };
-    let counts: Vec<String> = Verdict::ALL.into_iter().filter_map(one).collect();
-    let scenes = scenes.len();
-    format!("{scenes} scene{}: {}", if scenes == 1 { "" } else { "s" }, counts.join(", "))
-}
-
 /// The names of all columns, in the order of the scenes.
-fn column_names<'a>(scenes: &[&'a PageScene]) -> Vec<&'a str> {
+fn column_names<'a>(scenes: &'a [Row]) -> Vec<&'a str> {
     let mut names = Vec::new();
-    for figure in scenes.iter().flat_map(|scene| &scene.columns) {
+    for figure in scenes.iter().flat_map(|row| &row.columns) {
         if !names.contains(&figure.name.as_str()) {
             names.push(figure.name.as_str());
         }
     }
     names
-}
-
-fn heading(name: &str) -> String {
-    format!("<th scope=\"col\"><button>{}</button></th>", escape(name))
 }
 
 fn badge(verdict: Verdict) -> String {
@@ -214,12 +191,12 @@ fn badge(verdict: Verdict) -> String {
     )
 }
 
-fn row(number: usize, scene: &PageScene, columns: &[&str]) -> String {
+fn table_row(number: usize, Row { scene, columns: own }: &Row, columns: &[&str]) -> String {
     let mut row = format!("<tr><th scope=\"row\"><a href=\"#scene-{number}\"><span class=\"thumbnails\">");
     for png in scene.pictures.iter().flat_map(|picture| &picture.thumbnails) {
         let _ = write!(row, "<img alt=\"\" src=\"data:image/png;base64,{png}\">");
     }
-    let (name, reason) = (escape(&scene.name), escape(&scene.reason));
+    let (name, reason) = (escape(&scene.scene), escape(&scene.reason));
     let _ = write!(row, "</span>{name}</a></th>");
     let _ = write!(
         row,
@@ -227,12 +204,12 @@ fn row(number: usize, scene: &PageScene, columns: &[&str]) -> String {
         scene.verdict as u8,
         badge(scene.verdict)
     );
-    if scene.columns.is_empty() {
+    if own.is_empty() {
         let _ = write!(row, "<td class=\"why\" colspan=\"{}\">{reason}</td>", columns.len().max(1));
         return row + "</tr>\n";
     }
     for name in columns {
-        row += &scene.columns.iter().find(|figure| figure.name == *name).map_or("<td></td>".into(), cell);
+        row += &own.iter().find(|figure| figure.name == *name).map_or("<td></td>".into(), cell);
     }
     row + "</tr>\n"
 }
@@ -243,8 +220,8 @@ fn cell(figure: &Figure) -> String {
     format!("<td data-rank=\"{rank}\" title=\"{}\">{}</td>", escape(&figure.meaning), escape(&figure.text))
 }
 
-fn article(number: usize, scene: &PageScene) -> String {
-    let (name, reason, badge) = (escape(&scene.name), escape(&scene.reason), badge(scene.verdict));
+fn article(number: usize, Row { scene, columns }: &Row) -> String {
+    let (name, reason, badge) = (escape(&scene.scene), escape(&scene.reason), badge(scene.verdict));
     let mut article =
         format!("<article id=\"scene-{number}\"><h2>{name}</h2><p class=\"reason\">{badge} {reason}</p>\n");
     article += &messages(scene);
@@ -257,19 +234,19 @@ fn article(number: usize, scene: &PageScene) -> String {
     }
     article += "</div>";
     article += "<dl class=\"figures\">";
-    for Figure { name, text, meaning, .. } in scene.columns.iter().chain(&scene.details) {
-        let (name, text, meaning) = (escape(name), escape(text), escape(meaning));
+    for Figure { name, text, meaning, .. } in columns.iter().cloned().chain(details(scene)) {
+        let (name, text, meaning) = (escape(&name), escape(&text), escape(&meaning));
         let _ = write!(article, "<div><dt>{name}</dt><dd>{text}</dd><dd>{meaning}</dd></div>");
     }
     article + "</dl></article>\n"
 }
 
 /// The messages of the scene file; out of sight if the scene is rendered in spite of them.
-fn messages(scene: &PageScene) -> String {
+fn messages(scene: &Outcome) -> String {
     if scene.messages.is_empty() {
         return String::new();
     }
-    let open = if scene.verdict == Verdict::Trouble { " open" } else { "" };
+    let open = if scene.verdict == Verdict::Failed { " open" } else { "" };
     format!(
         "<details{open}><summary>Messages</summary><pre tabindex=\"0\">{}</pre></details>\n",
         escape(scene.messages.trim_end())
@@ -306,37 +283,12 @@ fn remarks(picture: &Picture) -> Vec<String> {
 /// The metrics with a column. The others appear below.
 const COLUMNS: [Metric; 4] = [Metric::Error, Metric::Rmse, Metric::Flip, Metric::NoiseP];
 
-/// A scene of the page. It holds what it needs of the pictures.
-pub fn scene(outcome: &Outcome) -> PageScene {
-    PageScene {
-        name: outcome.name.clone(),
-        verdict: outcome.verdict,
-        reason: outcome.reason.clone(),
-        columns: columns(outcome),
-        details: outcome.comparison.as_ref().map_or(Vec::new(), details),
-        messages: outcome.diagnostics.text.clone(),
-        pictures: pictures(outcome),
-    }
-}
-
-/// The two pictures over each other, or each picture alone if they cannot be compared.
-fn pictures(outcome: &Outcome) -> Vec<Picture> {
-    if let Some(comparison) = &outcome.comparison {
-        return vec![Picture::new(&comparison.pair)];
-    }
-    let render = outcome.render.as_ref().map(|render| &render.image);
-    let both = [("expected", outcome.reference.as_ref()), ("actual", render)];
-    both.into_iter().filter_map(|(role, image)| Picture::alone(image?, role)).collect()
-}
-
+/// The columns of the table. Scenes are sorted by the first.
 fn columns(outcome: &Outcome) -> Vec<Figure> {
-    let (Some(comparison), Some(render)) = (&outcome.comparison, &outcome.render) else { return Vec::new() };
-    let metrics = &comparison.measurement.metrics;
-    let mean = mean(&comparison.pair.expected);
-    let metric = |metric: Metric| metrics.iter().find(|line| line.metric == metric);
-    let mut columns: Vec<Figure> = COLUMNS
-        .iter()
-        .filter_map(|column| metric(*column))
+    let mean = outcome.mean.unwrap_or(0.0);
+    let found =
+        COLUMNS.iter().filter_map(|column| outcome.metrics.iter().find(|line| line.metric == *column));
+    let mut columns: Vec<Figure> = found
         .map(|line| match line.metric {
             Metric::Error if mean != 0.0 => {
                 Figure::percent("error", line.value / mean, "mean signed error, relative to the mean")
@@ -347,7 +299,7 @@ fn columns(outcome: &Outcome) -> Vec<Figure> {
     if columns.is_empty() {
         return columns;
     }
-    if let Some(bias) = comparison.detectable {
+    if let Some(bias) = outcome.visible_in_mean {
         let meaning = "smallest bias of the mean that would have shown";
         let figure = Figure::number("detectable", bias, meaning);
         let text = match mean {
@@ -356,16 +308,17 @@ fn columns(outcome: &Outcome) -> Vec<Figure> {
         };
         columns.insert(1, Figure { text, ..figure });
     }
-    let samples = render.samples_per_pixel;
-    let figure = Figure::number("samples", f64::from(samples), "samples per pixel");
-    columns.push(Figure { text: samples.to_string(), ..figure });
-    columns.push(Figure::number("seconds", render.seconds, "time to render"));
+    if let (Some(samples), Some(seconds)) = (outcome.samples_per_pixel, outcome.seconds) {
+        let figure = Figure::number("samples", f64::from(samples), "samples per pixel");
+        columns.push(Figure { text: samples.to_string(), ..figure });
+        columns.push(Figure::number("seconds", seconds, "time to render"));
+    }
     columns
 }
 
-fn details(comparison: &SceneComparison) -> Vec<Figure> {
-    let others = comparison.measurement.metrics.iter().filter(|line| !COLUMNS.contains(&line.metric));
-    others.map(figure).collect()
+/// The metrics without a column.
+fn details(outcome: &Outcome) -> impl Iterator<Item = Figure> {
+    outcome.metrics.iter().filter(|line| !COLUMNS.contains(&line.metric)).map(figure)
 }
 
 fn figure(line: &Measured) -> Figure {
@@ -381,14 +334,20 @@ fn figure(line: &Measured) -> Figure {
 mod tests {
     use super::*;
 
-    fn scene(name: &str, verdict: Verdict, error: f64) -> PageScene {
-        PageScene {
-            name: name.into(),
+    fn scene(name: &str, verdict: Verdict, error: f64) -> Outcome {
+        let measured = |metric, value| Measured { metric, value, remark: name.into() };
+        Outcome {
+            scene: name.into(),
             verdict,
             reason: name.into(),
-            columns: vec![Figure::percent("error", error, name)],
-            details: vec![Figure::number(name, 1.0, name)],
+            updated: false,
+            metrics: vec![measured(Metric::Error, error), measured(Metric::P99, 1.0)],
+            visible_in_mean: None,
+            samples_per_pixel: None,
+            seconds: None,
+            diagnostics: serde_json::json!([]),
             messages: name.into(),
+            mean: Some(1.0),
             pictures: vec![],
         }
     }
@@ -398,10 +357,10 @@ mod tests {
         let hostile = "</script></style><b a='1' c=\"2\">&amp; {{rows}}";
         let page = page(hostile, hostile, &[scene(hostile, Verdict::Differs, 0.5)]).concat();
         assert!(!page.contains("<b a=") && !page.contains("c=\"2\""));
-        // Title, heading and command; name and reason in row and scene, the messages, the meaning in both, the detail.
+        // Title, heading and command; name and reason in row and scene, the messages, the remark of a metric.
         let escaped =
             "&lt;/script&gt;&lt;/style&gt;&lt;b a=&#39;1&#39; c=&quot;2&quot;&gt;&amp;amp; {{rows}}";
-        assert_eq!(page.matches(escaped).count(), 3 + 4 + 1 + 2 + 2);
+        assert_eq!(page.matches(escaped).count(), 3 + 4 + 1 + 1);
     }
 
     #[test]
@@ -428,7 +387,7 @@ mod tests {
             scene("a", Verdict::Agrees, 0.1),
             scene("b", Verdict::Differs, 0.2),
             scene("c", Verdict::Differs, -0.3),
-            PageScene { columns: vec![], ..scene("d", Verdict::Trouble, 0.0) },
+            Outcome { metrics: vec![], ..scene("d", Verdict::Failed, 0.0) },
         ];
         let page = page("title", "command", &scenes).concat();
         let place = |name: &str| page.find(&format!("<h2>{name}</h2>")).unwrap();

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use lookat_image::{AlignError, Aligned, Format, MemoryBudget, align};
+use lookat_image::{AlignError, Aligned, Format, Image, MemoryBudget, align, mean};
 use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{LoadOptions, Loaded, Scene};
@@ -13,41 +13,65 @@ use serde_json::json;
 
 use crate::args::{Report, Verify};
 use crate::failure::Failure;
-use crate::metric::{Limit, Metric, THRESHOLD, measure, not_finite};
+use crate::metric::{Limit, Measurement, Metric, THRESHOLD, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
-use crate::render::{Metadata, charge_memory, note_jitter};
+use crate::readable::plural;
+use crate::render::settings::{charge_memory, note_jitter};
+use crate::render::summary::Metadata;
 use crate::source::{load_scene, read_image, replace_samples};
-use crate::verify::page::PACKING_BYTES;
-use crate::verify::{
-    Diagnostics, Outcome, Rendered, SceneComparison, Verdict, beside, scene_name, why_unreadable,
-};
+use crate::verify::files::{beside, scene_name, why_unreadable};
+use crate::verify::outcome::{Outcome, Verdict};
+use crate::verify::page::picture::{PACKING_BYTES, Picture};
 use crate::{compare as comparing, report};
-
-/// A verdict and its reason.
-type Judgment = (Verdict, String);
 
 /// Renders a scene and compares it with its reference. `inputs` are the files that all scenes read: none of them is replaced.
 pub fn verify(arguments: &Verify, file: &Path, inputs: &BTreeSet<PathBuf>) -> Outcome {
-    let diagnostics = Diagnostics { text: String::new(), json: json!([]) };
     let mut outcome = Outcome {
-        name: scene_name(file),
+        scene: scene_name(file),
         verdict: Verdict::New,
         reason: "no reference beside it".into(),
         updated: false,
-        diagnostics,
-        render: None,
-        reference: None,
-        comparison: None,
+        metrics: Vec::new(),
+        visible_in_mean: None,
+        samples_per_pixel: None,
+        seconds: None,
+        diagnostics: json!([]),
+        messages: String::new(),
+        mean: None,
+        pictures: Vec::new(),
     };
+    let mut images = Images::default();
     let judged = match why_unreadable(file) {
         Some(fault) => Err(fault.into()),
         None if !arguments.update && arguments.report.is_none() && beside(file).next().is_none() => Ok(()),
-        None => fill(arguments, file, inputs, &mut outcome),
+        None => fill(arguments, file, inputs, &mut outcome, &mut images),
     };
     if let Err(reason) = judged {
-        (outcome.verdict, outcome.reason) = (Verdict::Trouble, reason.into());
+        (outcome.verdict, outcome.reason) = (Verdict::Failed, reason.into());
+    }
+    if arguments.report.is_some() {
+        outcome.pictures = images.pictures();
     }
     outcome
+}
+
+/// The pictures of a scene, as far as there are any.
+#[derive(Default)]
+struct Images {
+    reference: Option<Image>,
+    render: Option<Image>,
+    /// The render and its reference, over the pixels of both.
+    pair: Option<Aligned>,
+}
+
+impl Images {
+    fn pictures(&self) -> Vec<Picture> {
+        if let Some(pair) = &self.pair {
+            return vec![Picture::new(pair)];
+        }
+        let both = [("expected", &self.reference), ("actual", &self.render)];
+        both.into_iter().filter_map(|(role, image)| Picture::alone(image.as_ref()?, role)).collect()
+    }
 }
 
 /// Fills in the outcome of a scene file that can be read. Fails if the scene cannot be verified.
@@ -56,15 +80,14 @@ fn fill(
     file: &Path,
     inputs: &BTreeSet<PathBuf>,
     outcome: &mut Outcome,
+    images: &mut Images,
 ) -> Result<(), Failure> {
     let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
-    let mut loaded = load_scene(file, &options, Report { strict: false, json: false });
+    let mut loaded = load_scene(file, &options, Report::default());
     replace_samples(&mut loaded, arguments.spp);
     report::print(&loaded, false);
-    outcome.diagnostics = Diagnostics {
-        text: report::text(&loaded),
-        json: json!(report::json(&loaded.diagnostics, &loaded.sources)),
-    };
+    outcome.messages = report::text(&loaded);
+    outcome.diagnostics = json!(report::json(&loaded.diagnostics, &loaded.sources));
     let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded).into()) };
     note_jitter(scene, &loaded);
     let packing = if arguments.report.is_some() { PACKING_BYTES } else { 0 };
@@ -75,7 +98,7 @@ fn fill(
         let image = read_image(reference, &loaded.memory)?;
         let window = image.data_window;
         comparing::check_memory(window, window.area() * packing, &loaded.memory)?;
-        outcome.reference = Some(image);
+        images.reference = Some(image);
     } else if !arguments.update {
         if beside(file).next().is_some() {
             outcome.reason = "no reference beside the scene, except a picture that the scene uses".into();
@@ -90,27 +113,26 @@ fn fill(
         // Before the scene is rendered.
         check_folder(&target).and_then(|()| check_inputs(&target, loaded.inputs.union(inputs)))?;
     }
-    let rendered = outcome.render.insert(render(arguments, file, scene, &loaded.memory)?);
-    if let Some(expected) = &outcome.reference {
-        outcome.comparison = match align(&rendered.image, expected) {
-            Ok(pair) => {
-                let bytes = pair.window.area() * (comparing::pixel_bytes(&pair) + packing);
-                comparing::check_memory(pair.window, bytes, &loaded.memory)?;
-                Some(compare(arguments, pair))
-            }
-            // No option of verify chooses a layer.
-            Err(error @ AlignError::Channels(..)) => return Err(error.into()),
-            Err(error) => {
-                (outcome.verdict, outcome.reason) = (Verdict::Differs, error.to_string());
-                None
-            }
-        };
-    }
-    if let Some(comparison) = &outcome.comparison {
-        (outcome.verdict, outcome.reason) = judge(arguments, comparison)?;
+    let (image, seconds) = render(arguments, file, scene, &loaded.memory)?;
+    let samples_per_pixel = scene.view.sampler.samples_per_pixel;
+    (outcome.samples_per_pixel, outcome.seconds) = (Some(samples_per_pixel), Some(seconds));
+    let image = images.render.insert(image);
+    match images.reference.as_ref().map(|reference| align(image, reference)) {
+        Some(Ok(pair)) => {
+            let bytes = pair.window.area() * (comparing::pixel_bytes(&pair) + packing);
+            comparing::check_memory(pair.window, bytes, &loaded.memory)?;
+            compare(arguments, images.pair.insert(pair), outcome)?;
+        }
+        // No option of verify chooses a layer.
+        Some(Err(error @ AlignError::Channels(..))) => return Err(error.into()),
+        Some(Err(error)) => (outcome.verdict, outcome.reason) = (Verdict::Differs, error.to_string()),
+        None => {}
     }
     if arguments.update && matches!(outcome.verdict, Verdict::Differs | Verdict::New) {
-        update(&target, outcome)?;
+        write_result(&target, |path| image.write(path))?;
+        outcome.updated = true;
+        let target = target.display();
+        outcome.reason += &format!("; wrote {target}, {samples_per_pixel} samples per pixel");
     }
     Ok(())
 }
@@ -132,28 +154,18 @@ fn check_reference(arguments: &Verify, reference: &Path) -> Result<(), Failure> 
         return Err(fault.into());
     }
     if arguments.update && Format::from_path(reference).is_none() {
-        return Err(
-            format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES).into()
-        );
+        bail!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES);
     }
     Ok(())
 }
 
-/// Writes a new reference.
-fn update(target: &Path, outcome: &mut Outcome) -> Result<(), Failure> {
-    let Some(Rendered { image, samples_per_pixel, .. }) = &outcome.render else { return Ok(()) };
-    write_result(target, |path| image.write(path))?;
-    outcome.updated = true;
-    outcome.reason += &format!("; wrote {}, {samples_per_pixel} samples per pixel", target.display());
-    Ok(())
-}
-
+/// Renders a scene. Also gives the seconds that this took.
 fn render(
     arguments: &Verify,
     file: &Path,
     scene: &Scene,
     memory: &MemoryBudget,
-) -> Result<Rendered, Failure> {
+) -> Result<(Image, f64), Failure> {
     let samples_per_pixel = scene.view.sampler.samples_per_pixel;
     let settings = Settings {
         seed: arguments.seed,
@@ -168,15 +180,20 @@ fn render(
     let seconds = started.elapsed().as_secs_f64();
     image.metadata =
         Metadata::new(file, &scene.view.camera, arguments.seed, f64::from(samples_per_pixel)).as_json();
-    Ok(Rendered { image, samples_per_pixel, seconds })
+    Ok((image, seconds))
 }
 
-fn compare(arguments: &Verify, pair: Aligned) -> SceneComparison {
-    let measurement = measure(&pair, THRESHOLD, &|_| broken(&pair).is_none());
+/// Measures two pictures, and judges them.
+fn compare(arguments: &Verify, pair: &Aligned, outcome: &mut Outcome) -> Result<(), Failure> {
+    let measurement = measure(pair, THRESHOLD, &|_| broken(pair).is_none());
     let significance = comparing::significance(&arguments.max);
     let found = measurement.agreement.as_ref().and_then(|found| found.as_ref().ok());
-    let detectable = found.map(|found| found.visible_in_mean(significance));
-    SceneComparison { pair, measurement, detectable }
+    outcome.visible_in_mean = found.map(|found| found.visible_in_mean(significance));
+    outcome.mean = Some(mean(&pair.expected));
+    let judged = judge(arguments, pair, &measurement);
+    outcome.metrics = measurement.metrics;
+    (outcome.verdict, outcome.reason) = judged?;
+    Ok(())
 }
 
 /// Which picture has pixels that are not finite, and how many.
@@ -187,14 +204,14 @@ fn broken(pair: &Aligned) -> Option<(&'static str, usize)> {
 }
 
 /// Whether the measurement is within the limits or, without any, within noise.
-fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, Failure> {
-    let SceneComparison { pair, measurement, .. } = comparison;
-    match broken(pair) {
-        Some((which, 1)) => return Ok((Verdict::Differs, format!("1 pixel of the {which} is not finite"))),
-        Some((which, count)) => {
-            return Ok((Verdict::Differs, format!("{count} pixels of the {which} are not finite")));
-        }
-        None => {}
+fn judge(
+    arguments: &Verify,
+    pair: &Aligned,
+    measurement: &Measurement,
+) -> Result<(Verdict, String), Failure> {
+    if let Some((which, count)) = broken(pair) {
+        let (one, many) = (format!("pixel of the {which} is"), format!("pixels of the {which} are"));
+        return Ok((Verdict::Differs, format!("{} not finite", plural(count as u64, &one, &many))));
     }
     if pair.left_out > 0 {
         let reason = format!("only one of the pictures has {} of the pixels", pair.left_out);
@@ -220,6 +237,9 @@ fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, F
             let found = comparing::differences(found, comparing::SIGNIFICANCE);
             (Verdict::Differs, format!("by more than noise: {}", found.join("; ")))
         }
-        (beyond, _) => (Verdict::Differs, format!("exceeds the limits of {}", beyond.join(", "))),
+        (beyond, _) => (Verdict::Differs, {
+            let limits = if beyond.len() == 1 { "limit" } else { "limits" };
+            format!("exceeds the {limits} of {}", beyond.join(", "))
+        }),
     })
 }

@@ -1,17 +1,14 @@
 //! The output rows of `lookat verify`.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use lookat_image::mean;
-use serde::Serialize;
-use serde_json::Value;
 use unicode_width::UnicodeWidthStr;
 
 use crate::failure::Failure;
-use crate::metric::{Metric, number};
+use crate::metric::{Metric, number, value_of};
 use crate::readable::visible;
-use crate::verify::{Outcome, SceneComparison, Verdict, scene_name};
+use crate::verify::files::scene_name;
+use crate::verify::outcome::{Outcome, Verdict, summary};
 
 /// Prints rows to standard output, as text or JSON.
 pub struct Table {
@@ -41,10 +38,10 @@ impl Table {
 
     pub fn row(&self, outcome: &Outcome) -> Result<(), Failure> {
         if self.json {
-            return crate::print_json(&Row::new(outcome));
+            return crate::print_json(outcome);
         }
-        let figures = outcome.comparison.as_ref().map_or(Default::default(), figures);
-        let (name, reason) = (visible(&outcome.name), visible(&outcome.reason));
+        let figures = outcome.mean.map_or(Default::default(), |mean| figures(outcome, mean));
+        let (name, reason) = (visible(&outcome.scene), visible(&outcome.reason));
         let (verdict, figures) = (outcome.verdict.word(), columns(figures.iter().map(String::as_str)));
         // Some characters take two columns.
         let blanks = " ".repeat(self.width.saturating_sub(name.width()));
@@ -52,13 +49,7 @@ impl Table {
     }
 
     pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), Failure> {
-        let count = |verdict: &Verdict| match verdicts.iter().filter(|other| *other == verdict).count() {
-            0 => None,
-            count => Some(format!("{count} {}", verdict.word_for(count))),
-        };
-        let counts: Vec<String> = Verdict::ALL.iter().filter_map(count).collect();
-        let scenes = if verdicts.len() == 1 { "scene" } else { "scenes" };
-        let line = format!("{} {scenes}: {}", verdicts.len(), counts.join(", "));
+        let line = summary(verdicts, |_, words| words);
         if self.json { Ok(()) } else { print(&line) }
     }
 }
@@ -73,11 +64,10 @@ fn columns<'t>(texts: impl IntoIterator<Item = &'t str>) -> String {
 }
 
 /// The mean error, the detectable bias and some metrics. "-" for each that was not measured.
-fn figures(comparison: &SceneComparison) -> [String; 5] {
-    let value = |metric: Metric| comparison.measurement.value(metric);
-    let mean = mean(&comparison.pair.expected);
+fn figures(outcome: &Outcome, mean: f64) -> [String; 5] {
+    let value = |metric: Metric| value_of(&outcome.metrics, metric);
     let error = value(Metric::Error).map(|error| relative(error, mean, "+"));
-    let detectable = comparison.detectable.map(|bias| relative(bias, mean.abs(), ""));
+    let detectable = outcome.visible_in_mean.map(|bias| relative(bias, mean.abs(), ""));
     let [rmse, flip, noise] = METRICS.map(|metric| value(metric).map(short));
     [error, detectable, rmse, flip, noise].map(|text| text.unwrap_or("-".into()))
 }
@@ -96,47 +86,6 @@ fn relative(value: f64, mean: f64, plus: &str) -> String {
 fn short(value: f64) -> String {
     let text = number(value);
     if text.len() > 10 { format!("{value:.3e}") } else { text }
-}
-
-/// The JSON of a scene.
-#[derive(Serialize)]
-struct Row<'a> {
-    /// The file name without `.pbrt`.
-    scene: &'a str,
-    /// `agrees`, `differs`, `undecided`, `new` or `failed`.
-    verdict: &'static str,
-    /// Why, in words.
-    reason: &'a str,
-    /// True if the reference was written.
-    updated: bool,
-    /// The metrics by name.
-    metrics: BTreeMap<&'static str, f64>,
-    /// Smallest bias of the mean that the noise tests would find, in the picture's unit, or null.
-    visible_in_mean: Option<f64>,
-    /// Samples per pixel of the render, or null.
-    samples_per_pixel: Option<u32>,
-    /// The time to render, or null.
-    seconds: Option<f64>,
-    /// The messages of the scene file, as in `check`.
-    diagnostics: &'a Value,
-}
-
-impl<'a> Row<'a> {
-    fn new(outcome: &'a Outcome) -> Row<'a> {
-        let (comparison, render) = (outcome.comparison.as_ref(), outcome.render.as_ref());
-        let metrics = comparison.iter().flat_map(|comparison| &comparison.measurement.metrics);
-        Row {
-            scene: &outcome.name,
-            verdict: outcome.verdict.word(),
-            reason: &outcome.reason,
-            updated: outcome.updated,
-            metrics: metrics.map(|line| (line.metric.name(), line.value)).collect(),
-            visible_in_mean: comparison.and_then(|comparison| comparison.detectable),
-            samples_per_pixel: render.map(|render| render.samples_per_pixel),
-            seconds: render.map(|render| render.seconds),
-            diagnostics: &outcome.diagnostics.json,
-        }
-    }
 }
 
 #[cfg(test)]

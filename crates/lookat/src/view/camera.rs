@@ -3,11 +3,9 @@
 use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::syntax::{Fix, ParamType, Span, value_span};
-use lookat_scene::{
-    Camera, CameraPlacement, Lens, Loaded, Projection, Scene, ScreenWindow, Sources, Transform,
-};
+use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, Scene, Sources, Transform, ViewOverride};
 
-use crate::args::ViewOverride;
+use crate::camera_override::FileCamera;
 use crate::failure::Failure;
 use crate::source::DirectiveText;
 use crate::view::messages;
@@ -31,41 +29,7 @@ pub fn placement(loaded: &Loaded, scene: &Scene, prepared: &Prepared) -> Option<
     CameraPlacement::of(world_from_camera, points).ok()
 }
 
-/// What the file says about its camera beside the camera itself.
-#[derive(Clone, Copy)]
-pub struct FileCamera {
-    /// The `LookAt`, or one that sees the same. `None` if the camera has no direction.
-    pub placement: Option<CameraPlacement>,
-    /// The `focaldistance`. A pinhole keeps it for the day it gets a lens.
-    pub focal_distance: Option<f64>,
-}
-
-/// The camera of the file with what the page sets. Fails with the reason.
-pub fn changed(own: Camera, file: &FileCamera, set: &ViewOverride) -> Result<Camera, Failure> {
-    set.options().check()?;
-    let mut camera = own;
-    if let Some(points) = set.look_at {
-        let placement = file.placement.ok_or("the camera of the file has no direction")?;
-        let placed = CameraPlacement { points, ..placement }.world_from_camera();
-        camera.world_from_camera = placed.map_err(|fault| fault.to_string())?;
-    }
-    if let (Some(fov), Projection::Perspective { .. }) = (set.fov, own.projection) {
-        camera.projection = Projection::Perspective { fov };
-    }
-    if let Some(edges) = set.screen_window {
-        camera.screen = ScreenWindow::from(edges);
-    }
-    if own.projection != Projection::Environment {
-        let radius = set.lens_radius.or(own.lens.map(|lens| lens.radius)).unwrap_or(0.0);
-        let distance =
-            set.focal_distance.or(own.lens.map(|lens| lens.focal_distance)).or(file.focal_distance);
-        let lens = Lens { radius, focal_distance: distance.unwrap_or(Lens::UNFOCUSED) };
-        camera.lens = (radius > 0.0).then_some(lens);
-    }
-    Ok(camera)
-}
-
-/// The same with numbers that are short enough to write into a file. Points have a millionth of the distance of eye and
+/// The camera of a page, with numbers that are short enough to write into a file. Points have a millionth of the distance of eye and
 /// target; numbers of the file keep their digits.
 pub fn rounded(mut set: ViewOverride, own: [f64; 9]) -> ViewOverride {
     let digits = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
@@ -103,13 +67,8 @@ fn near(value: f64, size: f64) -> f64 {
 pub fn values(camera: &Camera, file: &FileCamera, points: [f64; 9]) -> messages::Camera {
     let before = file.placement.map_or(Transform::IDENTITY, |placement| placement.before);
     let signs = before.vector(DVec3::ONE);
-    let kind = match camera.projection {
-        Projection::Perspective { .. } => "perspective",
-        Projection::Orthographic { .. } => "orthographic",
-        Projection::Environment => "environment",
-    };
     messages::Camera {
-        kind,
+        kind: camera.projection.name(),
         look_at: points,
         has_look_at: file.placement.is_some_and(|placement| placement.span.is_some()),
         mirrored: [signs.x < 0.0, signs.y < 0.0],

@@ -43,7 +43,9 @@ impl Editor {
                 .ok_or_else(|| format!("--editor {words:?} names no program").into());
         }
         let named = ["VISUAL", "EDITOR"].into_iter().filter_map(|name| std::env::var(name).ok());
-        Ok(named.filter_map(|words| Editor::parse(&words)).find(|editor| !editor.lacks_terminal()))
+        Ok(named
+            .filter_map(|words| Editor::parse(&words))
+            .find(|editor| !editor.is_in_terminal() || std::io::stdin().is_terminal()))
     }
 
     fn parse(words: &str) -> Option<Editor> {
@@ -62,14 +64,10 @@ impl Editor {
         program.is_some_and(|program| IN_TERMINAL.contains(&program))
     }
 
-    fn lacks_terminal(&self) -> bool {
-        self.is_in_terminal() && !std::io::stdin().is_terminal()
-    }
-
     /// Opens a place, and does not wait for the editor to end.
     pub fn open(&self, path: &Path, line: usize, column: usize) -> Result<(), Failure> {
         if self.is_in_terminal() && self.is_open.load(Ordering::Relaxed) {
-            return Err("the editor is open in the terminal already".into());
+            bail!("the editor is already open in the terminal");
         }
         let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
         let mut words = self.words(&path.display().to_string(), line, column).into_iter();
@@ -113,8 +111,8 @@ pub fn open_in_browser(address: &str) -> Result<(), Failure> {
     match Command::new(OPENER).arg(file.path()).stdin(quiet()).stdout(quiet()).stderr(quiet()).status() {
         // The explorer of Windows always fails.
         Ok(status) if status.success() || cfg!(windows) => {}
-        Ok(status) => return Err(format!("{OPENER}: {status}").into()),
-        Err(error) => return Err(format!("{OPENER}: {}", io_reason(&error)).into()),
+        Ok(status) => bail!("{OPENER}: {status}"),
+        Err(error) => bail!("{OPENER}: {}", io_reason(&error)),
     }
     // The browser may read it after its program has ended. The end of this function removes it, and so does the end of the program.
     std::thread::sleep(UNTIL_READ);

@@ -2,6 +2,7 @@
 
 mod edits;
 mod opened;
+mod pace;
 mod pictures;
 mod queries;
 
@@ -9,31 +10,28 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
+use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE, ViewOverride};
 
-use crate::args::ViewOverride;
 use crate::args::{self, Report};
 use crate::failure::Failure;
 use crate::live::Watch;
 use crate::output::is_among;
 use crate::report;
 use crate::source::{load_watched, replace_samples};
-use crate::verify::beside;
+use crate::verify::files::beside;
 use crate::view::editor::Editor;
-use crate::view::engine::edits::Shown;
 use crate::view::engine::opened::Opened;
-use crate::view::engine::pictures::Pace;
-use crate::view::messages::{self, News, Request, SetFilm, SetView};
-use crate::view::outbox::{Hub, Requests, Topic};
-use crate::view::reference::Gallery;
-use crate::view::reference::{Comparer, References};
-use crate::view::write::{History, Unsaved};
+use crate::view::engine::pace::Pace;
+use crate::view::messages::{News, Request, SetView};
+use crate::view::outbox::Topic;
+use crate::view::reference::{Comparer, References, Shared};
+use crate::view::write::{History, Shown, Unsaved};
 
 /// The time between two looks at the files while there is nothing to do.
 const IDLE: Duration = Duration::from_millis(50);
 /// The camera rests if it has not moved for so long.
 const REST: Duration = Duration::from_millis(60);
-/// The same where the world has to be prepared again, which nothing can interrupt.
+/// The camera rests if it has not moved for so long, where the world has to be prepared again: nothing can interrupt that.
 const LONG_REST: Duration = Duration::from_millis(500);
 
 /// How far the picture of a view is.
@@ -48,8 +46,7 @@ enum Stage {
 
 /// Renders the newest view.
 pub struct Engine {
-    requests: Arc<Requests>,
-    hub: Arc<Hub>,
+    shared: Arc<Shared>,
     editor: Option<Editor>,
     path: PathBuf,
     options: LoadOptions,
@@ -76,7 +73,6 @@ pub struct Engine {
     small_at: Instant,
     /// Counts the views.
     generation: u32,
-    gallery: Arc<Gallery>,
     /// Whether pictures have error layers, and why not.
     has_errors: bool,
     errors_refused: Option<String>,
@@ -88,39 +84,35 @@ impl Engine {
     pub fn new(
         arguments: &args::View,
         editor: Option<Editor>,
-        requests: Arc<Requests>,
-        hub: Arc<Hub>,
-        gallery: Arc<Gallery>,
+        shared: Arc<Shared>,
         references: References,
     ) -> Engine {
         let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
-        let woken = requests.clone();
+        let woken = shared.clone();
         Engine {
-            requests,
-            hub,
+            shared,
             editor,
             path: arguments.scene.clone(),
             options,
             samples_per_pixel: None,
-            watch: Watch::new(move || woken.wake()),
+            watch: Watch::new(move || woken.requests.wake()),
             cache: LoadCache::default(),
             opened: None,
             error: None,
             reading: 0,
             unsaved: Unsaved::default(),
             has_lost: false,
-            set: SetView { by: 0, number: 0, camera: ViewOverride::default() },
+            set: SetView::default(),
             history: History::default(),
             shown: Mutex::default(),
             pace: Pace::default(),
             stage: Stage::Finished,
             small_at: Instant::now(),
             generation: 0,
-            gallery,
             has_errors: false,
             errors_refused: None,
             references: Mutex::new(references),
-            comparer: Comparer::default(),
+            comparer: Comparer::new(),
         }
     }
 
@@ -132,7 +124,7 @@ impl Engine {
             crate::say(line);
         }
         loop {
-            let requests = self.requests.take(self.free_time());
+            let requests = self.shared.requests.take(self.free_time());
             // First, because a request may read the scene.
             let has_changed =
                 if requests.is_empty() { self.watch.has_changed() } else { self.watch.has_changed_by_now() };
@@ -141,9 +133,7 @@ impl Engine {
                 self.read();
             }
             // A picture comes before its layers.
-            let needs_film =
-                |request: &Request| matches!(request, Request::Query(query) if query.needs_film());
-            let (layers, requests): (Vec<_>, Vec<_>) = requests.into_iter().partition(needs_film);
+            let (layers, requests): (Vec<_>, Vec<_>) = requests.into_iter().partition(Request::needs_film);
             for request in requests {
                 self.answer(request);
             }
@@ -165,7 +155,9 @@ impl Engine {
         let rest = match self.stage {
             Stage::New => return Duration::ZERO,
             Stage::Finished => return IDLE,
-            Stage::Small if self.opened.as_ref().is_some_and(Opened::is_near) => REST,
+            Stage::Small if self.opened.as_ref().is_some_and(|it| it.prepared.is_near(&it.view.camera)) => {
+                REST
+            }
             Stage::Small => LONG_REST,
         };
         rest.saturating_sub(self.small_at.elapsed())
@@ -173,16 +165,23 @@ impl Engine {
 
     fn answer(&mut self, request: Request) {
         match request {
-            Request::Film(film) => self.set_film(film),
+            Request::Film { resolution, crop, samples_per_pixel } => {
+                self.set_film(resolution, crop, samples_per_pixel);
+            }
             Request::View(view) => self.set_view(view),
             Request::Change(change) => self.change(change),
-            Request::Edit(edit) => self.edit(edit),
-            Request::Errors(errors) => self.set_errors(errors),
-            Request::Query(query) => self.answer_query(query),
+            Request::Edit { by, action } => self.edit(by, action),
+            Request::Errors { is_on } => self.set_errors(is_on),
+            query => self.answer_query(query),
         }
     }
 
-    fn set_film(&mut self, SetFilm { resolution, crop, samples_per_pixel }: SetFilm) {
+    fn set_film(
+        &mut self,
+        resolution: Option<[f64; 2]>,
+        crop: Option<[f64; 4]>,
+        samples_per_pixel: Option<f64>,
+    ) {
         let before = (self.options.film, self.samples_per_pixel);
         let is_count =
             |value: f64, most: u32| value.fract() == 0.0 && (1.0..=f64::from(most)).contains(&value);
@@ -220,7 +219,7 @@ impl Engine {
     fn restart(&mut self) {
         self.stage = Stage::New;
         self.generation = self.generation.wrapping_add(1);
-        self.gallery.clear();
+        self.shared.gallery.clear();
         self.comparer.cancel();
     }
 
@@ -234,22 +233,22 @@ impl Engine {
     /// Tells what the file has, and why the film is not the one that was asked for.
     fn tell_scene(&self, film_refused: Option<&str>) {
         let opened = self.opened.as_ref();
-        let messages = self.error.clone().or(opened.map(Opened::messages)).unwrap_or_default();
-        let scene = messages::Scene {
+        let messages = self.error.as_ref().or(opened.map(|opened| &opened.messages));
+        let scene = News::Scene {
             name: &self.path.display().to_string(),
-            messages: &messages,
+            messages: messages.map_or("", String::as_str),
             has_errors: self.error.is_some(),
             film: opened.map(Opened::film),
             film_refused,
             camera: opened.map(Opened::own),
-            can_undo: self.unsaved.can_undo() || self.history.can_undo(),
-            can_redo: self.unsaved.can_redo() || self.history.can_redo(),
-            has_unsaved: !self.unsaved.is_empty(),
+            can_undo: !self.unsaved.done.is_empty() || !self.history.done.is_empty(),
+            can_redo: !self.unsaved.undone.is_empty() || !self.history.undone.is_empty(),
+            has_unsaved: !self.unsaved.files.is_empty(),
             has_lost: self.has_lost,
             lights: opened.map_or(Vec::new(), |opened| opened.lights(self.reading)),
             has_editor: self.editor.is_some(),
         };
-        self.hub.tell(Topic::Scene, News::Scene(scene).message());
+        self.shared.hub.tell(Topic::Scene, scene);
         self.tell_view(None);
     }
 
@@ -257,7 +256,7 @@ impl Engine {
         let Some(opened) = &self.opened else { return };
         let SetView { by, number, camera: set } = self.set;
         let camera = opened.values();
-        self.hub.tell(Topic::View, News::View(messages::View { by, number, set, camera, refused }).message());
+        self.shared.hub.tell(Topic::View, News::View { by, number, set, camera, refused });
     }
 }
 
@@ -289,15 +288,14 @@ impl Engine {
             loaded = self.load_once();
         }
         if loaded.scene.is_none() {
-            let misfit = loaded.override_error.as_ref().map(|reason| format!("error: {reason}\n"));
-            return Err((report::text(&loaded) + &misfit.unwrap_or_default()).into());
+            let override_error = loaded.override_error.as_ref().map(|reason| format!("error: {reason}\n"));
+            return Err((report::text(&loaded) + &override_error.unwrap_or_default()).into());
         }
         Ok(loaded)
     }
 
     pub fn load_once(&mut self) -> Loaded {
         self.watch.restart();
-        let plain = Report { strict: false, json: false };
         let Engine { path, options, watch, unsaved, cache, .. } = self;
         let instead = |file: &Path| {
             watch.note(file);
@@ -305,7 +303,7 @@ impl Engine {
         };
         // The stamp of a file says nothing about a text that is not written.
         let stamp = |file: &Path| unsaved.text(file).is_none().then(|| watch.stamp(file)).flatten();
-        let mut loaded = load_watched(path, options, plain, &instead, Some((cache, &stamp)));
+        let mut loaded = load_watched(path, options, Report::default(), &instead, Some((cache, &stamp)));
         replace_samples(&mut loaded, self.samples_per_pixel);
         loaded
     }
@@ -313,7 +311,7 @@ impl Engine {
     /// Takes a file without errors over. Fails if there is not enough memory.
     pub fn open(&mut self, loaded: Loaded) -> Result<(), Failure> {
         let beside = beside(&self.path).find(|picture| !is_among(picture, &loaded.inputs));
-        self.references().offer(beside);
+        self.references().beside = beside;
         let film = self.film_windows();
         let opened = Opened::new(loaded, &mut self.opened);
         let mut opened = opened.map_err(|reason| format!("error: {reason}\n"))?;

@@ -5,17 +5,19 @@ use std::net::{Shutdown, TcpStream};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use tungstenite::http::{Request, Response, StatusCode, Version};
+use tungstenite::error::{Error, ProtocolError};
+use tungstenite::handshake::machine::TryParse;
+use tungstenite::handshake::server::{Request, Response};
+use tungstenite::http::StatusCode;
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
 
 use crate::view::messages;
-use crate::view::outbox::{Hub, Outbox, Requests};
+use crate::view::outbox::{Outbox, Requests};
+use crate::view::reference::Shared;
 
 /// The most bytes of the head of a request.
 const LONGEST_HEAD: usize = 8 << 10;
-/// The most header lines.
-const MOST_HEADERS: usize = 64;
 
 /// The headers of every answer.
 const HEADERS: [(&str, &str); 9] = [
@@ -34,8 +36,8 @@ const HEADERS: [(&str, &str); 9] = [
     ("connection", "close"),
 ];
 
-/// Reads the head of a request. Fails with the status of the answer.
-pub fn read_head(client: &mut Timed) -> Result<Request<()>, StatusCode> {
+/// Reads the head of a GET request. Fails with the status of the answer.
+pub fn read_head(client: &mut Timed) -> Result<Request, StatusCode> {
     let mut head = Vec::new();
     let mut buffer = [0; 1024];
     loop {
@@ -44,39 +46,20 @@ pub fn read_head(client: &mut Timed) -> Result<Request<()>, StatusCode> {
             return Err(StatusCode::BAD_REQUEST);
         }
         head.extend_from_slice(&buffer[..count]);
-        if let Some(request) = parse(&head)? {
-            return Ok(request);
+        match Request::try_parse(&head) {
+            Ok(Some((_, request))) => return Ok(request),
+            Ok(None) if head.len() <= LONGEST_HEAD => {}
+            Ok(None) | Err(Error::Capacity(_)) => return Err(StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE),
+            Err(Error::Protocol(ProtocolError::WrongHttpMethod)) => {
+                return Err(StatusCode::METHOD_NOT_ALLOWED);
+            }
+            Err(_) => return Err(StatusCode::BAD_REQUEST),
         }
-        if head.len() > LONGEST_HEAD {
-            return Err(StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE);
-        }
     }
-}
-
-/// The request, if its head is whole.
-fn parse(head: &[u8]) -> Result<Option<Request<()>>, StatusCode> {
-    let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
-    let mut parsed = httparse::Request::new(&mut headers);
-    let state = parsed.parse(head).map_err(|error| match error {
-        httparse::Error::TooManyHeaders => StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE,
-        _ => StatusCode::BAD_REQUEST,
-    })?;
-    if state.is_partial() {
-        return Ok(None);
-    }
-    let version = if parsed.version == Some(1) { Version::HTTP_11 } else { Version::HTTP_10 };
-    let mut request = Request::builder()
-        .method(parsed.method.unwrap_or_default())
-        .uri(parsed.path.unwrap_or_default())
-        .version(version);
-    for header in parsed.headers.iter() {
-        request = request.header(header.name, header.value);
-    }
-    request.body(()).map(Some).map_err(|_| StatusCode::BAD_REQUEST)
 }
 
 /// The only value of a header.
-pub fn header<'r>(request: &'r Request<()>, name: &str) -> Option<&'r str> {
+pub fn header<'r>(request: &'r Request, name: &str) -> Option<&'r str> {
     let mut values = request.headers().get_all(name).iter();
     let value = values.next()?.to_str().ok()?;
     values.next().is_none().then_some(value)
@@ -102,7 +85,7 @@ pub fn refuse(client: &mut Timed, status: StatusCode) {
 }
 
 /// The answer that turns the connection into a WebSocket.
-pub fn upgrade(client: &mut Timed, answer: &Response<()>) -> io::Result<()> {
+pub fn upgrade(client: &mut Timed, answer: &Response) -> io::Result<()> {
     let mut head = String::from("HTTP/1.1 101 Switching Protocols\r\n");
     for (name, value) in answer.headers() {
         head += &format!("{name}: {}\r\n", value.to_str().unwrap_or_default());
@@ -112,8 +95,8 @@ pub fn upgrade(client: &mut Timed, answer: &Response<()>) -> io::Result<()> {
 
 /// The most bytes of a message from the page.
 const LONGEST_REQUEST: usize = 64 << 10;
-/// The time that the page has to take a message. Then its connection is closed.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// The time to send the head of a request, and to take an answer or a message. Then the connection is closed.
+pub const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The reading side. Answers to pings and closing are not sent: they could fall into the middle of a picture.
 struct Incoming(TcpStream);
@@ -135,7 +118,7 @@ impl Write for Incoming {
 }
 
 /// Serves a page until it leaves, sends nonsense or takes no more messages.
-pub fn talk(client: Timed, requests: &Requests, hub: &Hub) {
+pub fn talk(client: Timed, Shared { requests, hub, .. }: &Shared) {
     let Ok(incoming) = client.stream.try_clone() else { return };
     let _ = incoming.set_read_timeout(None);
     let outbox = hub.join();
@@ -168,8 +151,7 @@ fn receive(incoming: TcpStream, requests: &Requests) {
 fn send(client: Timed, outbox: &Outbox) {
     let mut socket = WebSocket::from_raw_socket(client, Role::Server, None);
     while let Some(message) = outbox.next() {
-        // One second more for each 4 MiB.
-        socket.get_mut().allow(PATIENCE + Duration::from_secs(message.len() as u64 >> 22));
+        socket.get_mut().allow_bytes(message.len());
         if socket.send(message).is_err() {
             break;
         }
@@ -187,6 +169,11 @@ pub struct Timed {
 impl Timed {
     pub fn new(stream: TcpStream, time: Duration) -> Timed {
         Timed { stream, deadline: Instant::now() + time }
+    }
+
+    /// Sets a new deadline to take a message: the usual time, and one second more for each 4 MiB.
+    pub fn allow_bytes(&mut self, count: usize) {
+        self.allow(PATIENCE + Duration::from_secs(count as u64 >> 22));
     }
 
     /// Sets a new deadline.

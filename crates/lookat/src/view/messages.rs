@@ -1,104 +1,122 @@
 //! The messages between the page and the program: JSON, and pictures as numbers.
 
+use std::mem::discriminant;
 use std::path::Path;
 
 use lookat_render::Layer;
-use lookat_scene::Sources;
 use lookat_scene::syntax::{FileId, Span};
+use lookat_scene::{Sources, ViewOverride};
 use serde::{Deserialize, Serialize};
 use tungstenite::Message;
 
-use crate::args::ViewOverride;
 use crate::explain::ParameterFacts;
 use crate::report;
 
-/// What the page asks for.
+/// What a page asks for. `by` is the page, by a random number of its own: it knows its answers by it. `number` counts its requests.
 #[derive(Debug, Deserialize)]
-#[serde(tag = "type", rename_all = "camelCase")]
+#[serde(tag = "type", rename_all = "camelCase", rename_all_fields = "camelCase", deny_unknown_fields)]
 pub enum Request {
-    Film(SetFilm),
+    /// Sets the film instead of the file. Each such request reads the file again.
+    Film {
+        /// Also numbers that are not valid, which are refused in words.
+        resolution: Option<[f64; 2]>,
+        crop: Option<[f64; 4]>,
+        samples_per_pixel: Option<f64>,
+    },
     View(SetView),
     Change(Change),
-    Edit(Edit),
-    Errors(SetErrors),
-    #[serde(untagged)]
-    Query(Query),
+    /// Changes the files.
+    Edit {
+        by: u32,
+        action: Action,
+    },
+    /// Renders with or without error layers.
+    Errors {
+        is_on: bool,
+    },
+    /// Asks what the picture shows at a place, in pixels from the top left corner of the full picture.
+    Pick {
+        by: u32,
+        number: u32,
+        at: [f64; 2],
+    },
+    /// Asks for the depths at places in rows and columns.
+    Depths {
+        by: u32,
+        number: u32,
+        columns: u32,
+        rows: u32,
+    },
+    /// Asks for the lines that writing changes.
+    Show {
+        by: u32,
+    },
+    /// Opens a place in the editor.
+    Open {
+        by: u32,
+        at: At,
+    },
+    /// Sets the reference.
+    Reference {
+        from: ReferenceFrom,
+    },
+    /// Asks for a layer, as the view shows it now, by its number in [`LAYERS`].
+    Layer {
+        layer: u8,
+    },
+    /// Asks for the values of all layers at a place, in pixels from the top left corner of the full picture.
+    Values {
+        by: u32,
+        number: u32,
+        at: [f64; 2],
+    },
 }
 
-/// What is answered beside the picture, which goes on.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(tag = "type", rename_all = "camelCase")]
-pub enum Query {
-    Pick(Pick),
-    Depths(GetDepths),
-    Show(Show),
-    Open(Open),
-    Reference(SetReference),
-    Layer(GetLayer),
-    Values(GetValues),
-}
+impl Request {
+    /// Whether it is answered beside the picture, which goes on.
+    pub fn is_query(&self) -> bool {
+        use Request::*;
+        !matches!(self, Film { .. } | View(_) | Change(_) | Edit { .. } | Errors { .. })
+    }
 
-impl Query {
     /// Whether the answer takes the memory of another film.
     pub fn needs_film(&self) -> bool {
-        matches!(self, Query::Layer(_) | Query::Values(_))
+        matches!(self, Request::Layer { .. } | Request::Values { .. })
+    }
+
+    /// Whether the answer to it is of no use any more once a later request is made.
+    pub fn is_outdated_by(&self, later: &Request) -> bool {
+        use Request::*;
+        discriminant(self) == discriminant(later)
+            && match (self, later) {
+                (Edit { .. }, _) => false,
+                (Change(own), Change(later)) => {
+                    (own.by, own.at, &own.name) == (later.by, later.at, &later.name)
+                }
+                (Layer { layer: own }, Layer { layer: later }) => own == later,
+                _ => self.asker() == later.asker(),
+            }
+    }
+
+    /// The page that is answered. `None` if all pages are.
+    fn asker(&self) -> Option<u32> {
+        use Request::*;
+        match *self {
+            Pick { by, .. } | Depths { by, .. } | Show { by } | Open { by, .. } | Values { by, .. } => {
+                Some(by)
+            }
+            _ => None,
+        }
     }
 }
 
-/// What the page sets of the film instead of the file. Each of them reads the file again.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct SetFilm {
-    /// Also numbers that are not valid, which are refused in words.
-    pub resolution: Option<[f64; 2]>,
-    pub crop: Option<[f64; 4]>,
-    pub samples_per_pixel: Option<f64>,
-}
-
 /// What the page sets of the camera instead of the file.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SetView {
-    /// The page, by a random number of its own. It knows by it what it asked for itself.
     pub by: u32,
-    /// Counts the requests of the page.
     pub number: u32,
     pub camera: ViewOverride,
-}
-
-/// Asks what the picture shows at a place.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct Pick {
-    pub by: u32,
-    pub number: u32,
-    /// In pixels from the top left corner of the full picture.
-    pub at: [f64; 2],
-}
-
-/// Asks for the depths at places in rows and columns.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct GetDepths {
-    pub by: u32,
-    pub number: u32,
-    pub columns: u32,
-    pub rows: u32,
-}
-
-/// Asks for the lines that writing changes.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct Show {
-    pub by: u32,
-}
-
-/// Asks to change the files.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct Edit {
-    pub by: u32,
-    pub action: Action,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -112,53 +130,108 @@ pub enum Action {
     Redo,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub enum ReferenceFrom {
+    /// The picture that is there now.
+    Picture,
+    /// The file that the command names, or else the one beside the scene.
+    File,
+    Nothing,
+}
+
 /// What the program tells.
 #[derive(Debug, Serialize)]
-#[serde(tag = "type", rename_all = "camelCase")]
+#[serde(tag = "type", rename_all = "camelCase", rename_all_fields = "camelCase")]
 pub enum News<'a> {
-    Scene(Scene<'a>),
-    View(View<'a>),
-    Picked(Picked),
-    Depths(Depths),
-    Changed(Changed),
-    Edited(Edited),
-    Values(LayerValues),
-    Looking(Looking<'a>),
-    Compared(Compared),
+    /// The file, as it was read last.
+    Scene {
+        name: &'a str,
+        /// Errors, warnings and notes, as the terminal shows them.
+        messages: &'a str,
+        /// Whether there are errors. The page then shows the last scene without them.
+        has_errors: bool,
+        /// `None` until a file without errors has been read.
+        film: Option<Film>,
+        /// Why the film is not the one that a page asked for.
+        film_refused: Option<&'a str>,
+        /// The camera of the file.
+        camera: Option<Camera>,
+        /// Whether there is something written to undo, or to redo.
+        can_undo: bool,
+        can_redo: bool,
+        /// Whether parameters have been changed and not written.
+        has_unsaved: bool,
+        /// Whether such changes are gone, because the file has changed.
+        has_lost: bool,
+        /// The lights without a shape.
+        lights: Vec<Described>,
+        /// Whether the program opens the editor; otherwise the page has links to one.
+        has_editor: bool,
+    },
+    /// The camera as it is set.
+    View {
+        by: u32,
+        number: u32,
+        set: ViewOverride,
+        camera: Camera,
+        /// Why the request of the page changed nothing.
+        refused: Option<&'a str>,
+    },
+    /// What the picture shows at a place. `None` where there is nothing.
+    Picked { by: u32, number: u32, at: [f64; 2], hit: Option<Hit> },
+    /// Depths row by row; `None` where there is nothing.
+    Depths { by: u32, number: u32, columns: u32, depths: Vec<Option<f64>> },
+    /// The answer to a change.
+    Changed {
+        by: u32,
+        number: u32,
+        directives: Vec<Described>,
+        /// Why nothing has changed.
+        refused: Option<String>,
+    },
+    /// The answer to an edit.
+    Edited {
+        by: u32,
+        /// The lines that would change, or have changed.
+        lines: Vec<ChangedLines>,
+        /// Whether files have been written.
+        is_written: bool,
+        /// Why nothing has changed, or can be.
+        refused: Option<String>,
+    },
+    /// The values of all layers at a place, in the order of [`LAYERS`]. Empty outside the picture.
+    Values { by: u32, number: u32, at: [f64; 2], values: Vec<Vec<f32>> },
+    /// How the pages look.
+    Looking {
+        /// Whether pictures have error layers.
+        has_errors: bool,
+        /// Why they do not have them.
+        errors_refused: Option<&'a str>,
+        /// The name of the reference.
+        reference: Option<&'a str>,
+        /// Whether its pixels follow.
+        is_shown: bool,
+        /// Why there is none, why it does not fit, or why it is not the newest one.
+        reference_refused: Option<&'a str>,
+        /// The file that can be the reference.
+        file: Option<String>,
+    },
+    /// The finished picture and the reference.
+    Compared {
+        /// Of the view.
+        generation: u32,
+        /// What `lookat compare` prints, or why there is nothing to compare.
+        text: String,
+        /// Whether noise explains the differences. `None` if nobody can tell.
+        agrees: Option<bool>,
+    },
 }
 
-impl News<'_> {
-    pub fn message(&self) -> Message {
-        Message::text(serde_json::to_string(self).unwrap_or_default())
+impl From<News<'_>> for Message {
+    fn from(news: News) -> Message {
+        Message::text(serde_json::to_string(&news).unwrap_or_default())
     }
-}
-
-/// The file, as it was read last.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Scene<'a> {
-    pub name: &'a str,
-    /// Errors, warnings and notes, as the terminal shows them.
-    pub messages: &'a str,
-    /// Whether there are errors. The page then shows the last scene without them.
-    pub has_errors: bool,
-    /// `None` until a file without errors has been read.
-    pub film: Option<Film>,
-    /// Why the film is not the one that a page asked for.
-    pub film_refused: Option<&'a str>,
-    /// The camera of the file.
-    pub camera: Option<Camera>,
-    /// Whether there is something written to undo, or to redo.
-    pub can_undo: bool,
-    pub can_redo: bool,
-    /// Whether parameters have been changed and not written.
-    pub has_unsaved: bool,
-    /// Whether such changes are gone, because the file has changed.
-    pub has_lost: bool,
-    /// The lights without a shape.
-    pub lights: Vec<Described>,
-    /// Whether the program opens the editor; otherwise the page has links to one.
-    pub has_editor: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -189,29 +262,6 @@ pub struct Camera {
     pub screen_window: [f64; 4],
 }
 
-/// The camera as it is set.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub struct View<'a> {
-    pub by: u32,
-    pub number: u32,
-    pub set: ViewOverride,
-    pub camera: Camera,
-    /// Why the request of the page changed nothing.
-    pub refused: Option<&'a str>,
-}
-
-/// What the picture shows at a place.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Picked {
-    pub by: u32,
-    pub number: u32,
-    pub at: [f64; 2],
-    /// `None` where there is nothing.
-    pub hit: Option<Hit>,
-}
-
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Hit {
@@ -223,35 +273,12 @@ pub struct Hit {
     pub depth: f64,
     /// The type of the shape, and its place.
     pub shape: String,
-    pub shape_place: Option<Place>,
+    pub shape_place: Option<TextPlace>,
     /// The type of the material, and its place.
     pub material: String,
-    pub material_place: Option<Place>,
+    pub material_place: Option<TextPlace>,
     /// The directives of its material and its emission.
     pub directives: Vec<Described>,
-}
-
-/// Depths row by row; `None` where there is nothing.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Depths {
-    pub by: u32,
-    pub number: u32,
-    pub columns: u32,
-    pub depths: Vec<Option<f64>>,
-}
-
-/// The answer to an edit.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Edited {
-    pub by: u32,
-    /// The lines that would change, or have changed.
-    pub lines: Vec<ChangedLines>,
-    /// Whether files have been written.
-    pub is_written: bool,
-    /// Why nothing has changed, or can be.
-    pub refused: Option<String>,
 }
 
 /// Lines of a file before and after a change.
@@ -276,87 +303,6 @@ pub const LAYERS: [(&str, Layer); 8] = [
     ("material", Layer::Material),
 ];
 
-/// Asks for a layer, as the view shows it now.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GetLayer {
-    /// Its number in [`LAYERS`].
-    pub layer: u8,
-}
-
-/// Asks for the values of all layers at a place.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GetValues {
-    pub by: u32,
-    pub number: u32,
-    /// In pixels from the top left corner of the full picture.
-    pub at: [f64; 2],
-}
-
-/// Renders with or without error layers.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct SetErrors {
-    pub is_on: bool,
-}
-
-/// Sets the reference.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SetReference {
-    pub from: ReferenceFrom,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub enum ReferenceFrom {
-    /// The picture that is there now.
-    Picture,
-    /// The file that the command names, or else the one beside the scene.
-    File,
-    Nothing,
-}
-
-/// How the pages look.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Looking<'a> {
-    /// Whether pictures have error layers.
-    pub has_errors: bool,
-    /// Why they do not have them.
-    pub errors_refused: Option<&'a str>,
-    /// The name of the reference.
-    pub reference: Option<&'a str>,
-    /// Whether its pixels follow.
-    pub is_shown: bool,
-    /// Why there is none, why it does not fit, or why it is not the newest one.
-    pub reference_refused: Option<&'a str>,
-    /// The file that can be the reference.
-    pub file: Option<String>,
-}
-
-/// The finished picture and the reference.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Compared {
-    /// Of the view.
-    pub generation: u32,
-    /// What `lookat compare` prints, or why there is nothing to compare.
-    pub text: String,
-    /// Whether noise explains the differences. `None` if nobody can tell.
-    pub agrees: Option<bool>,
-}
-
-/// The values of all layers at a place, in the order of [`LAYERS`]. Empty outside the picture.
-#[derive(Debug, Serialize)]
-pub struct LayerValues {
-    pub by: u32,
-    pub number: u32,
-    pub at: [f64; 2],
-    pub values: Vec<Vec<f32>>,
-}
-
 /// A place of the text, as pages name it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
@@ -375,7 +321,7 @@ impl At {
 
 /// A place of the text, as pages show it.
 #[derive(Debug, Serialize)]
-pub struct Place {
+pub struct TextPlace {
     pub at: At,
     /// file:line:column
     pub text: String,
@@ -385,11 +331,11 @@ pub struct Place {
     pub column: usize,
 }
 
-impl Place {
-    pub fn new(span: Span, sources: &Sources, reading: u32) -> Place {
+impl TextPlace {
+    pub fn new(span: Span, sources: &Sources, reading: u32) -> TextPlace {
         let found = sources.location(span);
         let path = std::path::absolute(found.path);
-        Place {
+        TextPlace {
             at: At { reading, file: span.file.0, start: span.start },
             text: report::place(span, sources),
             path: path.as_deref().unwrap_or(Path::new("")).display().to_string(),
@@ -407,7 +353,7 @@ pub struct Described {
     pub kind: &'static str,
     /// The name of a named material.
     pub name: Option<String>,
-    pub place: Place,
+    pub place: TextPlace,
     pub parameters: Vec<Parameter>,
 }
 
@@ -448,25 +394,6 @@ pub struct Change {
     /// The type of the values, as the text spells it.
     pub value_type: String,
     pub values: Values,
-}
-
-/// The answer to a change.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub struct Changed {
-    pub by: u32,
-    pub number: u32,
-    pub directives: Vec<Described>,
-    /// Why nothing has changed.
-    pub refused: Option<String>,
-}
-
-/// Asks to open a place in the editor.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct Open {
-    pub by: u32,
-    pub at: At,
 }
 
 /// What a picture is.

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tungstenite::Message;
 
-use crate::view::messages::{Query, Request};
+use crate::view::messages::Request;
 use crate::writer::lock;
 
 /// The kinds of messages, in the order in which they are sent.
@@ -107,7 +107,8 @@ impl Hub {
     }
 
     /// Tells all pages.
-    pub fn tell(&self, topic: Topic, message: Message) {
+    pub fn tell(&self, topic: Topic, message: impl Into<Message>) {
+        let message = message.into();
         let mut told = lock(&self.0);
         told.pages.retain(|page| {
             page.upgrade().is_some_and(|page| {
@@ -144,23 +145,24 @@ impl Requests {
     /// engine is read no faster than it is answered.
     pub fn put(&self, request: Request) {
         let is_full = |waiting: &mut Vec<Request>| {
-            waiting.retain(|earlier| !is_for_the_same(earlier, &request));
+            waiting.retain(|earlier| !earlier.is_outdated_by(&request));
             // Of these, only one waits.
-            let is_single = matches!(request, Request::Film(_) | Request::View(_) | Request::Errors(_));
+            let is_single =
+                matches!(request, Request::Film { .. } | Request::View(_) | Request::Errors { .. });
             waiting.len() >= MOST && !is_single
         };
         let waited = self.taken.wait_while(lock(&self.waiting), is_full);
         let mut waiting = waited.unwrap_or_else(PoisonError::into_inner);
         waiting.push(request);
-        self.count(&waiting);
+        self.has_any.store(!waiting.iter().all(Request::is_query), Ordering::Relaxed);
         self.put.notify_all();
     }
 
     /// Puts queries that are not answered yet before the others, unless there are newer ones for the same.
-    pub fn put_back(&self, queries: Vec<Query>) {
+    pub fn put_back(&self, queries: Vec<Request>) {
         let mut waiting = lock(&self.waiting);
-        for query in queries.into_iter().rev().map(Request::Query) {
-            if !waiting.iter().any(|later| is_for_the_same(&query, later)) {
+        for query in queries.into_iter().rev() {
+            if !waiting.iter().any(|later| query.is_outdated_by(later)) {
                 waiting.insert(0, query);
             }
         }
@@ -171,12 +173,12 @@ impl Requests {
     pub fn take_queries(
         &self,
         time: Duration,
-        accepts: impl Fn(&Query) -> bool,
+        accepts: impl Fn(&Request) -> bool,
         is_stopped: &AtomicBool,
-    ) -> Option<Vec<Query>> {
+    ) -> Option<Vec<Request>> {
         let is_stopped = || is_stopped.load(Ordering::Relaxed);
-        let is_accepted = |request: &Request| matches!(request, Request::Query(query) if accepts(query));
-        let is_first = |waiting: &[Request]| waiting.iter().all(is_query) && waiting.iter().any(is_accepted);
+        let is_first =
+            |waiting: &[Request]| waiting.iter().all(Request::is_query) && waiting.iter().any(&accepts);
         let is_idle = |waiting: &mut Vec<Request>| !is_stopped() && !is_first(waiting);
         let waited = self.put.wait_timeout_while(lock(&self.waiting), time, is_idle);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
@@ -184,10 +186,7 @@ impl Requests {
             return None;
         }
         let may_take = is_first(&waiting);
-        let taken = waiting.extract_if(.., |request| may_take && is_accepted(request));
-        let queries =
-            taken.filter_map(|request| if let Request::Query(query) = request { Some(query) } else { None });
-        let queries = queries.collect();
+        let queries = waiting.extract_if(.., |request| may_take && accepts(request)).collect();
         self.taken.notify_all();
         Some(queries)
     }
@@ -221,42 +220,6 @@ impl Requests {
         self.taken.notify_all();
         std::mem::take(&mut waiting)
     }
-
-    fn count(&self, waiting: &[Request]) {
-        let has_any = !waiting.iter().all(is_query);
-        self.has_any.store(has_any, Ordering::Relaxed);
-    }
-}
-
-fn is_query(request: &Request) -> bool {
-    matches!(request, Request::Query(_))
-}
-
-/// Whether the answer to an earlier request is of no use any more.
-fn is_for_the_same(earlier: &Request, request: &Request) -> bool {
-    match (earlier, request) {
-        (Request::Film(_), Request::Film(_))
-        | (Request::View(_), Request::View(_))
-        | (Request::Errors(_), Request::Errors(_)) => true,
-        (Request::Change(earlier), Request::Change(request)) => {
-            (earlier.by, earlier.at, &earlier.name) == (request.by, request.at, &request.name)
-        }
-        (Request::Query(earlier), Request::Query(query)) => is_same_query(earlier, query),
-        _ => false,
-    }
-}
-
-fn is_same_query(earlier: &Query, query: &Query) -> bool {
-    match (earlier, query) {
-        (Query::Pick(earlier), Query::Pick(query)) => earlier.by == query.by,
-        (Query::Depths(earlier), Query::Depths(query)) => earlier.by == query.by,
-        (Query::Show(earlier), Query::Show(query)) => earlier.by == query.by,
-        (Query::Open(earlier), Query::Open(query)) => earlier.by == query.by,
-        (Query::Values(earlier), Query::Values(query)) => earlier.by == query.by,
-        (Query::Layer(earlier), Query::Layer(query)) => earlier == query,
-        (Query::Reference(_), Query::Reference(_)) => true,
-        _ => false,
-    }
 }
 
 #[cfg(test)]
@@ -268,11 +231,11 @@ mod tests {
         let hub = Hub::default();
         let early = hub.join();
         for text in ["1", "2"] {
-            hub.tell(Topic::Picture, text.into());
-            hub.tell(Topic::Picked(1), text.into());
+            hub.tell(Topic::Picture, text);
+            hub.tell(Topic::Picked(1), text);
         }
-        hub.tell(Topic::Scene, "scene".into());
-        hub.tell(Topic::Reference, "reference".into());
+        hub.tell(Topic::Scene, "scene");
+        hub.tell(Topic::Reference, "reference");
         hub.take_back(Topic::Reference);
         let late = hub.join();
         let all = |outbox: &Outbox| {
@@ -304,10 +267,7 @@ mod tests {
         requests.put(request(pick));
         assert!(requests.has_any());
         assert_eq!(queries(), Some(0));
-        assert!(matches!(
-            requests.take(Duration::ZERO)[..],
-            [Request::View(_), Request::Query(Query::Pick(_))]
-        ));
+        assert!(matches!(requests.take(Duration::ZERO)[..], [Request::View(_), Request::Pick { .. }]));
         requests.put(request(pick));
         requests.stop_queries(&is_stopped);
         assert_eq!(queries(), None);
@@ -336,7 +296,7 @@ mod tests {
                 let taken = requests.take(Duration::from_millis(10));
                 assert!(taken.len() <= MOST + 1);
                 views += taken.iter().filter(|request| matches!(request, Request::View(_))).count();
-                picks += taken.iter().filter(|request| is_query(request)).count();
+                picks += taken.iter().filter(|request| request.is_query()).count();
             }
         });
         assert_eq!((picks, views), (PICKS, 1));

@@ -1,5 +1,7 @@
 //! The pictures of the view: the newest, the finished one as a file, and the reference that pages compare with.
 
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -9,8 +11,17 @@ use crate::compare::{Comparison, Rules, check_memory, pixel_bytes};
 use crate::failure::Failure;
 use crate::live::Watch;
 use crate::metric::THRESHOLD;
-use crate::view::messages::Compared;
-use crate::writer::lock;
+use crate::view::messages::News;
+use crate::view::outbox::{Hub, Requests};
+use crate::writer::{Writer, lock};
+
+/// What the engine and the server share.
+#[derive(Default)]
+pub struct Shared {
+    pub requests: Requests,
+    pub hub: Hub,
+    pub gallery: Gallery,
+}
 
 /// The pictures of the view.
 #[derive(Default)]
@@ -70,14 +81,14 @@ pub struct References {
     /// The one that the command names.
     named: Option<PathBuf>,
     /// The one beside the scene, which can be read and is not read for it.
-    beside: Option<PathBuf>,
+    pub beside: Option<PathBuf>,
     pub current: Option<Reference>,
     /// Why there is none, or why it is not the newest one.
     pub refused: Option<String>,
     /// Whether the pages have its pixels, and why they do not fit.
     pub is_shown: bool,
     pub mismatch: Option<String>,
-    watch: Watch,
+    pub watch: Watch,
     pub memory: MemoryBudget,
 }
 
@@ -86,11 +97,6 @@ impl References {
         let watch = Watch::default();
         let (is_shown, mismatch) = (false, None);
         References { named, beside: None, current: None, refused: None, is_shown, mismatch, watch, memory }
-    }
-
-    /// Takes the file beside the scene.
-    pub fn offer(&mut self, beside: Option<PathBuf>) {
-        self.beside = beside;
     }
 
     /// The file that can be the reference.
@@ -125,11 +131,6 @@ impl References {
         self.watch.restart();
         (self.current, self.refused) = (None, None);
     }
-
-    /// Whether the file of the reference has changed since it was read.
-    pub fn has_changed(&self) -> bool {
-        self.watch.has_changed()
-    }
 }
 
 /// The pixels of a reference where a picture has them. NaN where the reference has none. Fails as `compare`.
@@ -151,84 +152,55 @@ pub fn over(
 }
 
 /// Compares pictures on a thread of its own, one pair at a time.
-#[derive(Default)]
-pub struct Comparer(Arc<Mutex<Comparisons>>);
-
-#[derive(Default)]
-struct Comparisons {
+pub struct Comparer {
+    /// `None` without a thread: then pictures are not compared.
+    worker: Option<Writer<Box<dyn FnOnce() + Send>>>,
     /// Counts the comparisons: only the last one counts.
-    newest: u32,
-    /// The one that waits for its turn.
-    next: Option<Box<dyn FnOnce() + Send>>,
-    is_busy: bool,
+    newest: Arc<Mutex<u32>>,
 }
 
 impl Comparer {
+    pub fn new() -> Comparer {
+        let worker = Writer::new(|compare: Box<dyn FnOnce() + Send>, _| {
+            // After a panic, others are still compared.
+            let _ = catch_unwind(AssertUnwindSafe(compare));
+            ControlFlow::Continue(())
+        });
+        Comparer { worker: worker.ok(), newest: Arc::default() }
+    }
+
     /// Compares as `lookat compare actual reference`, and tells the result, unless another comparison begins meanwhile.
     pub fn compare(
         &self,
         generation: u32,
         [actual, reference]: [(String, Arc<Image>); 2],
         memory: MemoryBudget,
-        tell: impl FnOnce(Compared) + Send + 'static,
+        tell: impl FnOnce(News) + Send + 'static,
     ) {
-        let shared = self.0.clone();
-        let mut comparisons = lock(&self.0);
-        let own = comparisons.cancel();
-        comparisons.next = Some(Box::new(move || {
+        let (own, newest) = (self.cancel(), self.newest.clone());
+        let compare = Box::new(move || {
             let names = [&*actual.0, &*reference.0];
             let (text, agrees) = compared(names, [&actual.1, &reference.1], &memory)
                 .unwrap_or_else(|reason| (format!("{reason}\n"), None));
             // With the lock, nobody cancels it meanwhile.
-            let comparisons = lock(&shared);
-            if comparisons.newest == own {
-                tell(Compared { generation, text, agrees });
+            let newest = lock(&newest);
+            if *newest == own {
+                tell(News::Compared { generation, text, agrees });
             }
-        }));
-        if !comparisons.is_busy {
-            let shared = self.0.clone();
-            comparisons.is_busy = std::thread::Builder::new().spawn(move || work(&shared)).is_ok();
-            if !comparisons.is_busy {
-                // Without a thread, the pictures are not compared.
-                comparisons.next = None;
-            }
+        });
+        if let Some(worker) = &self.worker {
+            worker.put(|waiting| waiting.push_back(compare));
         }
     }
 
-    /// Ends comparisons that have not told yet.
-    pub fn cancel(&self) {
-        lock(&self.0).cancel();
-    }
-}
-
-impl Comparisons {
-    /// Returns the number of the next comparison.
-    fn cancel(&mut self) -> u32 {
-        self.next = None;
-        self.newest = self.newest.wrapping_add(1);
-        self.newest
-    }
-}
-
-/// Compares until no pair waits.
-fn work(shared: &Mutex<Comparisons>) {
-    /// Lets others compare after a panic.
-    struct Panics<'a>(&'a Mutex<Comparisons>);
-    impl Drop for Panics<'_> {
-        fn drop(&mut self) {
-            if std::thread::panicking() {
-                lock(self.0).is_busy = false;
-            }
+    /// Ends comparisons that have not told yet. Returns the number of the next.
+    pub fn cancel(&self) -> u32 {
+        if let Some(worker) = &self.worker {
+            worker.put(|waiting| waiting.clear());
         }
-    }
-    let next = || {
-        let mut comparisons = lock(shared);
-        comparisons.is_busy = comparisons.next.is_some();
-        comparisons.next.take()
-    };
-    let _panics = Panics(shared);
-    while let Some(compare) = next() {
-        compare();
+        let mut newest = lock(&self.newest);
+        *newest = newest.wrapping_add(1);
+        *newest
     }
 }
 
@@ -254,13 +226,14 @@ mod tests {
     fn the_last_comparison_is_told() {
         let window = Window { x: 0, y: 0, width: 16, height: 16 };
         let image = Arc::new(Image::from_rgb(window, window, &[[0.5; 3]; 256]));
-        let (comparer, (tell, told)) = (Comparer::default(), std::sync::mpsc::channel());
+        let (comparer, (tell, told)) = (Comparer::new(), std::sync::mpsc::channel());
         for last in [20, 40] {
             for generation in last - 9..=last {
                 let tell = tell.clone();
                 let pictures = [("a".into(), image.clone()), ("b".into(), image.clone())];
-                comparer.compare(generation, pictures, MemoryBudget::default(), move |compared| {
-                    tell.send(compared.generation).unwrap();
+                comparer.compare(generation, pictures, MemoryBudget::default(), move |news| {
+                    let News::Compared { generation, .. } = news else { panic!("{news:?}") };
+                    tell.send(generation).unwrap();
                 });
             }
             let second = std::time::Duration::from_secs(1);

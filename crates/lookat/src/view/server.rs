@@ -9,19 +9,16 @@ use std::thread::Builder;
 use std::time::Duration;
 
 use lookat_image::io_reason;
-use tungstenite::handshake::server::create_response;
-use tungstenite::http::{Method, Request, StatusCode};
+use tungstenite::handshake::server::{Request, create_response};
+use tungstenite::http::StatusCode;
 
 use crate::failure::Failure;
-use crate::view::http::{Timed, answer, header, read_head, refuse, talk, upgrade};
-use crate::view::outbox::{Hub, Requests};
-use crate::view::reference::Gallery;
+use crate::view::http::{PATIENCE, Timed, answer, header, read_head, refuse, talk, upgrade};
+use crate::view::reference::Shared;
 use crate::writer::lock;
 
 /// The most connections at a time.
 const MOST_CONNECTIONS: usize = 32;
-/// The time to send the head of a request, and then to take the answer.
-const PATIENCE: Duration = Duration::from_secs(5);
 /// The name of the WebSocket.
 const SOCKET: &str = "socket";
 
@@ -32,13 +29,11 @@ const PICTURES: [(&str, &str); 2] = [("picture.exr", "image/x-exr"), ("picture.p
 pub struct Server {
     /// The name and port that the browser must ask for. Another name is a page elsewhere that had its name point here.
     host: String,
-    /// The same with the name `localhost`.
+    /// The host and port with the name `localhost`.
     local: String,
     /// The first part of all paths. Only who has seen the address knows it.
     token: String,
-    requests: Arc<Requests>,
-    hub: Arc<Hub>,
-    gallery: Arc<Gallery>,
+    shared: Arc<Shared>,
     connections: Mutex<Connections>,
 }
 
@@ -47,19 +42,14 @@ pub struct Server {
 struct Connections {
     /// The number of the next one.
     next: u64,
-    /// Those that have not shown the token, by their numbers: the first is the oldest.
+    /// The connections that have not shown the token, by their numbers: the first is the oldest.
     strangers: BTreeMap<u64, TcpStream>,
-    /// Those that have.
+    /// The connections that have shown the token.
     known: BTreeSet<u64>,
 }
 
 impl Server {
-    pub fn new(
-        listener: &TcpListener,
-        requests: Arc<Requests>,
-        hub: Arc<Hub>,
-        gallery: Arc<Gallery>,
-    ) -> Result<Server, Failure> {
+    pub fn new(listener: &TcpListener, shared: Arc<Shared>) -> Result<Server, Failure> {
         let place = listener.local_addr().map_err(|error| io_reason(&error))?;
         let mut token = [0; 16];
         getrandom::fill(&mut token).map_err(|error| format!("the system gives no random bytes: {error}"))?;
@@ -67,7 +57,7 @@ impl Server {
         // Browsers leave the usual port out.
         let host = if place.port() == 80 { place.ip().to_string() } else { place.to_string() };
         let local = host.replace(&place.ip().to_string(), "localhost");
-        Ok(Server { host, local, token, requests, hub, gallery, connections: Mutex::default() })
+        Ok(Server { host, local, token, shared, connections: Mutex::default() })
     }
 
     /// The address of the page.
@@ -127,14 +117,13 @@ impl Server {
                 Err(_) => refuse(&mut client, StatusCode::BAD_REQUEST),
                 Ok(response) => {
                     if upgrade(&mut client, &response).is_ok() {
-                        talk(client, &self.requests, &self.hub);
+                        talk(client, &self.shared);
                     }
                 }
             },
             Ok((name, _)) => match self.file(&name) {
                 Some((kind, bytes)) => {
-                    // One second more for each 4 MiB.
-                    client.allow(PATIENCE + Duration::from_secs(bytes.len() as u64 >> 22));
+                    client.allow_bytes(bytes.len());
                     answer(&mut client, StatusCode::OK, kind, &bytes);
                 }
                 None => refuse(&mut client, StatusCode::NOT_FOUND),
@@ -154,11 +143,11 @@ impl Server {
             return Some((kind, text.as_bytes().into()));
         }
         let (name, kind) = PICTURES.iter().find(|(picture, _)| *picture == name)?;
-        Some((kind, self.gallery.file(name)?.into()))
+        Some((kind, self.shared.gallery.file(name)?.into()))
     }
 
     /// The name that a request asks for, after the token. Fails with the status of the answer.
-    fn name<'r>(&self, request: &'r Request<()>) -> Result<&'r str, StatusCode> {
+    fn name<'r>(&self, request: &'r Request) -> Result<&'r str, StatusCode> {
         let host = header(request, "host").filter(|host| *host == self.host || *host == self.local);
         let host = host.ok_or(StatusCode::FORBIDDEN)?;
         let path = request.uri().path_and_query().map_or("", |path| path.as_str());
@@ -170,9 +159,6 @@ impl Server {
         }
         if !is_same(token, &self.token) {
             return Err(StatusCode::NOT_FOUND);
-        }
-        if request.method() != Method::GET {
-            return Err(StatusCode::METHOD_NOT_ALLOWED);
         }
         Ok(name)
     }

@@ -1,5 +1,6 @@
 //! Changes of the files of a scene: unsaved ones, with which the scene is read, and written ones, which can be reverted.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
@@ -35,7 +36,7 @@ fn change(sources: &Sources, fixes: &[&Fix]) -> Result<FileChange, Failure> {
     let source = sources.file(fixes[0].span.file);
     let path = source.path.clone();
     if sources.files.iter().filter(|other| is_among(&other.path, [&path])).count() > 1 {
-        return Err(format!("{} is included twice: change it by hand", path.display()).into());
+        bail!("{} is included twice: change it by hand", path.display());
     }
     let before = source.text.clone();
     let mut after = Vec::with_capacity(before.len());
@@ -91,8 +92,8 @@ impl FileChange {
 /// Changes of the files so far.
 #[derive(Default)]
 pub struct History {
-    done: Vec<Vec<FileChange>>,
-    undone: Vec<Vec<FileChange>>,
+    pub done: Vec<Vec<FileChange>>,
+    pub undone: Vec<Vec<FileChange>>,
 }
 
 impl History {
@@ -117,14 +118,6 @@ impl History {
         self.done.extend(self.undone.pop());
         Ok(())
     }
-
-    pub fn can_undo(&self) -> bool {
-        !self.done.is_empty()
-    }
-
-    pub fn can_redo(&self) -> bool {
-        !self.undone.is_empty()
-    }
 }
 
 /// Forgets the first steps, as long as all of them have too many bytes.
@@ -146,11 +139,11 @@ fn put(changes: &[FileChange], change_file: ChangeFile) -> Result<(), Failure> {
         match has_text(path, before) {
             Ok(true) => {}
             Ok(false) => return Err((changed_meanwhile(path) + NOTHING_WRITTEN).into()),
-            Err(error) => return Err(format!("{}: {}", path.display(), io_reason(&error)).into()),
+            Err(error) => bail!("{}: {}", path.display(), io_reason(&error)),
         }
         // Replacing a file needs no permission to write it.
         if std::fs::metadata(path).is_ok_and(|found| found.permissions().readonly()) {
-            return Err(format!("{} is write-protected", path.display()).into());
+            bail!("{} is write-protected", path.display());
         }
     }
     for (number, FileChange { path, before, after }) in changes.iter().enumerate() {
@@ -187,13 +180,31 @@ fn changed_meanwhile(path: &Path) -> String {
     format!("{} has changed meanwhile", path.display())
 }
 
+/// Exchanges the texts for the last ones of a list, and keeps them in another list. False if there are none.
+fn step(
+    files: &mut Vec<FileChange>,
+    from: &mut Vec<(String, Vec<FileChange>)>,
+    to: &mut Vec<(String, Vec<FileChange>)>,
+) -> bool {
+    let Some((what, others)) = from.pop() else { return false };
+    to.push((what, std::mem::replace(files, others)));
+    true
+}
+
+/// The changes that pages were shown last, and these pages.
+#[derive(Default)]
+pub struct Shown {
+    pub changes: Vec<FileChange>,
+    pub pages: BTreeSet<u32>,
+}
+
 /// The files on disk and their texts for the scene, with the states before and after.
 #[derive(Default, Clone)]
 pub struct Unsaved {
-    files: Vec<FileChange>,
+    pub files: Vec<FileChange>,
     /// The earlier states, and what was changed then.
-    done: Vec<(String, Vec<FileChange>)>,
-    undone: Vec<(String, Vec<FileChange>)>,
+    pub done: Vec<(String, Vec<FileChange>)>,
+    pub undone: Vec<(String, Vec<FileChange>)>,
 }
 
 impl Unsaved {
@@ -227,27 +238,11 @@ impl Unsaved {
 
     /// Returns to the state before the last change. False if there is none.
     pub fn undo(&mut self) -> bool {
-        let Some((what, before)) = self.done.pop() else { return false };
-        self.undone.push((what, std::mem::replace(&mut self.files, before)));
-        true
+        step(&mut self.files, &mut self.done, &mut self.undone)
     }
 
     pub fn redo(&mut self) -> bool {
-        let Some((what, after)) = self.undone.pop() else { return false };
-        self.done.push((what, std::mem::replace(&mut self.files, after)));
-        true
-    }
-
-    pub fn can_undo(&self) -> bool {
-        !self.done.is_empty()
-    }
-
-    pub fn can_redo(&self) -> bool {
-        !self.undone.is_empty()
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.files.is_empty()
+        step(&mut self.files, &mut self.undone, &mut self.done)
     }
 
     /// Forgets the changes of files that are no longer as they were, and the way to them. True if there were some that have not
@@ -305,7 +300,7 @@ mod tests {
         history.undo().unwrap();
         history.undo().unwrap();
         assert_eq!(texts(), ["1", "2"]);
-        assert!(!history.can_undo() && history.can_redo());
+        assert!(history.done.is_empty() && !history.undone.is_empty());
         history.redo().unwrap();
         assert_eq!(texts(), ["3", "4"]);
         // Another program changes one of the files.
@@ -317,7 +312,7 @@ mod tests {
         assert!(history.undo().is_err());
         // A new change forgets the ones that were undone.
         history.write(vec![change(&a, "3", "6")]).unwrap();
-        assert!(!history.can_redo());
+        assert!(history.undone.is_empty());
     }
 
     /// Another program saves the second file, and then maybe the first one, while both are written.

@@ -15,10 +15,6 @@ impl Canvas {
         Canvas { width, pixels: vec![color; width * height] }
     }
 
-    pub fn height(&self) -> usize {
-        self.pixels.len() / self.width
-    }
-
     /// The part of row `y` from column `x` on that is `width` wide. What is beyond the right border is left
     /// out; the row must exist.
     pub fn row(&mut self, x: usize, y: usize, width: usize) -> &mut [[u8; 3]] {

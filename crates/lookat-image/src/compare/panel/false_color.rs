@@ -14,41 +14,24 @@ use crate::compare::metrics::{nearest_rank, ranked};
 /// This is `vik` of the Scientific color maps 8.0 of Fabio Crameri, 33 points of the middle 80 %: the rest
 /// is so dark that the sides look alike in single pixels. Copyright (c) 2023 Fabio Crameri, MIT License,
 /// <https://doi.org/10.5281/zenodo.1243862>.
-pub const DIFFERENCE_COLORS: [[u8; 3]; 33] = [
-    [2, 58, 122],
-    [3, 68, 129],
-    [4, 78, 135],
-    [8, 88, 142],
-    [17, 100, 150],
-    [31, 112, 158],
-    [47, 124, 166],
-    [66, 138, 175],
-    [86, 151, 184],
-    [106, 164, 193],
-    [126, 176, 201],
-    [146, 189, 210],
-    [167, 201, 218],
-    [187, 213, 226],
-    [207, 224, 232],
-    [224, 230, 233],
-    [236, 229, 225],
-    [238, 221, 211],
-    [235, 209, 194],
-    [230, 196, 177],
-    [225, 184, 160],
-    [220, 171, 143],
-    [215, 159, 127],
-    [210, 147, 111],
-    [205, 136, 96],
-    [200, 125, 81],
-    [195, 114, 67],
-    [190, 102, 52],
-    [183, 90, 38],
-    [174, 75, 24],
-    [161, 60, 12],
-    [147, 46, 6],
-    [134, 35, 6],
-];
+pub const DIFFERENCE_COLORS: [[u8; 3]; 33] = bytes([
+    0x023a7a, 0x034481, 0x044e87, 0x08588e, 0x116496, 0x1f709e, 0x2f7ca6, 0x428aaf, 0x5697b8, 0x6aa4c1,
+    0x7eb0c9, 0x92bdd2, 0xa7c9da, 0xbbd5e2, 0xcfe0e8, 0xe0e6e9, 0xece5e1, 0xeeddd3, 0xebd1c2, 0xe6c4b1,
+    0xe1b8a0, 0xdcab8f, 0xd79f7f, 0xd2936f, 0xcd8860, 0xc87d51, 0xc37243, 0xbe6634, 0xb75a26, 0xae4b18,
+    0xa13c0c, 0x932e06, 0x862306,
+]);
+
+/// The red, green and blue of colors.
+const fn bytes<const N: usize>(colors: [u32; N]) -> [[u8; 3]; N] {
+    let mut all = [[0; 3]; N];
+    let mut i = 0;
+    while i < N {
+        let [_, r, g, b] = colors[i].to_be_bytes();
+        all[i] = [r, g, b];
+        i += 1;
+    }
+    all
+}
 
 /// The color of a pixel that is not finite. It is far from all of [`DIFFERENCE_COLORS`].
 pub const NOT_FINITE_COLOR: [u8; 3] = [255, 0, 255];
@@ -119,7 +102,7 @@ pub fn difference_limit(differences: &[f32]) -> Option<f64> {
     let count = |test: fn(&f32) -> bool| differences.par_iter().filter(|x| test(x)).count();
     let (zero, other) = (count(|x| *x == 0.0), count(|x| *x != 0.0 && !x.is_nan()));
     let rank = zero + nearest_rank(HELD, other);
-    (other > 0).then(|| round_up(ranked(differences.len(), |i| [differences[i]], rank).into()))
+    (other > 0).then(|| round_up(ranked(differences.par_iter().copied(), rank).into()))
 }
 
 /// The least of 1, 2 and 5 times a power of ten that is not smaller than a positive number.

@@ -1,11 +1,12 @@
 //! A client that takes the place of a page.
 
-use std::io::{BufRead, BufReader, ErrorKind};
+use std::io::{self, BufRead, BufReader, ErrorKind};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use lookat_image::io_reason;
 use serde_json::Value;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Error, Message, WebSocket};
@@ -14,6 +15,17 @@ use tungstenite::{Error, Message, WebSocket};
 const PATIENCE: Duration = Duration::from_secs(60);
 /// The number of finished pictures in messages.
 const FINISHED: f64 = 1.0;
+
+/// The reason why a client cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    #[error("{}", io_reason(.0))]
+    Io(#[from] io::Error),
+    #[error(transparent)]
+    Socket(#[from] Error),
+    #[error("{0}")]
+    Failed(&'static str),
+}
 
 /// What the client needs to know of a picture.
 pub struct Picture {
@@ -34,17 +46,16 @@ pub struct Client {
 }
 
 impl Client {
-    pub fn start(program: &Path, scene: &Path) -> Result<Client, String> {
+    pub fn start(program: &Path, scene: &Path) -> Result<Client, ClientError> {
         let mut program = Command::new(program)
             .arg("view")
             .arg(scene)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
-            .spawn()
-            .map_err(|error| error.to_string())?;
+            .spawn()?;
         let mut address = String::new();
-        let out = program.stdout.take().ok_or("lookat prints nothing")?;
-        BufReader::new(out).read_line(&mut address).map_err(|error| error.to_string())?;
+        let out = program.stdout.take().ok_or(ClientError::Failed("lookat prints nothing"))?;
+        BufReader::new(out).read_line(&mut address)?;
         let connected = connect(address.trim());
         if connected.is_err() {
             // It has no owner yet that ends it.
@@ -53,22 +64,22 @@ impl Client {
         Ok(Client { program, socket: connected?, look_at: Vec::new(), generation: 0.0 })
     }
 
-    pub fn send(&mut self, request: &Value) -> Result<(), String> {
-        self.socket.send(Message::text(request.to_string())).map_err(|error| error.to_string())
+    pub fn send(&mut self, request: &Value) -> Result<(), ClientError> {
+        Ok(self.socket.send(Message::text(request.to_string()))?)
     }
 
     /// The next picture within this time.
-    pub fn next(&mut self, time: Duration) -> Result<Option<Picture>, String> {
+    pub fn next(&mut self, time: Duration) -> Result<Option<Picture>, ClientError> {
         let end = Instant::now() + time;
         loop {
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return Ok(None);
             }
-            self.socket.get_mut().set_read_timeout(Some(left)).map_err(|error| error.to_string())?;
+            self.socket.get_mut().set_read_timeout(Some(left))?;
             match self.socket.read() {
                 Ok(Message::Binary(bytes)) => {
-                    let picture = picture(&bytes).ok_or("a picture is too short")?;
+                    let picture = picture(&bytes).ok_or(ClientError::Failed("a picture is too short"))?;
                     self.generation = picture.generation;
                     return Ok(Some(picture));
                 }
@@ -84,23 +95,23 @@ impl Client {
                 {
                     return Ok(None);
                 }
-                Err(error) => return Err(error.to_string()),
+                Err(error) => return Err(error.into()),
             }
         }
     }
 
     /// Waits for a picture.
-    pub fn picture(&mut self, is_it: impl Fn(&Picture) -> bool) -> Result<(), String> {
+    pub fn picture(&mut self, is_it: impl Fn(&Picture) -> bool) -> Result<(), ClientError> {
         while let Some(picture) = self.next(PATIENCE)? {
             if is_it(&picture) {
                 return Ok(());
             }
         }
-        Err("no picture comes: check the scene".into())
+        Err(ClientError::Failed("no picture comes: check the scene"))
     }
 
     /// Takes what comes for a while.
-    pub fn rest(&mut self, time: Duration) -> Result<(), String> {
+    pub fn rest(&mut self, time: Duration) -> Result<(), ClientError> {
         let end = Instant::now() + time;
         while self.next(end.saturating_duration_since(Instant::now()))?.is_some() {}
         Ok(())
@@ -114,15 +125,17 @@ impl Drop for Client {
     }
 }
 
-fn connect(address: &str) -> Result<WebSocket<TcpStream>, String> {
+fn connect(address: &str) -> Result<WebSocket<TcpStream>, ClientError> {
     let host = address.strip_prefix("http://").and_then(|rest| rest.split('/').next());
-    let host = host.ok_or("lookat prints no address")?;
-    let stream = TcpStream::connect(host).map_err(|error| error.to_string())?;
+    let host = host.ok_or(ClientError::Failed("lookat prints no address"))?;
+    let stream = TcpStream::connect(host)?;
     let socket = format!("{}socket", address.replacen("http", "ws", 1));
-    let mut request = socket.into_client_request().map_err(|error| error.to_string())?;
-    let origin = format!("http://{host}").parse().map_err(|_| "the address is none")?;
+    let mut request = socket.into_client_request()?;
+    let origin = format!("http://{host}").parse().map_err(|_| ClientError::Failed("the address is none"))?;
     request.headers_mut().insert("origin", origin);
-    tungstenite::client(request, stream).map(|(socket, _)| socket).map_err(|error| error.to_string())
+    let (socket, _) = tungstenite::client(request, stream)
+        .map_err(|_| ClientError::Failed("lookat does not accept the connection"))?;
+    Ok(socket)
 }
 
 /// The numbers before the pixels of a picture.

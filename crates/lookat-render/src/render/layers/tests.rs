@@ -183,8 +183,7 @@ fn layers_change_no_color_and_their_values_are_in_range() {
     // They need no picture.
     let layers = Layers::names().filter(|name| *name != "samples").filter_map(Layers::named);
     let settings = Settings { layers: layers.fold(Layers::default(), Layers::union), ..Settings::default() };
-    let mut prepared = Prepared::new(&scene);
-    prepared.look(&scene.view.camera);
+    let prepared = Prepared::new(&scene);
     let alone = prepared.layers(&scene.view, &settings, &|_| ControlFlow::Continue(())).unwrap();
     assert_eq!(alone.channels[3..], full.channels[3..alone.channels.len()]);
     assert!(prepared.layers(&scene.view, &settings, &|_| ControlFlow::Break(())).is_none());

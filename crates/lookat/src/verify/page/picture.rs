@@ -71,6 +71,8 @@ impl Picture {
         let differences: Vec<f32> = pixels.difference.iter().map(largest).collect();
         let scale = difference_limit(&differences).unwrap_or(1.0);
         let small = pixels.reduce(pixels.width.max(pixels.height).div_ceil(THUMBNAIL));
+        let color = |pixel: &[f32; 3]| difference_color(f64::from(largest(pixel)) / scale);
+        let difference = small.png(small.difference.iter().map(color));
         Picture {
             only: None,
             width: pixels.width,
@@ -83,7 +85,7 @@ impl Picture {
             scale,
             data: pixels.pack(),
             id: String::new(),
-            thumbnails: vec![small.actual_png(stops), small.difference_png(scale)],
+            thumbnails: vec![small.actual_png(stops), difference],
         }
     }
 }
@@ -151,10 +153,6 @@ impl Pixels {
             }
         });
         self.png(bytes)
-    }
-
-    fn difference_png(&self, scale: f64) -> String {
-        self.png(self.difference.iter().map(|pixel| difference_color(f64::from(largest(pixel)) / scale)))
     }
 
     fn png(&self, pixels: impl Iterator<Item = [u8; 3]>) -> String {

@@ -3,46 +3,32 @@
 use std::collections::BTreeSet;
 
 use lookat_scene::syntax::{EntityKind, Fix, ParamType};
-use lookat_scene::{Location, Sources};
+use lookat_scene::{Location, Sources, ViewOverride};
 
-use crate::args::ViewOverride;
 use crate::failure::Failure;
 use crate::source::DirectiveText;
 use crate::view::engine::Engine;
 use crate::view::engine::opened::{describe, kind_of};
-use crate::view::messages::{Action, At, Change, Changed, Edit, Edited, News, Open, Values};
+use crate::view::messages::{Action, At, Change, ChangedLines, News, Values};
 use crate::view::outbox::Topic;
-use crate::view::write::{FileChange, Unsaved, changes};
+use crate::view::write::{FileChange, Shown, Unsaved, changes};
 use crate::writer::lock;
-
-/// The changes that pages were shown last, and these pages.
-#[derive(Default)]
-pub struct Shown {
-    changes: Vec<FileChange>,
-    pages: BTreeSet<u32>,
-}
 
 impl Engine {
     /// Opens a place in the editor.
-    pub fn open_editor(&self, Open { by, at }: Open) {
-        let opened = self
-            .opened
-            .as_ref()
-            .filter(|opened| at.reading == self.reading && (at.file as usize) < opened.sources().files.len());
+    pub fn open_editor(&self, by: u32, at: At) {
+        let opened = self.opened.as_ref().filter(|opened| {
+            at.reading == self.reading && (at.file as usize) < opened.loaded.sources.files.len()
+        });
         let done = match (&self.editor, opened) {
             (Some(editor), Some(opened)) => {
-                let Location { path, line, column } = opened.sources().location(at.span());
+                let Location { path, line, column } = opened.loaded.sources.location(at.span());
                 editor.open(path, line, column)
             }
             _ => Err("the file has changed: point at the shape again".into()),
         };
         if let Err(reason) = done {
-            self.tell_edited(Edited {
-                by,
-                lines: Vec::new(),
-                is_written: false,
-                refused: Some(reason.into()),
-            });
+            self.tell_edited(by, Vec::new(), false, Some(reason.into()));
         }
     }
 
@@ -59,11 +45,11 @@ impl Engine {
         }
         shown.pages.insert(by);
         drop(shown);
-        self.tell_edited(Edited { by, lines, is_written: false, refused });
+        self.tell_edited(by, lines, false, refused);
     }
 
     /// Changes the files, or takes changes back.
-    pub fn edit(&mut self, Edit { by, action }: Edit) {
+    pub fn edit(&mut self, by: u32, action: Action) {
         // Whether files have been written.
         let done = match action {
             Action::Write => {
@@ -89,19 +75,14 @@ impl Engine {
         if done.is_ok() {
             self.read();
         }
-        self.tell_edited(Edited {
-            by,
-            lines: Vec::new(),
-            is_written: done == Ok(true),
-            refused: done.err().map(String::from),
-        });
+        self.tell_edited(by, Vec::new(), done == Ok(true), done.err().map(String::from));
     }
 
     /// The changes that a page was shown, if nothing has been changed since.
     fn shown_changes(&self, by: u32) -> Result<Vec<FileChange>, Failure> {
         let mut shown = lock(&self.shown);
         if shown.changes.is_empty() || !shown.pages.contains(&by) {
-            return Err("there is nothing to write".into());
+            bail!("there is nothing to write");
         }
         let Shown { changes, .. } = std::mem::take(&mut *shown);
         if self.unwritten()? == changes {
@@ -116,14 +97,14 @@ impl Engine {
         let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
         let changes = self.unsaved.with(opened.changes(&self.set.camera)?);
         if changes.is_empty() {
-            Err("the file has this camera and these parameters already; the film is never written".into())
+            Err("the file already has this camera and these parameters; settings of the film are never written".into())
         } else {
             Ok(changes)
         }
     }
 
-    fn tell_edited(&self, edited: Edited) {
-        self.hub.tell(Topic::Edited(edited.by), News::Edited(edited).message());
+    fn tell_edited(&self, by: u32, lines: Vec<ChangedLines>, is_written: bool, refused: Option<String>) {
+        self.shared.hub.tell(Topic::Edited(by), News::Edited { by, lines, is_written, refused });
     }
 }
 
@@ -142,17 +123,17 @@ impl Engine {
             Ok(fixes) => places = places.into_iter().map(|at| moved(at, &fixes, self.reading)).collect(),
             Err(reason) => refused = Some(reason.into()),
         }
-        let sources = self.opened.as_ref().map(|opened| opened.sources());
+        let sources = self.opened.as_ref().map(|opened| &opened.loaded.sources);
         let current = places.iter().filter(|at| at.reading == self.reading);
         let directives = current.filter_map(|at| describe(sources?, at.span(), self.reading)).collect();
-        let changed = Changed { by: change.by, number: change.number, directives, refused };
-        self.hub.tell(Topic::Changed(change.by), News::Changed(changed).message());
+        let Change { by, number, .. } = change;
+        self.shared.hub.tell(Topic::Changed(by), News::Changed { by, number, directives, refused });
     }
 
     /// Reads the scene with other values. Fails with the reason, and changes nothing.
     fn try_change(&mut self, change: &Change) -> Result<Vec<Fix>, Failure> {
         let opened = self.opened.as_ref().filter(|_| change.at.reading == self.reading);
-        let sources = opened.ok_or("the file has changed: point at the shape again")?.sources();
+        let sources = &opened.ok_or("the file has changed: point at the shape again")?.loaded.sources;
         let fixes = fixes(sources, change)?;
         let before = self.unsaved.clone();
         self.unsaved.add(
@@ -181,7 +162,7 @@ fn fixes(
     Change { at, name, value_type, values, .. }: &Change,
 ) -> Result<Vec<Fix>, Failure> {
     let found = DirectiveText::at(sources, at.span()).filter(|found| CHANGEABLE.contains(&found.kind));
-    let found = found.ok_or("there is no material and no light")?;
+    let found = found.ok_or("there is no material or light at this place")?;
     let ty =
         ParamType::from_spelling(value_type).ok_or_else(|| format!("there is no type \"{value_type}\""))?;
     let mut known = kind_of(&found).into_iter().flat_map(|kind| kind.parameters());
@@ -190,7 +171,7 @@ fn fixes(
     // The text of a page may not make the program open files.
     let is_closed = matches!(ty, ParamType::Bool | ParamType::Texture) || !parameter.range.is_empty();
     if matches!(values, Values::Words(_)) && !is_closed {
-        return Err(format!("change \"{name}\" in the file: the page cannot name files").into());
+        bail!("change \"{name}\" in the file: the page cannot name files");
     }
     let words: Vec<String> = match values {
         Values::Numbers(numbers) if numbers.iter().all(|number| number.is_finite()) => {
@@ -199,7 +180,7 @@ fn fixes(
         Values::Words(words) if words.iter().all(|word| !word.contains(['"', '\\', '\n', '\r'])) => {
             words.iter().map(|word| format!("\"{word}\"")).collect()
         }
-        _ => return Err("this value cannot be written".into()),
+        _ => bail!("this value cannot be written"),
     };
     Ok(found.set(ty, name, &words))
 }

@@ -5,17 +5,19 @@ use lookat_render::{Prepared, Settings, film_bytes};
 use lookat_scene::glam::DVec2;
 use lookat_scene::schema::{Count, Effect, Kind};
 use lookat_scene::syntax::{self, EntityKind, Param, Span};
-use lookat_scene::{Camera, Loaded, Scene, Sources, View, kinds};
+use lookat_scene::{Camera, Loaded, Scene, Sources, View, ViewOverride, kinds};
 
-use crate::args::{ViewOverride, way_out};
+use crate::args::way_out;
+use crate::camera_override::{FileCamera, changed};
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
-use crate::render::charge_memory;
+use crate::render::settings::charge_memory;
+use crate::report;
+use crate::sight::{self, ViewFacts};
 use crate::source::DirectiveText;
-use crate::view::camera::{FileCamera, camera_fixes, changed, placement, rounded, values};
-use crate::view::messages::{self, Described, Hit, Parameter, Place, TextValues, Values};
+use crate::view::camera::{camera_fixes, placement, rounded, values};
+use crate::view::messages::{self, Described, Hit, Parameter, TextPlace, TextValues, Values};
 use crate::view::write::{FileChange, changes};
-use crate::{report, sight};
 
 /// The most places along a side of which the depths are told.
 const MOST_DEPTHS: u32 = 64;
@@ -24,7 +26,7 @@ const MOST_LIGHTS: usize = 64;
 
 /// A scene that is ready to render.
 pub struct Opened {
-    loaded: Loaded,
+    pub loaded: Loaded,
     scene: Scene,
     file_camera: FileCamera,
     /// What the page sees.
@@ -34,8 +36,8 @@ pub struct Opened {
     pub prepared: Prepared,
     /// Whether the file had another camera before.
     pub has_new_camera: bool,
-    /// Warnings and notes as text.
-    messages: String,
+    /// Warnings and notes as text, also about what the camera of the file shows once [`Opened::advise`] has added them.
+    pub messages: String,
     /// Whether they are also about what the camera of the file shows.
     is_advised: bool,
     _charge: Charge,
@@ -86,26 +88,16 @@ impl Opened {
             return false;
         }
         let Opened { loaded, scene, prepared, .. } = self;
-        let advice = sight::advise_by(loaded, scene, |view| prepared.facts(view));
+        let advice = sight::advise_by(loaded, scene, |view| ViewFacts::new(prepared, view));
         loaded.diagnostics.extend(advice);
         self.messages = report::text(loaded);
         self.is_advised = true;
         true
     }
 
-    /// The camera of the file.
-    pub fn own_camera(&self) -> Camera {
-        self.scene.view.camera
-    }
-
     /// The `LookAt` of the file.
     fn own_points(&self) -> [f64; 9] {
         self.file_camera.placement.map_or(self.points, |placement| placement.points)
-    }
-
-    /// Whether the picture that `render` makes needs no further preparation.
-    pub fn is_near(&self) -> bool {
-        self.prepared.is_near(&self.view.camera)
     }
 
     /// What is set, in numbers that are short enough to write.
@@ -115,18 +107,19 @@ impl Opened {
 
     /// What writing the camera that is set changes in the files. Fails with the reason why nothing can be written.
     pub fn changes(&self, set: &ViewOverride) -> Result<Vec<FileChange>, Failure> {
-        let fixes = camera_fixes(&self.loaded, &self.own_camera(), set)?;
+        let fixes = camera_fixes(&self.loaded, &self.scene.view.camera, set)?;
         changes(&self.loaded.sources, &fixes)
     }
 
     /// Sets the camera. Fails with the reason, and changes nothing.
     pub fn set(&mut self, set: &ViewOverride) -> Result<(), Failure> {
         if set.look_at.is_some() && self.loaded.world_follows_camera {
-            return Err("CoordSysTransform \"camera\" places a part of this world relative to the camera: \
+            bail!(
+                "CoordSysTransform \"camera\" places a part of this world relative to the camera: \
                         move the camera in the file"
-                .into());
+            );
         }
-        self.view.camera = changed(self.own_camera(), &self.file_camera, set)?;
+        self.view.camera = changed(self.scene.view.camera, &self.file_camera, set)?;
         self.points = set.look_at.unwrap_or(self.own_points());
         Ok(())
     }
@@ -138,7 +131,7 @@ impl Opened {
 
     /// The camera of the file, in numbers.
     pub fn own(&self) -> messages::Camera {
-        values(&self.own_camera(), &self.file_camera, self.own_points())
+        values(&self.scene.view.camera, &self.file_camera, self.own_points())
     }
 
     pub fn film(&self) -> messages::Film {
@@ -151,11 +144,6 @@ impl Opened {
         }
     }
 
-    /// Warnings and notes, also about what the camera of the file shows.
-    pub fn messages(&self) -> String {
-        self.messages.clone()
-    }
-
     /// What the picture shows at a place.
     pub fn pick(&self, [x, y]: [f64; 2], reading: u32) -> Option<Hit> {
         if !x.is_finite() || !y.is_finite() {
@@ -165,7 +153,7 @@ impl Opened {
         let picked = prepared.pick(view, DVec2::new(x, y))?;
         let (shape, material) = (picked.primitive.span, picked.primitive.material.span);
         let word = |span: Option<_>| span.map(|span| report::word(span, &loaded.sources));
-        let place = |span: Option<_>| span.map(|span| Place::new(span, &loaded.sources, reading));
+        let place = |span: Option<_>| span.map(|span| TextPlace::new(span, &loaded.sources, reading));
         let emission = picked.primitive.emission.and_then(|emission| emission.span);
         let directives = [material, emission].into_iter().flatten();
         Some(Hit {
@@ -199,11 +187,6 @@ impl Opened {
             .collect()
     }
 
-    /// The texts that it was read from.
-    pub fn sources(&self) -> &Sources {
-        &self.loaded.sources
-    }
-
     /// The lights without a shape, up to 64.
     pub fn lights(&self, reading: u32) -> Vec<Described> {
         let lights = self.loaded.places.lights.iter().take(MOST_LIGHTS);
@@ -235,7 +218,7 @@ pub fn describe(sources: &Sources, place: Span, reading: u32) -> Option<Describe
         directive: kind.directive,
         kind: kind.name,
         name: is_named(&found).then(|| found.entity.name.value.clone()),
-        place: Place::new(found.entity.name.span, sources, reading),
+        place: TextPlace::new(found.entity.name.span, sources, reading),
         parameters: parameters.map(described).collect(),
     })
 }

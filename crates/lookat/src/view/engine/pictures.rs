@@ -8,14 +8,14 @@ use std::time::{Duration, Instant};
 
 use lookat_image::{Image, Window, luminance};
 use lookat_render::{DARK, Progress, Settings, Stop};
-use lookat_scene::{Film, PixelBounds, View};
+use lookat_scene::{Film, PixelBounds};
 
-use crate::render::Metadata;
+use crate::render::settings::check_error_layers;
+use crate::render::summary::Metadata;
 use crate::view::engine::{Engine, Stage};
-use crate::view::messages::{About, Content, Looking, News, ReferenceFrom, SetErrors, SetReference, pixels};
+use crate::view::messages::{About, Content, News, ReferenceFrom, pixels};
 use crate::view::outbox::{Hub, Requests, Topic};
-use crate::view::reference::Gallery;
-use crate::view::reference::{References, over};
+use crate::view::reference::{Gallery, References, Shared, over};
 use crate::writer::lock;
 
 /// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
@@ -30,12 +30,11 @@ impl Engine {
         };
         let view = self.pace.view(&opened.view);
         let started = Instant::now();
-        let rendered =
-            opened.prepared.render_unmoved(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
+        let rendered = opened.prepared.render(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
         self.pace.learn(started.elapsed());
         let total = rendered.statistics.samples;
         let seconds = started.elapsed().as_secs_f64();
-        show(&self.hub, &rendered.image, About { done: total, total, seconds, ..self.about() });
+        show(&self.shared.hub, &rendered.image, About { done: total, total, seconds, ..self.about() });
         (self.stage, self.small_at) = (Stage::Small, Instant::now());
     }
 
@@ -51,7 +50,8 @@ impl Engine {
         };
         opened.prepared.look(&opened.view.camera);
         let engine = &*self;
-        let Engine { opened: Some(opened), requests, watch, hub, gallery, .. } = engine else { return };
+        let Engine { opened: Some(opened), watch, shared, .. } = engine else { return };
+        let Shared { requests, hub, gallery } = &**shared;
         let area = opened.view.film.crop.area();
         let next = Mutex::new(started + STEP);
         let progress = |progress: Progress| {
@@ -78,7 +78,7 @@ impl Engine {
             // Without a thread, queries wait for the end of the picture.
             let _ = Builder::new().spawn_scoped(scope, || engine.answer_meanwhile(&is_over));
             let _stop = StopQueries(requests, &is_over);
-            opened.prepared.render_unmoved(&opened.view, &settings, &progress)
+            opened.prepared.render(&opened.view, &settings, &progress)
         });
         if rendered.complete {
             let total = rendered.statistics.samples;
@@ -133,15 +133,15 @@ impl Engine {
     }
 
     /// Renders the picture again, with or without error layers.
-    pub fn set_errors(&mut self, SetErrors { is_on }: SetErrors) {
+    pub fn set_errors(&mut self, is_on: bool) {
         let samples = self.opened.as_ref().map_or(u32::MAX, |opened| opened.view.sampler.samples_per_pixel);
-        let checked = if is_on { crate::render::check_error_layers(samples) } else { Ok(()) };
+        let checked = if is_on { check_error_layers(samples) } else { Ok(()) };
         let is_on = is_on && checked.is_ok();
         if is_on != self.has_errors && self.opened.is_some() {
             self.restart();
         }
         self.has_errors = is_on;
-        self.hub.take_back(Topic::Errors);
+        self.shared.hub.take_back(Topic::Errors);
         self.errors_refused = checked.err().map(String::from);
         self.tell_looking();
     }
@@ -150,9 +150,9 @@ impl Engine {
         lock(&self.references)
     }
 
-    pub fn set_reference(&self, SetReference { from }: SetReference) {
+    pub fn set_reference(&self, from: ReferenceFrom) {
         let mut references = self.references();
-        match (from, self.gallery.newest()) {
+        match (from, self.shared.gallery.newest()) {
             (ReferenceFrom::Nothing, _) => references.clear(),
             (ReferenceFrom::File, _) => references.read(),
             (ReferenceFrom::Picture, Some(picture)) => references.keep(picture),
@@ -166,7 +166,7 @@ impl Engine {
 
     /// Reads the file of the reference again, if it has changed.
     pub fn follow_reference(&self) {
-        if self.references().has_changed() {
+        if self.references().watch.has_changed() {
             self.references().read();
             self.show_reference();
         }
@@ -182,14 +182,14 @@ impl Engine {
         let film = self.film_windows();
         self.comparer.cancel();
         let mut references = self.references();
-        self.hub.take_back(Topic::Reference);
-        self.hub.take_back(Topic::Compared);
+        self.shared.hub.take_back(Topic::Reference);
+        self.shared.hub.take_back(Topic::Compared);
         (references.is_shown, references.mismatch) = (false, None);
         if let (Some(reference), Some([data, display])) = (&references.current, film) {
             match over(&reference.image, data, display) {
                 Ok(values) => {
                     let about = About { content: Content::Reference, ..self.about() };
-                    self.hub.tell(Topic::Reference, pixels(data.size(), &values, about));
+                    self.shared.hub.tell(Topic::Reference, pixels(data.size(), &values, about));
                     references.is_shown = true;
                 }
                 Err(reason) => references.mismatch = Some(reason.into()),
@@ -202,7 +202,7 @@ impl Engine {
 
     pub fn tell_looking(&self) {
         let references = self.references();
-        let looking = Looking {
+        let looking = News::Looking {
             has_errors: self.has_errors,
             errors_refused: self.errors_refused.as_deref(),
             reference: references.current.as_ref().map(|reference| &*reference.name),
@@ -210,17 +210,19 @@ impl Engine {
             reference_refused: references.mismatch.as_deref().or(references.refused.as_deref()),
             file: references.file().map(|file| file.display().to_string()),
         };
-        self.hub.tell(Topic::Looking, News::Looking(looking).message());
+        self.shared.hub.tell(Topic::Looking, looking);
     }
 
     /// Compares the finished picture with the reference.
     pub fn compare(&self) {
         self.comparer.cancel();
         let references = self.references();
-        let (Some(reference), Some(picture)) = (&references.current, self.gallery.finished()) else { return };
+        let (Some(reference), Some(picture)) = (&references.current, self.shared.gallery.finished()) else {
+            return;
+        };
         let pictures = [("picture".into(), picture), (reference.name.clone(), reference.image.clone())];
-        let hub = self.hub.clone();
-        let tell = move |compared| hub.tell(Topic::Compared, News::Compared(compared).message());
+        let shared = self.shared.clone();
+        let tell = move |compared: News| shared.hub.tell(Topic::Compared, compared);
         self.comparer.compare(self.generation, pictures, references.memory.clone(), tell);
     }
 }
@@ -249,93 +251,4 @@ pub fn relative_errors(image: &Image) -> Option<Vec<[f32; 3]>> {
     };
     let all: Vec<[f32; 3]> = errors.iter().zip(&colors).map(relative).collect();
     all.iter().any(|error| error[0].is_finite()).then_some(all)
-}
-
-/// The time to render a picture, so that 30 appear in a second.
-const FRAME: Duration = Duration::from_millis(26);
-/// The longer side of a picture is at least so many pixels.
-const SHORTEST: f64 = 128.0;
-/// The longer side of the first picture, before anything is known of the scene.
-const FIRST: f64 = 256.0;
-
-/// How much lower the resolution is: each step halves the number of pixels.
-#[derive(Default)]
-pub struct Pace(Option<i32>);
-
-impl Pace {
-    /// The view in the resolution for which there is time, with one sample per pixel.
-    pub fn view(&mut self, view: &View) -> View {
-        View { film: self.film(&view.film), sampler: view.sampler.with_samples(1), ..view.clone() }
-    }
-
-    /// The film of the next picture.
-    fn film(&mut self, film: &Film) -> Film {
-        let longer = f64::from(film.crop.width().max(film.crop.height()));
-        let steps = |side: f64| (2.0 * (longer / side).log2()).max(0.0);
-        let step = self.0.unwrap_or(steps(FIRST).ceil() as i32).clamp(0, steps(SHORTEST).ceil() as i32);
-        self.0 = Some(step);
-        smaller(film, 0.5_f64.powf(0.5 * f64::from(step)).max(SHORTEST / longer).min(1.0))
-    }
-
-    /// Learns how long a picture took.
-    pub fn learn(&mut self, took: Duration) {
-        let share = took.as_secs_f64() / FRAME.as_secs_f64();
-        let change =
-            if share > 1.0 { share.log2().ceil() } else { (0.8 / share.max(1e-3)).log2().floor().max(0.0) };
-        let change = if share > 1.0 { change } else { -change };
-        self.0 = self.0.map(|step| step + change as i32);
-    }
-}
-
-/// A film of the same picture with fewer pixels.
-fn smaller(film: &Film, scale: f64) -> Film {
-    if scale == 1.0 {
-        return film.clone();
-    }
-    let side = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
-    let resolution = film.resolution.map(side);
-    let edges = |from: u32, to: u32, axis: usize| {
-        let ratio = f64::from(resolution[axis]) / f64::from(film.resolution[axis]);
-        let from = ((f64::from(from) * ratio).round() as u32).min(resolution[axis] - 1);
-        (from, ((f64::from(to) * ratio).round() as u32).max(from + 1))
-    };
-    let ((x0, x1), (y0, y1)) = (edges(film.crop.x0, film.crop.x1, 0), edges(film.crop.y0, film.crop.y1, 1));
-    Film { resolution, crop: PixelBounds { x0, y0, x1, y1 }, ..film.clone() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_resolution_follows_the_time() {
-        let full = Film::new([1024, 512]);
-        let mut pace = Pace::default();
-        assert_eq!(pace.film(&full).resolution, [256, 128]);
-        pace.learn(FRAME / 8);
-        assert_eq!(pace.film(&full).resolution, [512, 256]);
-        pace.learn(FRAME * 9 / 10);
-        assert_eq!(pace.film(&full).resolution, [512, 256]);
-        pace.learn(FRAME * 3 / 2);
-        assert_eq!(pace.film(&full).resolution, [362, 181]);
-        pace.learn(FRAME * 1000);
-        assert_eq!(pace.film(&full).resolution, [128, 64]);
-        pace.learn(FRAME / 1000);
-        assert_eq!(pace.film(&full), full);
-        let odd = Film::new([800, 500]);
-        pace.learn(FRAME * 1000);
-        assert_eq!(pace.film(&odd).resolution, [128, 80]);
-        pace.learn(FRAME * 1000);
-        assert_eq!(pace.film(&Film::new([60, 40])).resolution, [60, 40]);
-    }
-
-    #[test]
-    fn crop_windows_shrink_alike() {
-        let crop = PixelBounds { x0: 400, y0: 40, x1: 800, y1: 50 };
-        let film = Film { crop, ..Film::new([1000, 100]) };
-        let small = smaller(&film, 0.25);
-        assert_eq!(small.resolution, [250, 25]);
-        assert_eq!(small.crop, PixelBounds { x0: 100, y0: 10, x1: 200, y1: 13 });
-        assert_eq!(smaller(&film, 1e-9).crop.area(), 1);
-    }
 }

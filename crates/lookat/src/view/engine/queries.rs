@@ -9,24 +9,21 @@ use lookat_scene::{Film, PixelBounds, View};
 
 use super::opened::Opened;
 use super::{Engine, IDLE, Stage};
-use crate::view::messages::{
-    About, Content, Depths, GetDepths, GetLayer, GetValues, LAYERS, LayerValues, News, Pick, Picked, Query,
-    pixels,
-};
-use crate::view::outbox::{Hub, Topic};
+use crate::view::messages::{About, Content, LAYERS, News, Request, pixels};
+use crate::view::outbox::Topic;
 
 impl Engine {
     /// Answers a query in the resolution of the picture that is shown. Puts it back if another request comes before.
-    pub fn answer_query(&mut self, query: Query) {
+    pub fn answer_query(&mut self, query: Request) {
         let is_full = self.stage == Stage::Finished;
         let view = self
             .opened
             .as_ref()
             .map(|opened| if is_full { opened.view.clone() } else { self.pace.view(&opened.view) });
         // A small layer is there soon.
-        let is_over = || is_full && (self.requests.has_any() || self.watch.has_changed());
-        if !self.is_answered(query, view.as_ref(), 0, &is_over) {
-            self.requests.put_back(vec![query]);
+        let is_over = || is_full && (self.shared.requests.has_any() || self.watch.has_changed());
+        if !self.is_answered(&query, view.as_ref(), 0, &is_over) {
+            self.shared.requests.put_back(vec![query]);
         }
     }
 
@@ -35,92 +32,61 @@ impl Engine {
         let Some(opened) = &self.opened else { return };
         // Without memory for another film, the others wait until the picture ends.
         let charge = opened.charge_film(&Settings::default());
-        let accepts = |query: &Query| charge.is_ok() || !query.needs_film();
-        while let Some(queries) = self.requests.take_queries(IDLE, accepts, is_over) {
+        let accepts = |query: &Request| charge.is_ok() || !query.needs_film();
+        while let Some(queries) = self.shared.requests.take_queries(IDLE, accepts, is_over) {
             self.follow_reference();
             let ends = || is_over.load(Ordering::Relaxed);
             let (view, threads) = (Some(&opened.view), threads());
-            let left =
-                queries.into_iter().filter(|query| !self.is_answered(*query, view, threads, &ends)).collect();
-            self.requests.put_back(left);
+            let left = queries.into_iter().filter(|query| !self.is_answered(query, view, threads, &ends));
+            self.shared.requests.put_back(left.collect());
         }
     }
 
     /// Answers a query. False if it is over before.
     fn is_answered(
         &self,
-        query: Query,
+        query: &Request,
         view: Option<&View>,
         threads: usize,
         is_over: &(dyn Fn() -> bool + Sync),
     ) -> bool {
+        let hub = &self.shared.hub;
         match (query, self.opened.as_ref().zip(view)) {
-            (Query::Show(show), _) => self.show_changes(show.by),
-            (Query::Open(open), _) => self.open_editor(open),
-            (Query::Reference(reference), _) => self.set_reference(reference),
+            (&Request::Show { by }, _) => self.show_changes(by),
+            (&Request::Open { by, at }, _) => self.open_editor(by, at),
+            (&Request::Reference { from }, _) => self.set_reference(from),
+            (&Request::Pick { by, number, at }, Some((opened, _))) => {
+                let hit = opened.pick(at, self.reading);
+                hub.tell(Topic::Picked(by), News::Picked { by, number, at, hit });
+            }
+            (&Request::Depths { by, number, columns, rows }, Some((opened, _))) => {
+                let depths = opened.depths(columns, rows);
+                hub.tell(Topic::Depths(by), News::Depths { by, number, columns, depths });
+            }
+            (&Request::Layer { layer: number }, Some((opened, view))) => {
+                let Some(layer) = LAYERS.get(usize::from(number)) else { return true };
+                let Some(image) = layers(opened, view, std::slice::from_ref(layer), threads, is_over) else {
+                    return false;
+                };
+                let values: Vec<[f32; 3]> = values_of(&image, layer.1).map(padded).collect();
+                let about = About { number: number.into(), content: Content::Layer, ..self.about() };
+                hub.tell(Topic::Layer(number), pixels(image.data_window.size(), &values, about));
+            }
+            (&Request::Values { by, number, at }, Some((opened, _))) => {
+                let mut values = Vec::new();
+                if let Some(film) = pixel_of(&opened.view.film, at) {
+                    let view = View { film, ..opened.view.clone() };
+                    let Some(image) = layers(opened, &view, &LAYERS, threads, is_over) else { return false };
+                    values =
+                        LAYERS.map(|(_, layer)| values_of(&image, layer).next().unwrap_or_default()).into();
+                }
+                hub.tell(Topic::Values(by), News::Values { by, number, at, values });
+            }
             // Without a scene, there is nothing to ask about.
-            (_, None) => {}
-            (Query::Pick(pick), Some((opened, _))) => tell_pick(pick, opened, self.reading, &self.hub),
-            (Query::Depths(depths), Some((opened, _))) => tell_depths(depths, opened, &self.hub),
-            (Query::Layer(layer), Some((opened, view))) => {
-                return show_layer(layer, opened, view, threads, &self.hub, self.about(), is_over);
-            }
-            (Query::Values(values), Some((opened, _))) => {
-                return tell_values(values, opened, threads, &self.hub, is_over);
-            }
+            _ => {}
         }
         true
     }
-}
-
-/// Tells what the picture shows at a place.
-fn tell_pick(Pick { by, number, at }: Pick, opened: &Opened, reading: u32, hub: &Hub) {
-    let hit = opened.pick(at, reading);
-    hub.tell(Topic::Picked(by), News::Picked(Picked { by, number, at, hit }).message());
-}
-
-/// Tells the depths of the picture.
-fn tell_depths(GetDepths { by, number, columns, rows }: GetDepths, opened: &Opened, hub: &Hub) {
-    let depths = opened.depths(columns, rows);
-    hub.tell(Topic::Depths(by), News::Depths(Depths { by, number, columns, depths }).message());
-}
-
-/// Shows a layer to the pages. False if it was over before.
-fn show_layer(
-    GetLayer { layer: number }: GetLayer,
-    opened: &Opened,
-    view: &View,
-    threads: usize,
-    hub: &Hub,
-    about: About,
-    is_over: &(dyn Fn() -> bool + Sync),
-) -> bool {
-    let Some(layer) = LAYERS.get(usize::from(number)) else { return true };
-    let Some(image) = layers(opened, view, std::slice::from_ref(layer), threads, is_over) else {
-        return false;
-    };
-    let values: Vec<[f32; 3]> = values_of(&image, layer.1).map(padded).collect();
-    let about = About { number: number.into(), content: Content::Layer, ..about };
-    hub.tell(Topic::Layer(number), pixels(image.data_window.size(), &values, about));
-    true
-}
-
-/// Tells the values of all layers at a place. False if it was over before.
-fn tell_values(
-    GetValues { by, number, at }: GetValues,
-    opened: &Opened,
-    threads: usize,
-    hub: &Hub,
-    is_over: &(dyn Fn() -> bool + Sync),
-) -> bool {
-    let mut values = Vec::new();
-    if let Some(film) = pixel_of(&opened.view.film, at) {
-        let view = View { film, ..opened.view.clone() };
-        let Some(image) = layers(opened, &view, &LAYERS, threads, is_over) else { return false };
-        values = LAYERS.map(|(_, layer)| values_of(&image, layer).next().unwrap_or_default()).into();
-    }
-    hub.tell(Topic::Values(by), News::Values(LayerValues { by, number, at, values }).message());
-    true
 }
 
 /// A picture with layers. `None` if it is over before.

@@ -1,4 +1,4 @@
-//! Lights: how much of the light on what is seen they give, and whether they light anything.
+//! The irradiance that surfaces receive from each light, and whether they receive any.
 
 use std::f64::consts::PI;
 
@@ -6,16 +6,13 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3};
 use lookat_scene::Light;
 
-use super::ProbeHit;
-use super::ShapeFacts;
 use crate::bsdf::Domain;
 use crate::integrator::Tracer;
 use crate::integrator::world::World;
 use crate::light::Receivers;
 use crate::number::luminance;
 use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, set_lanes};
-use crate::prepare::{Prepared, corners_of_shape};
-use crate::ray::ElementId;
+use crate::prepare::Prepared;
 use crate::surface::Surface;
 use crate::surface::Surfaces;
 use crate::trace::rays::{Rays, WORLD};
@@ -30,21 +27,17 @@ const MOST_LIGHTS: usize = 256;
 /// at least a quarter of the radius of a light.
 const GRAZING: f64 = 1e-4;
 
-/// A light, and what it gives to the surfaces in view.
-#[derive(Debug, Clone)]
-pub struct LightFacts {
+/// What surfaces receive from a light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Irradiance {
     /// The light.
-    pub place: LightPlace,
-    /// The position of the light, or the middle of its box. `None` for lights without a position.
-    pub position: Option<DVec3>,
-    /// The mean irradiance, as luminance, that comes straight from the light to the surfaces in view.
-    pub irradiance: f64,
-    /// True if the light reaches a surface in view, or a surface that one of these sees.
+    pub light: LightPlace,
+    /// The mean irradiance, as luminance, that comes straight from the light to the surfaces.
+    pub mean: f64,
+    /// True if the light reaches one of the surfaces, or a surface that one of these sees.
     pub reaches: bool,
-    /// True if the light would reach one of these surfaces if nothing blocked it.
+    /// True if the light would reach one of these if nothing blocked it.
     pub faces: bool,
-    /// Where `reaches` is false, the number in [`ViewFacts::shapes`](super::ViewFacts::shapes) of the opaque shape around the light.
-    pub inside: Option<usize>,
 }
 
 /// The location of a light in a world.
@@ -56,53 +49,38 @@ pub enum LightPlace {
     Primitive(usize),
 }
 
-/// Facts about the lights, from the surfaces that probe rays have seen. None if there are too many lights.
-pub(super) fn facts(
-    prepared: &Prepared,
-    seen: &[&ProbeHit],
-    mut number: impl FnMut((u32, u32)) -> usize,
-) -> Vec<LightFacts> {
-    let (lights, traceable) = (&prepared.lights, &prepared.traceable);
-    if lights.len() == 0 || lights.len() > MOST_LIGHTS || seen.is_empty() {
-        return Vec::new();
-    }
-    let count = (SHADOW_RAYS / lights.len() / 2).clamp(LEAST_OF_A_LIGHT, seen.len().max(LEAST_OF_A_LIGHT));
-    let every = seen.len().div_ceil(count);
-    let first: Vec<Surface> =
-        seen.iter().step_by(every).map(|seen| seen.surface.facing(seen.ray.d)).collect();
-    // What these see in one direction each: light may come to them from there.
-    let bounce = |(i, surface): (usize, &Surface)| {
-        let ray = surface.spawn_ray(cosine_direction(surface.n, square(i)));
-        let hit = traceable.nearest(&ray).filter(|hit| !traceable.emits(hit))?;
-        Some(Surface::new(traceable, &ray, &hit).facing(ray.d))
-    };
-    let second: Vec<Surface> = first.iter().enumerate().filter_map(bounce).collect();
-    let world = World::new(traceable);
-    let mut tracer = Tracer::new(traceable, lights);
-    let places = places(prepared);
-    let light_facts = |(light, place): (usize, LightPlace)| {
-        let [direct, indirect] = [&first, &second]
-            .map(|at| baseline!(simd => received(simd, prepared, (&world, &mut tracer), light, at)));
-        let reaches = direct.lit + indirect.lit > 0;
-        let position = position(prepared, place);
-        let own = match place {
-            LightPlace::Light(_) => None,
-            LightPlace::Primitive(number) => Some((ElementId::WORLD, number as u32)),
-        };
-        let around = |p: DVec3| super::enclosing_shape(traceable, p - traceable.origin, own);
-        let inside = position.filter(|_| !reaches).and_then(around);
-        LightFacts {
-            place,
-            position,
-            irradiance: direct.irradiance / first.len() as f64,
-            reaches,
-            faces: direct.faced + indirect.faced > 0,
-            inside: inside
-                .filter(|key| ShapeFacts::new(traceable, *key).is_some_and(|shape| shape.is_opaque))
-                .map(&mut number),
+impl Prepared {
+    /// What surfaces receive from each light, by about 65,000 shadow rays from evenly spaced ones of them. Each surface has to
+    /// [face](Surface::facing) the side that counts. Empty without surfaces, and for more than 256 lights.
+    pub fn irradiance(&self, seen: &[Surface]) -> Vec<Irradiance> {
+        let (lights, traceable) = (&self.lights, &self.traceable);
+        if lights.len() == 0 || lights.len() > MOST_LIGHTS || seen.is_empty() {
+            return Vec::new();
         }
-    };
-    places.into_iter().enumerate().map(light_facts).collect()
+        let most = (SHADOW_RAYS / lights.len() / 2).clamp(LEAST_OF_A_LIGHT, seen.len().max(LEAST_OF_A_LIGHT));
+        let every = seen.len().div_ceil(most);
+        let first: Vec<Surface> = seen.iter().step_by(every).copied().collect();
+        // What these see in one direction each: light may come to them from there.
+        let bounce = |(i, surface): (usize, &Surface)| {
+            let ray = surface.spawn_ray(cosine_direction(surface.n, r2_sequence(i)));
+            let hit = traceable.nearest(&ray).filter(|hit| !traceable.emits(hit))?;
+            Some(Surface::new(traceable, &ray, &hit).facing(ray.d))
+        };
+        let second: Vec<Surface> = first.iter().enumerate().filter_map(bounce).collect();
+        let world = World::new(traceable);
+        let mut tracer = Tracer::new(traceable, lights);
+        let of_light = |(number, light): (usize, LightPlace)| {
+            let [direct, indirect] = [&first, &second]
+                .map(|at| baseline!(simd => received(simd, self, (&world, &mut tracer), number, at)));
+            Irradiance {
+                light,
+                mean: direct.irradiance / first.len() as f64,
+                reaches: direct.lit + indirect.lit > 0,
+                faces: direct.faced + indirect.faced > 0,
+            }
+        };
+        places(self).into_iter().enumerate().map(of_light).collect()
+    }
 }
 
 /// The place of each light of the table, which has points and directions first, then shapes, environment maps and constant skies.
@@ -119,24 +97,6 @@ fn places(prepared: &Prepared) -> Vec<LightPlace> {
     };
     let of_shapes = lights.primitives().map(LightPlace::Primitive);
     of_rank(0).chain(of_shapes).chain(of_rank(1)).chain(of_rank(2)).collect()
-}
-
-/// The position of a light, if it has one.
-fn position(prepared: &Prepared, place: LightPlace) -> Option<DVec3> {
-    let source = &prepared.traceable.source;
-    match place {
-        LightPlace::Light(number) => match &source.lights[number] {
-            Light::Point { position, .. } => Some(*position),
-            Light::Spot { world_from_light, .. }
-            | Light::Goniometric { world_from_light, .. }
-            | Light::Projection { world_from_light, .. } => Some(world_from_light.point(DVec3::ZERO)),
-            Light::Distant { .. } | Light::Infinite { .. } | Light::Environment { .. } => None,
-        },
-        LightPlace::Primitive(number) => {
-            let [low, high] = corners_of_shape(&source.primitives[number])?;
-            Some((low + high) * 0.5)
-        }
-    }
 }
 
 /// The light that surfaces receive from a light source.
@@ -159,7 +119,7 @@ fn received<S: Simd>(
     let mut sum = Received::default();
     for (group, lanes) in at.chunks(LANES).enumerate() {
         let surfaces = side_by_side(simd, world, lanes);
-        let [u, v] = [0, 1].map(|axis| f64x8::from_fn(simd, |lane| square(group * LANES + lane)[axis]));
+        let [u, v] = [0, 1].map(|axis| f64x8::from_fn(simd, |lane| r2_sequence(group * LANES + lane)[axis]));
         let active = first_lanes(simd, lanes.len());
         let is_sky = light >= prepared.lights.first_sky;
         let samples = if is_sky { 2 } else { 1 };
@@ -241,8 +201,8 @@ fn side_by_side<S: Simd>(simd: S, world: &World, surfaces: &[Surface]) -> Surfac
 }
 
 /// The `i`-th point of the R2 sequence (Roberts 2018) in the unit square.
-fn square(i: usize) -> DVec2 {
-    (super::R2 * (i + 1) as f64).fract()
+pub fn r2_sequence(i: usize) -> DVec2 {
+    (DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_3) * (i + 1) as f64).fract()
 }
 
 /// A direction that leaves a surface with a density in proportion to its cosine.

@@ -1,9 +1,12 @@
 //! Tables of measured numbers.
 
 use std::fmt::{Display, Formatter, Result};
-use std::time::Instant;
+use std::iter::once;
 
 use serde::Serialize;
+
+use crate::estimate::Estimate;
+use crate::table::{aligned, significant};
 
 /// A row for each measured thing, a column for each quantity.
 #[derive(Debug, Clone, Serialize)]
@@ -52,13 +55,21 @@ impl BenchTable {
         measure: impl FnMut(usize) -> T,
     ) -> BenchTable {
         let measured = in_turn(rounds, names.len(), measure);
-        let row = |(name, own): (String, &Vec<T>)| {
-            let rounds = || own.iter().zip(&measured[0]);
-            let cells =
-                columns.iter().map(|(_, value)| Cell::of(rounds().map(|(own, first)| value(own, first))));
-            BenchRow { name, cells: cells.collect() }
+        BenchTable::of((name, title), columns, names.into_iter().zip(measured).collect())
+    }
+
+    /// The table of what was measured of each thing, by its name, in all rounds.
+    pub(super) fn of<T>(
+        (name, title): (&'static str, String),
+        columns: &[Column<T>],
+        things: Vec<(String, Vec<T>)>,
+    ) -> BenchTable {
+        let row = |(name, own): &(String, Vec<T>)| {
+            let rounds = || own.iter().zip(&things[0].1);
+            let cell = |(_, value): &Column<T>| Cell::of(rounds().map(|(own, first)| value(own, first)));
+            BenchRow { name: name.clone(), cells: columns.iter().map(cell).collect() }
         };
-        let rows = names.into_iter().zip(&measured).map(row).collect();
+        let rows = things.iter().map(row).collect();
         BenchTable { name, title, columns: columns.iter().map(|column| column.0).collect(), rows }
     }
 }
@@ -66,11 +77,9 @@ impl BenchTable {
 impl Cell {
     /// Of the values of all rounds, at least one.
     pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Cell {
-        let mut values: Vec<f64> = values.into_iter().collect();
-        values.sort_by(f64::total_cmp);
-        let last = values.len().saturating_sub(1);
-        let at = |index: usize| values.get(index).copied().unwrap_or(f64::NAN);
-        Cell { median: 0.5 * (at(last / 2) + at(last.div_ceil(2))), low: at(0), high: at(last) }
+        let values: Vec<f64> = values.into_iter().collect();
+        let Estimate { value: median, interval: [low, high] } = Estimate::median(&values);
+        Cell { median, low, high }
     }
 
     /// Half the distance from the least to the most, as a share of the median.
@@ -80,49 +89,27 @@ impl Cell {
 
     /// Three digits and the spread; - without a measurement. If only other cells have a spread, pads to the same width.
     fn text(&self, is_spread: bool) -> String {
-        let decimals = match self.median.abs() {
-            ..1e-3 => 6,
-            ..0.01 => 5,
-            ..0.1 => 4,
-            ..1.0 => 3,
-            ..10.0 => 2,
-            ..100.0 => 1,
-            _ => 0,
-        };
-        let (spread, pad) = (100.0 * self.spread(), if is_spread { "     " } else { "" });
+        let (digits, pad) = (significant(self.median, 3), if is_spread { "     " } else { "" });
         if self.median.is_nan() {
-            return format!("-{pad}");
+            format!("-{pad}")
+        } else if self.low == self.high {
+            format!("{digits}{pad}")
+        } else {
+            format!("{digits} ({:2.0})", 100.0 * self.spread())
         }
-        if self.low == self.high {
-            return format!("{:.decimals$}{pad}", self.median);
-        }
-        format!("{:.decimals$} ({spread:2.0})", self.median)
     }
 }
 
 /// The table with aligned columns.
 impl Display for BenchTable {
     fn fmt(&self, f: &mut Formatter) -> Result {
-        let longest = |texts: &mut dyn Iterator<Item = &str>| texts.map(|text| text.chars().count()).max();
-        let name = longest(&mut self.rows.iter().map(|row| row.name.as_str())).unwrap_or(0);
         let is_spread = self.rows.iter().flat_map(|row| &row.cells).any(|cell| cell.low < cell.high);
-        let cells: Vec<Vec<String>> =
-            self.rows.iter().map(|row| row.cells.iter().map(|cell| cell.text(is_spread)).collect()).collect();
-        let column = |(i, title): (usize, &&'static str)| {
-            let texts = cells.iter().map(|row| row[i].as_str()).chain([*title]);
-            longest(&mut { texts }).unwrap_or(0) + 2
-        };
-        let widths: Vec<usize> = self.columns.iter().enumerate().map(column).collect();
+        let mut lines = vec![once("").chain(self.columns.iter().copied()).map(String::from).collect()];
+        lines.extend(self.rows.iter().map(|BenchRow { name, cells }| {
+            once(name.clone()).chain(cells.iter().map(|cell| cell.text(is_spread))).collect()
+        }));
         writeln!(f, "{}: {}", self.name, self.title)?;
-        let mut line = |name_of_row: &str, cells: &mut dyn Iterator<Item = &str>| {
-            write!(f, "  {name_of_row:name$}")?;
-            cells.zip(&widths).try_for_each(|(cell, width)| write!(f, "{cell:>width$}"))?;
-            writeln!(f)
-        };
-        line("", &mut self.columns.iter().copied())?;
-        for (row, cells) in self.rows.iter().zip(&cells) {
-            line(&row.name, &mut cells.iter().map(String::as_str))?;
-        }
+        aligned(&lines).lines().try_for_each(|line| writeln!(f, "  {line}"))?;
         writeln!(f)
     }
 }
@@ -170,13 +157,6 @@ pub(super) fn in_turn<T>(rounds: usize, things: usize, mut measure: impl FnMut(u
         values.iter_mut().enumerate().for_each(|(thing, values)| values.push(measure(thing)));
     }
     values
-}
-
-/// The seconds that a function takes, and its result.
-pub(super) fn timed<T>(run: impl FnOnce() -> T) -> (f64, T) {
-    let started = Instant::now();
-    let result = std::hint::black_box(run());
-    (started.elapsed().as_secs_f64(), result)
 }
 
 #[cfg(test)]

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use lookat_lab::chart::FEWEST_SEEDS;
 
-use super::{Memory, resolution, seed, whole};
+use crate::args::numbers::{number_in, resolution, whole};
+use crate::args::options::Memory;
+use crate::failure::Failure;
 
 #[derive(Debug, Args)]
 #[command(
@@ -37,7 +39,7 @@ pub struct Chart {
     #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = whole(FEWEST_SEEDS, 1000))]
     pub seeds: u32,
     /// Seed of the first picture; the other pictures use the following seeds
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
     /// Number of threads [default: one per processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
@@ -52,11 +54,11 @@ pub struct Chart {
 /// The result of another renderer, from `--point`.
 #[derive(Debug, Clone)]
 pub struct Other {
-    /// Its name.
+    /// The name of the renderer.
     pub name: String,
     /// The wall time in seconds.
     pub seconds: f64,
-    /// Its picture.
+    /// The file of its picture.
     pub image: PathBuf,
 }
 
@@ -73,29 +75,27 @@ fn after_help() -> String {
     )
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|seconds: &f64| (1e-9..=1e7).contains(seconds));
-    seconds.ok_or_else(|| "expected a number of seconds, from 1e-9 to 1e7".into())
+fn seconds(text: &str) -> Result<f64, Failure> {
+    number_in(1e-9..=1e7, "a number of seconds, from 1e-9 to 1e7")(text)
 }
 
-fn power_of_two(text: &str) -> Result<u32, String> {
-    let count =
-        text.parse().ok().filter(|count: &u32| count.is_power_of_two() && (4..=1 << 16).contains(count));
-    count.ok_or_else(|| "expected a power of two from 4 to 65536".into())
+fn power_of_two(text: &str) -> Result<u32, Failure> {
+    let is_allowed = |count: &u32| count.is_power_of_two() && (4..=1 << 16).contains(count);
+    text.parse().ok().filter(is_allowed).ok_or("expected a power of two from 4 to 65536".into())
 }
 
 /// The longest name that fits beside the chart.
 const LONGEST_NAME: usize = 40;
 
-fn other(text: &str) -> Result<Other, String> {
-    let expected = "expected NAME=SECONDS,IMAGE, as in pbrt=3.8,pbrt.exr";
-    let (name, rest) = text.split_once('=').ok_or(expected)?;
-    let (time, image) = rest.split_once(',').ok_or(expected)?;
+fn other(text: &str) -> Result<Other, Failure> {
+    const EXPECTED: &str = "expected NAME=SECONDS,IMAGE, as in pbrt=3.8,pbrt.exr";
+    let (name, rest) = text.split_once('=').ok_or(EXPECTED)?;
+    let (time, image) = rest.split_once(',').ok_or(EXPECTED)?;
     if name.is_empty() || image.is_empty() || name.chars().any(char::is_control) {
-        return Err(expected.into());
+        bail!("{EXPECTED}");
     }
     if name.chars().count() > LONGEST_NAME {
-        return Err(format!("the name of a point must have at most {LONGEST_NAME} letters"));
+        bail!("the name of a point must have at most {LONGEST_NAME} letters");
     }
     let seconds =
         seconds(time).map_err(|error| format!("`{time}`, between the first = and a comma: {error}"))?;

@@ -1,0 +1,323 @@
+//! Renders one scene: loads it, prepares it, and writes its picture, or its pictures by a moving camera.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use lookat_render::{Prepared, Progress, Statistics};
+use lookat_scene::syntax::Diagnostic;
+use lookat_scene::{FilmOverride, LoadOptions, Loaded, Scene};
+
+use crate::args::{Render, crop_edges};
+use crate::failure::Failure;
+use crate::light::note_linear;
+use crate::live::Live;
+use crate::output::{check_inputs, check_output, check_unfinished, marked};
+use crate::render::fireflies::{self, Fireflies};
+use crate::render::frames::{cameras, focus};
+use crate::render::progress::Shown;
+use crate::render::settings::{
+    charge_memory, check_settings, new_picture, note_sampler, settings, target_error,
+};
+use crate::render::summary::{
+    self, JsonPicture, JsonTarget, Numbered, explain_black, narrow_filter, summarize,
+};
+use crate::render::written::{Kept, Output, PARTIAL, SoFar};
+use crate::scene_result::SceneResult;
+use crate::source::{load_scene, load_watched, replace_samples};
+use crate::{interrupt, report, sight};
+
+/// True once there are samples to write.
+static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
+
+/// One scene of the command.
+pub struct Job {
+    /// The arguments for this scene alone.
+    pub arguments: Render,
+    /// The files that the scenes of the command read, if there are several. No picture replaces them.
+    pub inputs: Rc<BTreeSet<PathBuf>>,
+}
+
+/// How a scene is loaded.
+pub fn load_options(arguments: &Render) -> LoadOptions {
+    let crop = crop_edges(arguments.crop.as_deref()).unwrap_or_default();
+    let mut view = arguments.first_view();
+    if arguments.focus.is_some() {
+        // Any distance: --focus replaces it when the scene is prepared.
+        view.focal_distance = Some(1.0);
+    }
+    LoadOptions {
+        film: FilmOverride { resolution: arguments.resolution, quarter: arguments.quick, crop },
+        view: view.options(),
+        keep_going: arguments.keep_going,
+        max_memory: arguments.memory.limit(),
+        ..LoadOptions::default()
+    }
+}
+
+/// Renders one scene. Returns the exit status.
+pub fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
+    let path = &arguments.scenes[0];
+    let options = load_options(arguments);
+    let mut loaded = match &live.watch {
+        Some(watch) => {
+            let note = |file: &Path| {
+                watch.note(file);
+                None
+            };
+            load_watched(path, &options, arguments.report, &note, None)
+        }
+        None => load_scene(path, &options, arguments.report),
+    };
+    if loaded.scene.is_some() {
+        loaded.inputs.extend(inputs.iter().cloned());
+    }
+    // If --spp is a maximum, the scene keeps its own number.
+    let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
+    let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));
+    replace_samples(&mut loaded, samples);
+    if !arguments.report.json {
+        report::print(&loaded, arguments.quiet);
+    }
+    let diagnostics = report::json(&loaded.diagnostics, &loaded.sources);
+    let mut result = SceneResult { diagnostics, ..SceneResult::without_scene(path) };
+    let mut advice = Vec::new();
+    let status = match (&loaded.scene, &loaded.override_error) {
+        (None, Some(message)) if !report::has_errors(&loaded) => fail(&message.clone().into(), &mut result),
+        (None, _) => {
+            if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {
+                say!("not rendered; to skip directives with errors, use --keep-going");
+            }
+            report::failure(&loaded)
+        }
+        (Some(scene), _) => {
+            let (rendering, mut done) = (Rendering { arguments, loaded: &loaded, live }, Vec::new());
+            let rendered = rendering.pictures(scene, &mut done, &mut advice);
+            if arguments.frames.is_used() {
+                result.frames = done;
+            } else {
+                result.picture = done.pop();
+            }
+            match rendered {
+                Ok(true) => 0,
+                Ok(false) => interrupt::STATUS,
+                Err(failure) => fail(&failure, &mut result),
+            }
+        }
+    };
+    result.diagnostics.extend(report::json(&advice, &loaded.sources));
+    finish(arguments, &result, status)
+}
+
+/// Prints the result as JSON, if requested. Returns the exit status.
+pub fn finish(arguments: &Render, result: &SceneResult, status: u8) -> u8 {
+    let lost = arguments.report.json && crate::print_json(result).is_err();
+    if lost { crate::lost() } else { status }
+}
+
+/// Reports an error outside the scene.
+pub fn fail(failure: &Failure, result: &mut SceneResult) -> u8 {
+    say!("error: {failure}");
+    result.error = Some(failure.to_string());
+    failure.status()
+}
+
+/// A scene, and how and where it is rendered.
+struct Rendering<'a> {
+    arguments: &'a Render,
+    loaded: &'a Loaded,
+    live: &'a Live,
+}
+
+/// A written picture, and whether it is where it was asked for.
+type Written = (JsonPicture, Result<(), Failure>);
+
+impl Rendering<'_> {
+    /// Renders the picture or the pictures of a scene, and prepares its world once. False after an interruption.
+    fn pictures(
+        &self,
+        scene: &Scene,
+        done: &mut Vec<JsonPicture>,
+        advice: &mut Vec<Diagnostic>,
+    ) -> Result<bool, Failure> {
+        let Rendering { arguments, loaded, .. } = *self;
+        if interrupt::flow().is_break() {
+            return Ok(false);
+        }
+        arguments.first_view().check_use(scene)?;
+        let file = picture_file(arguments, &loaded.output);
+        if !arguments.quiet {
+            note_sampler(arguments, scene, loaded);
+            note_linear(&file, arguments.tone);
+        }
+        let cameras = cameras(arguments, scene, loaded)?;
+        let files = if arguments.frames.is_used() { numbered(&file, cameras.len()) } else { vec![file] };
+        // Check before hours of rendering, not after.
+        let crop = scene.view.film.crop;
+        for file in &files {
+            check_output(file, [crop.width(), crop.height()])?;
+            check_inputs(file, &loaded.inputs)?;
+            check_inputs(&marked(file, PARTIAL), &loaded.inputs)?;
+        }
+        check_settings(arguments, scene, &files[0])?;
+        self.check_unfinished(scene, &files[0])?;
+        drop(charge_memory(scene, &settings(arguments, &files[0]), &loaded.memory)?);
+        let notice = "stopping; interrupt again to quit without a picture";
+        interrupt::stop_in_order((!arguments.quiet).then_some(notice), || {
+            HAS_SAMPLES.load(Ordering::Relaxed)
+        });
+        let mut scene = scene.clone();
+        scene.view.camera = cameras[0];
+        let mut prepared = Prepared::new(&scene);
+        for (number, (camera, file)) in cameras.into_iter().zip(files).enumerate() {
+            if interrupt::flow().is_break() && number > 0 {
+                return Ok(false);
+            }
+            scene.view.camera = camera;
+            if let Some(place) = arguments.focus {
+                crate::say(&focus(&prepared, &mut scene.view, place)?);
+            }
+            if number == 0 && !arguments.quiet {
+                *advice = sight::advise(loaded, &scene, &mut prepared);
+                if !arguments.report.json {
+                    report::print_each(advice, &loaded.sources);
+                }
+            }
+            self.check_unfinished(&scene, &file)?;
+            // Without a picture, the files of the scene have changed meanwhile.
+            prepared.look(&scene.view.camera);
+            let Some((picture, written)) = self.picture(&scene, &prepared, file)? else { continue };
+            let is_complete = picture.complete;
+            done.push(picture);
+            written?;
+            if !is_complete {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Fails if the file is a finished picture and stays.
+    fn check_unfinished(&self, scene: &Scene, file: &Path) -> Result<(), Failure> {
+        if self.arguments.force {
+            return Ok(());
+        }
+        let new = new_picture(scene, &settings(self.arguments, file));
+        check_unfinished(file, new, "replace it with --force, or choose another name with -o")
+    }
+
+    /// Renders and writes a picture. `None` if the files of the scene have changed meanwhile.
+    fn picture(&self, scene: &Scene, prepared: &Prepared, file: PathBuf) -> Result<Option<Written>, Failure> {
+        let Rendering { arguments, loaded, live } = *self;
+        let (settings, crop) = (settings(arguments, &file), scene.view.film.crop);
+        let new = new_picture(scene, &settings);
+        let _charge = charge_memory(scene, &settings, &loaded.memory)?;
+        let started = Instant::now();
+        let shown = Shown::new(arguments, crop.area());
+        live.begin(&file, [crop.width(), crop.height()]);
+        let output = Output { arguments, loaded, camera: &scene.view.camera, settings: &settings, new, file };
+        let so_far = Mutex::new(SoFar::default());
+        let progress = |progress: Progress| {
+            if progress.done > 0 {
+                HAS_SAMPLES.store(true, Ordering::Relaxed);
+                if let Ok(mut so_far) = so_far.try_lock() {
+                    so_far.write_if_asked(&output, &progress);
+                }
+            }
+            shown.update(&progress);
+            live.update(&progress);
+            live.flow()
+        };
+        let mut rendered = prepared.render(&scene.view, &settings, &progress);
+        shown.clear();
+        if !rendered.complete && interrupt::flow().is_continue() {
+            return Ok(None);
+        }
+        live.finish(&rendered.image);
+        let is_told = !arguments.quiet && !arguments.report.json;
+        let luminances = if rendered.complete && !arguments.quiet {
+            fireflies::luminances(&rendered.image, &scene.view.film, rendered.statistics.least)
+        } else {
+            None
+        };
+        let seconds = started.elapsed().as_secs_f64();
+        let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
+        let Kept { file, destination, kept, light, samples_per_pixel } =
+            output.write(&mut rendered, numbered.clone())?;
+        if rendered.complete {
+            so_far.into_inner().unwrap_or_else(PoisonError::into_inner).remove();
+        }
+        let black = light.is_some_and(|light| light.is_black(summary::residue(scene)));
+        let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
+        let fireflies = luminances
+            .and_then(|luminances| Fireflies::find(&luminances, scene, prepared, &settings, &loaded.sources));
+        let picture = JsonPicture {
+            file: file.display().to_string(),
+            width: rendered.image.data_window.width,
+            height: rendered.image.data_window.height,
+            samples_per_pixel,
+            least_samples: least,
+            most_samples: most,
+            seconds,
+            rays,
+            rejected_samples: rejected,
+            clamped_samples: clamped,
+            complete: rendered.complete,
+            black,
+            light,
+            numbered,
+            fireflies,
+            target: target_error(&settings)
+                .zip(target)
+                .map(|(target, reached)| JsonTarget::new(target, reached)),
+        };
+        if let Some(why) = kept.filter(|_| !arguments.report.json) {
+            say!("{why}; the new picture is in {}", picture.file);
+        }
+        if arguments.quiet && !picture.complete {
+            say!("interrupted; the partial picture is in {}", picture.file);
+        }
+        if is_told {
+            summarize(&picture, &rendered);
+            let is_shown = rendered.complete
+                && least > 0
+                && !black
+                && narrow_filter(&rendered, &scene.view.filter).is_none();
+            if let Some(light) = light {
+                light.print(&file, is_shown);
+            }
+            for line in picture.fireflies.iter().flat_map(Fireflies::lines) {
+                crate::say(&line);
+            }
+            if arguments.adaptive && rendered.complete && least == most {
+                crate::say(NOT_ADAPTIVE);
+            }
+        }
+        // A picture that shows nothing is never what was meant: --quiet does not hide it.
+        if !arguments.report.json {
+            explain_black(&picture, &rendered, scene, prepared, &loaded.sources);
+        }
+        live.wait();
+        Ok(Some((picture, destination.result())))
+    }
+}
+
+/// The file of the picture.
+pub fn picture_file(arguments: &Render, film_name: &Path) -> PathBuf {
+    // A draft replaces no finished picture.
+    let own = if arguments.quick { marked(film_name, "quick") } else { film_name.into() };
+    arguments.output.clone().unwrap_or(own)
+}
+
+/// The files of several pictures.
+fn numbered(file: &Path, count: usize) -> Vec<PathBuf> {
+    let digits = count.to_string().len().max(4);
+    (1..=count).map(|number| marked(file, &format!("{number:0digits$}"))).collect()
+}
+
+/// The message if `--adaptive` changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.
+const NOT_ADAPTIVE: &str =
+    "--adaptive had no effect: it needs noise, at least 8 samples per pixel, and 512 pixels";
