@@ -24,7 +24,7 @@ use crate::light::LightTable;
 use crate::sampler::{CAMERA_NUMBERS, Streams};
 use crate::traceable::Traceable;
 use lighting::{LightSamples, Lighting};
-use path_batch::{BatchSurface, CameraPackets, PathBatch};
+use path_batch::{BatchSurface, PathBatch, ScatteredPaths};
 pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
 use world::{Sees, World};
@@ -62,7 +62,7 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
-    /// Adds the radiance along camera rays to the batch, surface by surface. The radiance is incomplete once the tracer [is
+    /// Adds the radiance along the camera rays of a batch, surface by surface. The radiance is incomplete once the tracer [is
     /// stopped](Tracer::is_stopped).
     #[inline(always)]
     pub fn li<S: Simd>(
@@ -71,7 +71,6 @@ impl<'s> SceneIntegrator<'s> {
         tracer: &mut Tracer,
         streams: &mut Streams,
         batch: &mut PathBatch,
-        packets: &CameraPackets<S>,
         camera: Viewer,
     ) {
         let (surfaces, numbers, sees) = match self {
@@ -80,14 +79,13 @@ impl<'s> SceneIntegrator<'s> {
             SceneIntegrator::Ambient(_) => (1, 0, Sees::Nothing),
         };
         let world = self.world();
-        let hits = world.nearest_of(simd, tracer, &packets.rays, &packets.active);
-        for (packet, hits) in hits.into_iter().enumerate() {
-            let mut paths = packets.paths(simd, packet, hits);
-            world.add_emitted(simd, tracer, &paths, sees, batch);
-            if surfaces > 0 {
-                world.continue_paths(simd, tracer, &mut paths, (0, sees), batch);
-            }
+        let (ScatteredPaths { paths, .. }, radiance) = batch.branch(0);
+        world.nearest_of_camera(simd, tracer, &paths.rays, paths.all(), &mut paths.hits);
+        world.add_emitted(simd, tracer, paths, sees, radiance);
+        if surfaces == 0 {
+            return;
         }
+        world.continue_paths(simd, tracer, paths, sees, radiance);
         while let Some((depth, count)) = batch.begin_surface() {
             // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
             let dimension = CAMERA_NUMBERS.wrapping_add(depth.wrapping_mul(numbers));
@@ -95,20 +93,8 @@ impl<'s> SceneIntegrator<'s> {
             let surface = BatchSurface { depth, count, dimension, camera };
             match self {
                 SceneIntegrator::Path(path) => path.surface(simd, tracer, streams, surface, batch),
-                SceneIntegrator::Direct(direct) => surface.for_each_packet(
-                    simd,
-                    (tracer, streams, batch),
-                    #[inline(always)]
-                    |(tracer, streams, batch), paths| {
-                        direct.surface(simd, tracer, streams, paths, (camera, depth), batch);
-                    },
-                ),
-                SceneIntegrator::Ambient(ambient) => surface.for_each_packet(
-                    simd,
-                    (tracer, streams, batch),
-                    #[inline(always)]
-                    |(tracer, streams, batch), paths| ambient.surface(simd, tracer, streams, paths, batch),
-                ),
+                SceneIntegrator::Direct(direct) => direct.surface(simd, tracer, streams, surface, batch),
+                SceneIntegrator::Ambient(ambient) => ambient.surface(simd, tracer, streams, surface, batch),
             }
             if tracer.is_stopped {
                 return;

@@ -15,7 +15,7 @@ use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, set_lane
 use crate::prepare::Prepared;
 use crate::surface::Surface;
 use crate::surface::Surfaces;
-use crate::trace::rays::{Rays, WORLD};
+use crate::trace::rays::{RayColumns, Rays, WORLD};
 use crate::warp::square_to_disk;
 
 /// About so many shadow rays are traced, and at least so many for each light.
@@ -116,7 +116,7 @@ fn received<S: Simd>(
     light: usize,
     at: &[Surface],
 ) -> Received {
-    let mut sum = Received::default();
+    let (mut sum, mut columns) = (Received::default(), RayColumns::new());
     for (group, lanes) in at.chunks(LANES).enumerate() {
         let surfaces = side_by_side(simd, world, lanes);
         let [u, v] = [0, 1].map(|axis| f64x8::from_fn(simd, |lane| r2_sequence(group * LANES + lane)[axis]));
@@ -129,8 +129,9 @@ fn received<S: Simd>(
                 _ => of_sky(simd, prepared, light, &surfaces, [u, v]),
             };
             let faced = faced & active & light.is_light();
-            let is_met = world.occluded(simd, tracer, &rays, faced, !is_sky);
-            let lit = faced & !is_met;
+            columns.store(0, bits(simd, 0xff), &rays);
+            let is_met = world.occluded(simd, tracer, &columns, faced.to_bitmask(), !is_sky);
+            let lit = faced & !bits(simd, is_met);
             sum.faced += set_lanes(faced).count();
             sum.lit += set_lanes(lit).count();
             sum.irradiance += set_lanes(lit).map(|lane| luminance(light.lane(lane))).sum::<f64>();
@@ -149,7 +150,7 @@ fn of_light<S: Simd>(
 ) -> (Rays<S>, Colors<S>, mask64x8<S>) {
     let (none, all) = (bits(simd, 0), bits(simd, 0xff));
     let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided: none, is_diffuse: all };
-    let receivers = Receivers { surfaces, domain, lunes: None };
+    let receivers = Receivers { surfaces: *surfaces, domain, lunes: None };
     let own = world.number(prepared.lights.curved_element(light));
     let leaving = surfaces.element.simd_eq(own) & surfaces.instance.simd_eq(WORLD);
     let sample = prepared.lights.sample(simd, light, (&receivers, leaving), (None, u));

@@ -44,6 +44,7 @@
 mod bsdf;
 mod bvh;
 mod camera;
+mod columns;
 mod curve;
 mod curved;
 mod cutout;

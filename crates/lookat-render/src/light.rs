@@ -431,8 +431,9 @@ impl<S: Simd> LightSample<S> {
 }
 
 /// Surfaces that receive light, and the directions from which they scatter it.
-pub(crate) struct Receivers<'v, S: Simd> {
-    pub surfaces: &'v Surfaces<S>,
+#[derive(Clone, Copy)]
+pub(crate) struct Receivers<S: Simd> {
+    pub surfaces: Surfaces<S>,
     pub domain: Domain<S>,
     /// The directions in which BSDF samples miss light of skies. `None` if there are no such directions.
     pub lunes: Option<Lunes<S>>,
@@ -441,7 +442,7 @@ pub(crate) struct Receivers<'v, S: Simd> {
 /// Estimates are no better than this: a smaller cosine counts for as much.
 const LEAST_COSINE: f64 = 0.1;
 
-impl<S: Simd> Receivers<'_, S> {
+impl<S: Simd> Receivers<S> {
     /// `numbers[0]` in lanes without a lune, `numbers[1]` in lanes with one.
     #[inline(always)]
     pub fn by_lune(&self, simd: S, numbers: [f64; 2]) -> f64x8<S> {
@@ -486,7 +487,7 @@ mod tests {
                     is_two_sided: mask(is_two_sided),
                     is_diffuse: mask(is_diffuse),
                 };
-                let receivers = Receivers { surfaces: &surfaces_at(simd, DVec3::ZERO), domain, lunes: None };
+                let receivers = Receivers { surfaces: surfaces_at(simd, DVec3::ZERO), domain, lunes: None };
                 receivers.cosine(Vec3x8::splat(simd, wi), spread.simd_into(simd))[0]
             })
         };

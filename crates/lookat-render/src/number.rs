@@ -343,6 +343,15 @@ pub(crate) fn set_lanes<S: Simd>(mask: mask64x8<S>) -> impl Iterator<Item = usiz
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }
 
+/// The eights that have any of some bits: the first place of each, and its bits.
+#[inline(always)]
+pub(crate) fn eights(all: u64) -> impl Iterator<Item = (usize, u64)> {
+    (0..u64::BITS as usize)
+        .step_by(LANES)
+        .map(move |first| (first, all >> first & 0xff))
+        .filter(|(_, own)| *own != 0)
+}
+
 /// Groups of lanes that are alike: the first of each, and all of them as bits.
 #[inline(always)]
 pub(crate) fn groups(
@@ -362,12 +371,6 @@ pub(crate) fn groups(
             Some((first, own))
         },
     )
-}
-
-/// The number of lanes in a mask.
-#[inline(always)]
-pub(crate) fn count<S: Simd>(mask: mask64x8<S>) -> u64 {
-    u64::from(mask.to_bitmask().count_ones())
 }
 
 /// The same number in all lanes.

@@ -428,7 +428,8 @@ impl Tree<'_> {
         surfaces: &mut Surfaces<S>,
     ) {
         for lane in set_lanes(others) {
-            surfaces.set_lane(lane, &Surface::new(self.scene, &self.ray(rays, lane), &self.hit(hits, lane)));
+            surfaces
+                .set_lane(lane, &Surface::new(self.scene, &self.ray(&rays.one(lane)), &self.hit(hits, lane)));
         }
     }
 }

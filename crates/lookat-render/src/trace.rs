@@ -18,7 +18,7 @@ use crate::traceable::{Group, NonTriangle, Traceable};
 use crate::triangle::{Axis, Filter, MOST_MAGNITUDE, ShearedRay, Triangle, Turned, holds_end};
 pub(crate) use hierarchy::Tree;
 pub(crate) use list::{Element, List, ListedShape};
-pub(crate) use packets::{Coherence, MOST_PACKETS, PacketCount};
+pub(crate) use packets::{Coherence, PacketCount};
 pub(crate) use wide::WideTracer;
 
 /// A ray that is traced in the elements of a group, which is an instance or the world.

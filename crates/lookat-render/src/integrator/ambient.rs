@@ -2,15 +2,14 @@
 
 use std::f32::consts::PI;
 
-use fearless_simd::{Simd, prelude::*};
-use glam::Vec3;
+use fearless_simd::Simd;
 
 use crate::bsdf::LobeSlots;
 use crate::frame::Frames;
-use crate::integrator::path_batch::PathBatch;
+use crate::integrator::path_batch::{BatchSurface, PathBatch, ShadowRays};
 use crate::integrator::path_record::PathRecord;
 use crate::integrator::world::{Tracer, World};
-use crate::number::{narrow, set_lanes, splat_f32, to_f32, vectorized};
+use crate::number::{Colors, splat_f32, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::warp::{
     square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
@@ -31,6 +30,27 @@ impl Ambient<'_> {
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
+        at: BatchSurface,
+        batch: &mut PathBatch,
+    ) {
+        vectorized!(simd, {
+            at.for_each_packet(
+                simd,
+                (&mut *tracer, streams, &mut *batch),
+                #[inline(always)]
+                |(tracer, streams, batch), paths| self.sample(simd, tracer, streams, paths, batch),
+            );
+            batch.trace_shadow_rays(simd, &self.world, tracer);
+        });
+    }
+
+    /// Samples directions from a packet of surfaces.
+    #[inline(never)]
+    fn sample<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
         paths: &PathRecord<S>,
         batch: &mut PathBatch,
     ) {
@@ -38,7 +58,6 @@ impl Ambient<'_> {
             let surfaces = self.world.plain(simd, paths, &mut LobeSlots::new()).surfaces;
             let n = surfaces.n.face_forward(-paths.rays.d);
             let frames = Frames::from_z(n.narrow());
-            let mut sum = splat_f32(simd, 0.0);
             for k in 0..self.samples {
                 if !tracer.should_continue() {
                     return;
@@ -55,13 +74,11 @@ impl Ambient<'_> {
                     (local, local.z / square_to_uniform_hemisphere_pdf())
                 };
                 let rays = surfaces.spawn_ray(frames.to_world(local).widen().normalize());
-                let blocked = self.world.occluded(simd, tracer, &rays, paths.active, true);
-                sum = narrow(blocked).select(sum, sum + value);
+                let value = value / self.samples as f32;
+                let light = Colors { x: value, y: value, z: value };
+                let rays = ShadowRays { rays, light, samples: paths.samples };
+                batch.push_shadow_rays(simd, (&self.world, &mut *tracer), &rays, paths.active);
             }
-            let mean = sum / self.samples as f32;
-            for lane in set_lanes(paths.active) {
-                batch.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane]);
-            }
-        })
+        });
     }
 }

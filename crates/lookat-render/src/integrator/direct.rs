@@ -11,7 +11,7 @@ use super::profiler::Stage;
 use crate::bsdf::{BsdfSample, LobeFilter};
 use crate::camera::Viewer;
 use crate::integrator::lighting::{LightSamples, Lighting, directions, most_samples};
-use crate::integrator::path_batch::PathBatch;
+use crate::integrator::path_batch::{BatchSurface, PathBatch, ScatteredPaths};
 use crate::integrator::path_record::PathRecord;
 use crate::integrator::vertices::Vertices;
 use crate::integrator::world::{Sees, Tracer, World};
@@ -91,9 +91,45 @@ impl<'s> Direct<'s> {
         self.numbers.saturating_add(2)
     }
 
-    /// Adds direct light to a packet of paths at a surface, and continues the paths along delta directions.
+    /// Adds direct light to the paths of a batch at a surface, and continues the paths along delta directions.
     #[inline(never)]
     pub(super) fn surface<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        at: BatchSurface,
+        batch: &mut PathBatch,
+    ) {
+        vectorized!(simd, {
+            at.for_each_packet(
+                simd,
+                (&mut *tracer, streams, &mut *batch),
+                #[inline(always)]
+                |(tracer, streams, batch), paths| {
+                    self.shade(simd, tracer, streams, paths, (at.camera, at.depth), batch);
+                },
+            );
+            if tracer.is_stopped {
+                return;
+            }
+            let Lighting { world, .. } = &self.lighting;
+            self.lighting.trace_waiting(simd, tracer, batch);
+            for branch in 0..batch.branches() {
+                let (ScatteredPaths { paths, .. }, radiance) = batch.branch(branch);
+                let all = paths.all();
+                if all != 0 {
+                    world.nearest(simd, tracer, &paths.rays, all, &mut paths.hits);
+                    world.add_emitted(simd, tracer, paths, Sees::Materials, radiance);
+                    world.continue_paths(simd, tracer, paths, Sees::Materials, radiance);
+                }
+            }
+        });
+    }
+
+    /// Shades a packet of paths, and samples its lights and the delta directions that continue the paths.
+    #[inline(never)]
+    fn shade<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
@@ -114,12 +150,11 @@ impl<'s> Direct<'s> {
                     let Vertices { bsdf, .. } = vertices;
                     let smooth = paths.active & bsdf.has(LobeFilter::NonDelta);
                     if smooth.any_true() {
-                        let mut light = vertices.direct(tracer, streams, smooth);
+                        vertices.direct(tracer, streams, smooth, batch);
                         if self.has_direction {
                             let u = streams.next_2d(simd);
-                            light = light + vertices.by_direction(tracer, u, smooth);
+                            vertices.by_direction(tracer, u, smooth, batch);
                         }
-                        batch.add_where(paths, light, smooth);
                     } else {
                         streams.skip(self.numbers);
                         tracer.profile(|profiler| profiler.enter(Stage::Scattering));
@@ -149,10 +184,7 @@ impl<'s> Direct<'s> {
                             continue;
                         }
                         scattered.carried = share * to_f32(sample.pdf);
-                        let world = &self.lighting.world;
-                        scattered.hits = world.nearest(simd, tracer, &scattered.rays, scattered.active);
-                        world.add_emitted(simd, tracer, &scattered, Sees::Materials, batch);
-                        world.continue_paths(simd, tracer, &mut scattered, (branch, Sees::Materials), batch);
+                        batch.branch(branch).0.paths.push(&scattered);
                     }
                 },
             );

@@ -4,12 +4,14 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
 use lookat_scene::{DirectStrategy, LightChoice};
 
-use super::path_record::PathRecord;
+use super::path_batch::{PathBatch, Radiance, ScatteredPaths, add_light};
+use super::path_record::{PathColumns, PathRecord};
+use super::profiler::Stage;
 use super::world::World;
 use crate::bsdf::LobeFilter;
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, LightHits, LightSample, LightSampler, LightTable, Receivers, weights};
-use crate::number::{Colors, Vec2x8, bits, groups, set_lanes, to_f32, vectorized};
+use crate::number::{Colors, Vec2x8, bits, eights, groups, set_lanes, to_f32, vectorized};
 use crate::trace::rays::WORLD;
 
 /// A world, its lights, and how surfaces sample them.
@@ -35,7 +37,7 @@ pub(in crate::integrator) struct Lighting<'s> {
 pub(in crate::integrator) struct Illumination<'v, S: Simd> {
     pub simd: S,
     pub lighting: &'v Lighting<'v>,
-    pub receivers: &'v Receivers<'v, S>,
+    pub receivers: &'v Receivers<S>,
     pub sampler: &'v LightSampler<'v, S>,
 }
 
@@ -61,6 +63,84 @@ impl<'s> Lighting<'s> {
             filter,
             has_lunes: world.materials.has_normals && table.has_skies(),
             world,
+        }
+    }
+}
+
+impl<'s> Lighting<'s> {
+    /// The light sampler of surfaces.
+    #[inline(always)]
+    pub fn sampler<S: Simd>(&self, simd: S, receivers: &Receivers<S>) -> LightSampler<'s, S> {
+        match self.samples {
+            LightSamples::One(choice) => LightSampler::new(simd, self.table, choice, receivers),
+            LightSamples::Each(_) => LightSampler::of_triangles(simd, self.table, receivers),
+        }
+    }
+
+    /// Adds the MIS-weighted emission that scattered rays see, once they are traced. `active`: the rays that may see any; each bit is one.
+    #[inline(never)]
+    pub fn add_emission<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        ScatteredPaths { paths, receivers }: &ScatteredPaths,
+        active: u64,
+        radiance: &mut Radiance,
+    ) {
+        tracer.profile(|profiler| profiler.enter(Stage::Scattering));
+        vectorized!(simd, {
+            for (first, own) in eights(active) {
+                let mut paths = paths.eight(simd, first, paths.count);
+                paths.active = bits(simd, own);
+                let mut sees = paths.hits.emits;
+                if self.table.has_skies() {
+                    sees |= !paths.hits.is_hit();
+                }
+                if (sees & paths.active).any_true() {
+                    let receivers = &receivers.eight(simd, first, self.has_lunes);
+                    let sampler = &self.sampler(simd, receivers);
+                    let illumination = Illumination { simd, lighting: self, receivers, sampler };
+                    add_light(radiance, &paths, illumination.light_of(tracer, &paths), paths.active);
+                }
+            }
+        })
+    }
+
+    /// Makes scattered rays look for emission, later.
+    #[inline(always)]
+    pub fn look_for_emission<S: Simd>(
+        &self,
+        (simd, tracer): (S, &mut Tracer),
+        scattered: &PathRecord<S>,
+        receivers: &Receivers<S>,
+        batch: &mut PathBatch,
+    ) {
+        if batch.is_full() {
+            self.trace_emission_rays(simd, tracer, batch);
+        }
+        batch.emission_rays.push(scattered, receivers);
+    }
+
+    /// Traces the rays that wait to look for emission, and adds what they see.
+    #[inline(never)]
+    fn trace_emission_rays<S: Simd>(&self, simd: S, tracer: &mut Tracer, batch: &mut PathBatch) {
+        let PathBatch { emission, emission_rays, .. } = batch;
+        let all = emission_rays.paths.all();
+        let PathColumns { rays, hits, .. } = &mut emission_rays.paths;
+        let active = self.world.find_emission(simd, tracer, rays, all, hits);
+        self.add_emission(simd, tracer, emission_rays, active, emission);
+        emission_rays.paths.count = 0;
+    }
+
+    /// Traces all rays that wait.
+    #[inline(always)]
+    pub fn trace_waiting<S: Simd>(&self, simd: S, tracer: &mut Tracer, batch: &mut PathBatch) {
+        batch.trace_shadow_rays(simd, &self.world, tracer);
+        if batch.emission_rays.paths.count > 0 {
+            self.trace_emission_rays(simd, tracer, batch);
+            for (radiance, emission) in batch.radiance.iter_mut().zip(&mut batch.emission) {
+                *radiance += std::mem::take(emission);
+            }
         }
     }
 }
@@ -143,7 +223,7 @@ impl<S: Simd> Illumination<'_, S> {
                 }
                 for (lane, alike) in groups(of_light, |a, b| light[a] == light[b]) {
                     on_light.is_valid = bits(simd, alike);
-                    let own = table.surface_pdf(simd, light[lane] as usize, receivers.surfaces, &on_light);
+                    let own = table.surface_pdf(simd, light[lane] as usize, &receivers.surfaces, &on_light);
                     density = on_light.is_valid.select(own, density);
                 }
                 let triangle = on_light.triangle;

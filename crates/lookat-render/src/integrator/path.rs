@@ -5,28 +5,20 @@
 
 use std::ops::Range;
 
-use arrayvec::ArrayVec;
-use fearless_simd::{Simd, mask64x8, prelude::*};
-use glam::Vec3;
+use fearless_simd::Simd;
 use lookat_scene::LightChoice;
 
 use super::SampleDimensions;
-use super::profiler::Stage;
-use crate::bsdf::{Domain, LobeFilter};
+use crate::bsdf::LobeFilter;
 use crate::camera::Viewer;
 use crate::integrator::lighting::{Illumination, Lighting};
 use crate::integrator::path_batch::{BatchSurface, PathBatch};
-use crate::integrator::path_record::PathRecord;
+use crate::integrator::path_record::{PathColumns, PathRecord};
 use crate::integrator::vertices::Vertices;
 use crate::integrator::world::{Sees, Tracer};
-use crate::light::{LightSampler, LightTable, Lunes, Receivers};
-use crate::number::{Colors, LANES, bits, set_lanes, vectorized};
+use crate::light::LightTable;
+use crate::number::{bits, set_lanes, vectorized};
 use crate::sampler::Streams;
-use crate::surface::Surfaces;
-use crate::trace::{
-    MOST_PACKETS,
-    rays::{Hits, Rays},
-};
 
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
 const FIRST_ROULETTE: u32 = 4;
@@ -67,201 +59,83 @@ pub(crate) struct Paths<'s> {
     pub(super) roulette_threshold: f64,
 }
 
-/// The packets of a batch at a surface, from their shading until their rays are traced. An array for each part, so that only what is needed
-/// is loaded.
-struct ShadedPackets<'s, S: Simd> {
-    surfaces: ArrayVec<Surfaces<S>, MOST_PACKETS>,
-    domains: ArrayVec<Domain<S>, MOST_PACKETS>,
-    lunes: ArrayVec<Option<Lunes<S>>, MOST_PACKETS>,
-    samplers: ArrayVec<LightSampler<'s, S>, MOST_PACKETS>,
-    /// The direct light that reaches the film if nothing is in the way of the shadow rays, and the paths that get it.
-    light: ArrayVec<Colors<S>, MOST_PACKETS>,
-    is_lit: ArrayVec<mask64x8<S>, MOST_PACKETS>,
-    shadow_rays: ArrayVec<Rays<S>, MOST_PACKETS>,
-    is_sampled: ArrayVec<mask64x8<S>, MOST_PACKETS>,
-    /// The paths that go on.
-    scattered: ArrayVec<PathRecord<S>, MOST_PACKETS>,
-}
-
-impl<S: Simd> ShadedPackets<'_, S> {
-    fn new() -> Self {
-        ShadedPackets {
-            surfaces: ArrayVec::new(),
-            domains: ArrayVec::new(),
-            lunes: ArrayVec::new(),
-            samplers: ArrayVec::new(),
-            light: ArrayVec::new(),
-            is_lit: ArrayVec::new(),
-            shadow_rays: ArrayVec::new(),
-            is_sampled: ArrayVec::new(),
-            scattered: ArrayVec::new(),
-        }
-    }
-}
-
-impl<'s> Paths<'s> {
+impl Paths<'_> {
     /// Adds direct light to the paths of a batch at a surface, and continues the paths. First all are shaded, then all shadow rays are
-    /// traced together, and then all rays that continue paths.
+    /// traced together, and then all rays that continue paths. At the last surface these only look for emission.
     #[inline(never)]
     pub(super) fn surface<S: Simd>(
-        &'s self,
+        &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
         at: BatchSurface,
         batch: &mut PathBatch,
     ) {
-        let packets = &mut ShadedPackets::new();
         vectorized!(simd, {
             at.for_each_packet(
                 simd,
                 (&mut *tracer, streams, &mut *batch),
                 #[inline(always)]
                 |(tracer, streams, batch), paths| {
-                    self.shade(simd, tracer, streams, paths, (at.camera, at.depth), batch, packets);
+                    self.shade(simd, tracer, streams, paths, (at.camera, at.depth), batch);
                 },
             );
             if tracer.is_stopped {
                 return;
             }
-            self.add_direct(simd, tracer, packets, batch);
-            let is_last = at.depth + 1 >= self.max_depth;
-            if !is_last || tracer.may_find_light() {
-                self.trace_scattered(simd, tracer, packets, is_last, batch);
+            let Lighting { world, .. } = &self.lighting;
+            self.lighting.trace_waiting(simd, tracer, batch);
+            let (scattered, radiance) = batch.branch(0);
+            let all = scattered.paths.all();
+            if all != 0 {
+                let PathColumns { rays, hits, .. } = &mut scattered.paths;
+                world.nearest(simd, tracer, rays, all, hits);
+                self.lighting.add_emission(simd, tracer, scattered, all, radiance);
+                world.continue_paths(simd, tracer, &mut scattered.paths, Sees::All, radiance);
             }
         })
     }
 
     /// Shades a packet of paths, and samples its lights and the directions that continue the paths.
-    #[expect(clippy::too_many_arguments, reason = "all that a surface needs, and its result")]
     #[inline(never)]
     fn shade<S: Simd>(
-        &'s self,
+        &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
         paths: &PathRecord<S>,
         (camera, depth): (Option<Viewer>, u32),
         batch: &mut PathBatch,
-        packets: &mut ShadedPackets<'s, S>,
     ) {
         vectorized!(simd, {
-            let sampler = self.lighting.at_hits(
+            self.lighting.at_hits(
                 simd,
                 tracer,
                 paths,
                 camera,
                 batch,
                 #[inline(always)]
-                |tracer: &mut Tracer, vertices: &Vertices<S>, _: &mut PathBatch| {
+                |tracer: &mut Tracer, vertices: &Vertices<S>, batch: &mut PathBatch| {
                     let Vertices { illumination: Illumination { receivers, .. }, bsdf, .. } = vertices;
                     let active = paths.active & bsdf.has(LobeFilter::All);
-                    let smooth = active & bsdf.has(LobeFilter::NonDelta);
-                    let direct = vertices.one_light_unoccluded(tracer, streams, smooth);
-                    tracer.profile(|profiler| profiler.enter(Stage::Scattering));
-                    packets.light.push(paths.throughput * direct.light);
-                    packets.is_lit.push(active);
-                    packets.shadow_rays.push(direct.shadow);
-                    packets.is_sampled.push(direct.is_sampled);
+                    vertices.direct(tracer, streams, active & bsdf.has(LobeFilter::NonDelta), batch);
                     let is_last = depth + 1 >= self.max_depth;
                     if is_last && !tracer.may_find_light() {
-                        packets.scattered.push(PathRecord { active: bits(simd, 0), ..*paths });
-                    } else {
-                        let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::All);
-                        let mut scattered = vertices.scattered(&sample, active);
-                        scattered.carried = paths.carried * sample.radiance_scale;
-                        if !is_last && !roulette(self.max_depth).is_empty() {
-                            self.roulette(simd, streams, &mut scattered, depth);
-                        }
-                        packets.scattered.push(scattered);
+                        return;
                     }
-                    packets.surfaces.push(*receivers.surfaces);
-                    packets.domains.push(receivers.domain);
-                    packets.lunes.push(receivers.lunes);
+                    let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::All);
+                    let mut scattered = vertices.scattered(&sample, active);
+                    scattered.carried = paths.carried * sample.radiance_scale;
+                    if is_last {
+                        self.lighting.look_for_emission((simd, tracer), &scattered, receivers, batch);
+                        return;
+                    }
+                    if !roulette(self.max_depth).is_empty() {
+                        self.roulette(simd, streams, &mut scattered, depth);
+                    }
+                    batch.branch(0).0.push(&scattered, receivers);
                 },
             );
-            packets.samplers.push(sampler);
-        })
-    }
-
-    /// Traces the shadow rays of packets, and adds direct light.
-    #[inline(always)]
-    fn add_direct<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        packets: &ShadedPackets<S>,
-        batch: &mut PathBatch,
-    ) {
-        let mut occluded = 0;
-        if packets.is_sampled.iter().any(|own| own.any_true()) {
-            let rays: ArrayVec<&Rays<S>, MOST_PACKETS> = packets.shadow_rays.iter().collect();
-            let world = &self.lighting.world;
-            occluded = world.occluded_of_packets(simd, tracer, &rays, &packets.is_sampled, true);
-        }
-        for (packet, paths) in packets.scattered.iter().enumerate() {
-            let own = bits(simd, occluded >> (LANES * packet) & 0xff);
-            let light = Colors::splat(simd, Vec3::ZERO).keep_where_wide(own, packets.light[packet]);
-            batch.add_light(&paths.samples, light, packets.is_lit[packet]);
-        }
-    }
-
-    /// Traces the rays that continue the paths of packets, adds the emission that they see, and continues the paths. At the last surface
-    /// rays only look for emission.
-    #[inline(always)]
-    fn trace_scattered<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        packets: &mut ShadedPackets<S>,
-        is_last: bool,
-        batch: &mut PathBatch,
-    ) {
-        let world = &self.lighting.world;
-        let mut hits: ArrayVec<Hits<S>, MOST_PACKETS> = ArrayVec::new();
-        let mut active: ArrayVec<mask64x8<S>, MOST_PACKETS> = ArrayVec::new();
-        for paths in &packets.scattered {
-            hits.push(Hits::none(simd));
-            active.push(paths.active);
-        }
-        let rays: ArrayVec<&Rays<S>, MOST_PACKETS> =
-            packets.scattered.iter().map(|paths| &paths.rays).collect();
-        if is_last {
-            world.find_emission(simd, tracer, &rays, &mut active, &mut hits);
-        } else {
-            world.nearest_of_packets(simd, tracer, &rays, &active, &mut hits);
-        }
-        drop(rays);
-        for (packet, (hits, active)) in hits.iter().zip(&active).enumerate() {
-            let paths = &mut packets.scattered[packet];
-            (paths.hits, paths.active) = (*hits, *active);
-            let escapes = tracer.lights.has_skies() && (!hits.is_hit() & *active).any_true();
-            if escapes || (hits.emits & *active).any_true() {
-                self.add_found(simd, tracer, packets, packet, batch);
-            }
-            if !is_last {
-                world.continue_paths(simd, tracer, &mut packets.scattered[packet], (0, Sees::All), batch);
-            }
-        }
-    }
-
-    /// Adds the emission that the rays of a packet see.
-    #[inline(never)]
-    fn add_found<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &Tracer,
-        packets: &ShadedPackets<S>,
-        packet: usize,
-        batch: &mut PathBatch,
-    ) {
-        vectorized!(simd, {
-            let (surfaces, domain) = (&packets.surfaces[packet], packets.domains[packet]);
-            let receivers = &Receivers { surfaces, domain, lunes: packets.lunes[packet] };
-            let sampler = &packets.samplers[packet];
-            let illumination = Illumination { simd, lighting: &self.lighting, receivers, sampler };
-            let paths = &packets.scattered[packet];
-            batch.add(paths, illumination.light_of(tracer, paths));
         })
     }
 

@@ -1,18 +1,22 @@
-//! Batches of paths that advance together from surface to surface, one branch after the other.
+//! Batches of paths that advance together from surface to surface, one branch after the other, and the rays that look for their light.
 
-use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::Vec3;
 
-use super::path_record::{Columns, PATHS, PathRecord};
+use super::path_record::{PATHS, PathColumns, PathRecord};
 use super::profiler::Stage;
+use super::vertices::ReceiverColumns;
 use super::world::{Sees, World};
 use crate::camera::{CameraSample, Viewer};
+use crate::columns::columns;
 use crate::integrator::world::Tracer;
+use crate::light::Receivers;
 use crate::number::{Colors, LANES, set_lanes, vectorized};
 use crate::sampler::Streams;
-use crate::trace::MOST_PACKETS;
-use crate::trace::rays::{Hits, Rays};
+use crate::trace::rays::{RayColumns, Rays};
+
+/// The radiance of each sample.
+pub(in crate::integrator) type Radiance = [Vec3; PATHS];
 
 /// A batch of paths that advance together from surface to surface.
 pub(crate) struct PathBatch {
@@ -25,24 +29,75 @@ pub(crate) struct PathBatch {
     /// The number of pending branches from earlier surfaces.
     before: usize,
     spare: Vec<Box<Block>>,
+    pub(in crate::integrator) shadow_rays: Box<ShadowQueue>,
+    /// Rays of BSDF samples that only look for emission.
+    pub(in crate::integrator) emission_rays: Box<ScatteredPaths>,
+    /// The emission that they have seen at this surface: apart from other light, so that a sample adds up its light in an order that does
+    /// not depend on the other samples of the batch.
+    pub(in crate::integrator) emission: Radiance,
 }
 
-/// Paths at the same depth, at most one for each sample. So a sample adds up its light in an order that does not depend on
-/// the other samples of the batch.
+/// Paths at the same depth, at most one for each sample.
 struct Block {
-    paths: Columns,
+    scattered: ScatteredPaths,
     /// The number of surfaces before the next one.
     depth: u32,
 }
 
 impl Block {
     fn new() -> Box<Self> {
-        Box::new(Block { paths: Columns::new(), depth: 0 })
+        Box::new(Block { scattered: ScatteredPaths::new(), depth: 0 })
+    }
+}
+
+/// Paths, and the surfaces that have scattered them, which weigh the emission that they see.
+#[derive(Clone)]
+pub(in crate::integrator) struct ScatteredPaths {
+    pub paths: PathColumns,
+    /// Set by integrators that weigh emission.
+    pub receivers: ReceiverColumns,
+}
+
+impl ScatteredPaths {
+    fn new() -> Self {
+        ScatteredPaths { paths: PathColumns::new(), receivers: ReceiverColumns::new() }
+    }
+
+    /// Adds the active paths, whose rays are not traced yet.
+    #[inline(always)]
+    pub fn push<S: Simd>(&mut self, paths: &PathRecord<S>, receivers: &Receivers<S>) {
+        self.receivers.store(self.paths.count, paths.active, receivers);
+        self.paths.push(paths);
+    }
+}
+
+/// Shadow rays that wait to be traced, and the light that they let through.
+pub(in crate::integrator) struct ShadowQueue {
+    rays: RayColumns,
+    light: LightColumns,
+    count: usize,
+}
+
+/// Eight shadow rays.
+pub(in crate::integrator) struct ShadowRays<S: Simd> {
+    pub rays: Rays<S>,
+    /// The light that reaches the film if nothing is in the way.
+    pub light: Colors<S>,
+    pub samples: [u16; LANES],
+}
+
+columns! {
+    struct LightColumns of ShadowRays {
+        red: f32 = light.x,
+        green: f32 = light.y,
+        blue: f32 = light.z,
+        samples: u32 = samples,
     }
 }
 
 impl PathBatch {
     pub fn new() -> Self {
+        let shadow_rays = ShadowQueue { rays: RayColumns::new(), light: LightColumns::new(), count: 0 };
         PathBatch {
             radiance: [Vec3::ZERO; PATHS],
             camera_samples: [CameraSample::default(); PATHS],
@@ -50,75 +105,112 @@ impl PathBatch {
             pending: Vec::new(),
             before: 0,
             spare: Vec::new(),
+            shadow_rays: Box::new(shadow_rays),
+            emission_rays: Box::new(ScatteredPaths::new()),
+            emission: [Vec3::ZERO; PATHS],
         }
     }
 
     /// Removes all paths.
     pub fn clear(&mut self) {
-        self.radiance = [Vec3::ZERO; PATHS];
-        (self.block.paths.count, self.block.depth, self.before) = (0, 0, 0);
+        (self.radiance, self.emission) = ([Vec3::ZERO; PATHS], [Vec3::ZERO; PATHS]);
+        (self.block.scattered.paths.count, self.block.depth, self.before) = (0, 0, 0);
+        (self.shadow_rays.count, self.emission_rays.paths.count) = (0, 0);
         self.spare.append(&mut self.pending);
     }
 
     /// Advances to the next surface. Returns the number of surfaces before it, and the number of paths at it. Takes up the
     /// last pending branch once all other paths have ended. `None` at the end.
     pub(in crate::integrator) fn begin_surface(&mut self) -> Option<(u32, usize)> {
-        if self.block.paths.count == 0 {
+        if self.block.scattered.paths.count == 0 {
             let branch = self.pending.pop()?;
             self.spare.push(std::mem::replace(&mut self.block, branch));
         }
         self.before = self.pending.len();
-        let count = std::mem::take(&mut self.block.paths.count);
+        let count = std::mem::take(&mut self.block.scattered.paths.count);
         self.block.depth += 1;
         Some((self.block.depth - 1, count))
     }
 
-    /// The paths `from..to` at this surface, at most eight.
+    /// The paths of a branch from this surface, and the radiance of each sample. The first branch replaces the paths at this surface, from
+    /// the first on.
     #[inline(always)]
-    pub(in crate::integrator) fn packet<S: Simd>(&self, simd: S, from: usize, to: usize) -> PathRecord<S> {
-        self.block.paths.load(simd, from, to)
-    }
-
-    /// The block for the paths of a branch from this surface.
-    #[inline(always)]
-    fn block(&mut self, branch: usize) -> &mut Block {
-        let Some(other) = branch.checked_sub(1) else { return &mut self.block };
+    pub(in crate::integrator) fn branch(&mut self, branch: usize) -> (&mut ScatteredPaths, &mut Radiance) {
+        let Some(other) = branch.checked_sub(1) else {
+            return (&mut self.block.scattered, &mut self.radiance);
+        };
         while self.pending.len() <= self.before + other {
             let mut block = self.spare.pop().unwrap_or_else(Block::new);
-            (block.paths.count, block.depth) = (0, self.block.depth);
+            (block.scattered.paths.count, block.depth) = (0, self.block.depth);
             self.pending.push(block);
         }
-        &mut self.pending[self.before + other]
+        (&mut self.pending[self.before + other].scattered, &mut self.radiance)
     }
 
-    /// Adds light that paths have found to their samples.
-    #[inline(always)]
-    pub(in crate::integrator) fn add<S: Simd>(&mut self, paths: &PathRecord<S>, light: Colors<S>) {
-        self.add_where(paths, light, paths.active);
+    /// The number of branches from this surface.
+    pub(in crate::integrator) fn branches(&self) -> usize {
+        1 + self.pending.len() - self.before
     }
 
-    /// Adds light that some of the paths have found to their samples.
+    /// The paths that start at the camera.
+    pub fn camera_paths(&mut self) -> &mut PathColumns {
+        &mut self.block.scattered.paths
+    }
+
+    /// True if no more than one packet fits among the rays that wait to look for emission.
+    pub(in crate::integrator) fn is_full(&self) -> bool {
+        self.emission_rays.paths.count + LANES > PATHS
+    }
+
+    /// Adds light that reaches the film to samples, unless something is in the way of shadow rays. These are traced later.
     #[inline(always)]
-    pub(in crate::integrator) fn add_where<S: Simd>(
+    pub(in crate::integrator) fn push_shadow_rays<S: Simd>(
         &mut self,
-        paths: &PathRecord<S>,
-        light: Colors<S>,
+        simd: S,
+        (world, tracer): (&World, &mut Tracer),
+        rays: &ShadowRays<S>,
         active: mask64x8<S>,
     ) {
-        self.add_light(&paths.samples, paths.throughput * light, active);
-    }
-
-    /// Adds light to samples. The throughput of the paths is in it.
-    #[inline(always)]
-    pub(in crate::integrator) fn add_light<S: Simd>(
-        &mut self,
-        samples: &[u16; LANES],
-        light: Colors<S>,
-        active: mask64x8<S>,
-    ) {
-        for lane in set_lanes(active) {
-            self.radiance[usize::from(samples[lane])] += light.lane(lane);
+        if self.shadow_rays.count + LANES > PATHS {
+            self.trace_shadow_rays(simd, world, tracer);
         }
+        let queue = &mut *self.shadow_rays;
+        queue.rays.store(queue.count, active, &rays.rays);
+        queue.light.store(queue.count, active, rays);
+        queue.count += active.to_bitmask().count_ones() as usize;
+    }
+
+    /// Traces the shadow rays that wait, and adds the light of those that meet nothing.
+    #[inline(never)]
+    pub(in crate::integrator) fn trace_shadow_rays<S: Simd>(
+        &mut self,
+        simd: S,
+        world: &World,
+        tracer: &mut Tracer,
+    ) {
+        let ShadowQueue { rays, light, count } = &mut *self.shadow_rays;
+        let Some(all) = u64::MAX.checked_shr(u64::BITS - std::mem::take(count) as u32) else { return };
+        let mut free = all & !world.occluded(simd, tracer, rays, all, true);
+        while free != 0 {
+            let at = free.trailing_zeros() as usize;
+            free &= free - 1;
+            self.radiance[light.samples[at] as usize] +=
+                Vec3::new(light.red[at], light.green[at], light.blue[at]);
+        }
+    }
+}
+
+/// Adds light that paths have found to their samples.
+#[inline(always)]
+pub(in crate::integrator) fn add_light<S: Simd>(
+    radiance: &mut Radiance,
+    paths: &PathRecord<S>,
+    light: Colors<S>,
+    active: mask64x8<S>,
+) {
+    let light = paths.throughput * light;
+    for lane in set_lanes(active) {
+        radiance[usize::from(paths.samples[lane])] += light.lane(lane);
     }
 }
 
@@ -154,80 +246,76 @@ impl BatchSurface<'_> {
                 profiler.enter(Stage::Shading);
                 profiler.count(LANES.min(self.count - first) as u64);
             });
-            let paths = batch.packet(simd, first, self.count.min(first + LANES));
+            let paths = batch.branch(0).0.paths.eight(simd, first, self.count);
             streams.choose(simd, &paths.samples, self.dimension);
             does(&mut state, &paths);
         }
     }
 }
 
-/// Packets of camera rays.
-pub(crate) struct CameraPackets<S: Simd> {
-    pub rays: ArrayVec<Rays<S>, MOST_PACKETS>,
-    pub active: ArrayVec<mask64x8<S>, MOST_PACKETS>,
-    /// The sample of each ray.
-    pub samples: ArrayVec<[u16; LANES], MOST_PACKETS>,
-}
-
-impl<S: Simd> CameraPackets<S> {
-    pub fn new() -> Self {
-        CameraPackets { rays: ArrayVec::new(), active: ArrayVec::new(), samples: ArrayVec::new() }
-    }
-
-    /// The paths that start with the rays of a packet.
-    #[inline(always)]
-    pub fn paths(&self, simd: S, packet: usize, hits: Hits<S>) -> PathRecord<S> {
-        let (samples, active) = (self.samples[packet], self.active[packet]);
-        PathRecord { hits, ..PathRecord::new(simd, self.rays[packet], samples, active) }
-    }
-}
-
 impl World<'_> {
-    /// Adds the emission that rays see directly.
-    #[inline(always)]
+    /// Adds the emission that traced rays see directly.
+    #[inline(never)]
     pub fn add_emitted<S: Simd>(
         &self,
         simd: S,
         tracer: &Tracer,
-        paths: &PathRecord<S>,
+        paths: &PathColumns,
         sees: Sees,
-        batch: &mut PathBatch,
+        radiance: &mut Radiance,
     ) {
         if sees == Sees::Nothing {
             return;
         }
-        let PathRecord { rays, hits, throughput, .. } = paths;
-        for lane in set_lanes(paths.active & hits.emits) {
-            if let (ray, Some(hit)) = self.one(rays, hits, lane) {
-                let light = tracer.emitted(&ray, &hit, sees == Sees::All);
-                batch.radiance[usize::from(paths.samples[lane])] += throughput.lane(lane) * light;
+        vectorized!(simd, {
+            for first in (0..paths.count).step_by(LANES) {
+                let paths = &paths.eight(simd, first, paths.count);
+                let PathRecord { rays, hits, throughput, .. } = paths;
+                for lane in set_lanes(paths.active & hits.emits) {
+                    if let (ray, Some(hit)) = self.one(rays, hits, lane) {
+                        let light = tracer.emitted(&ray, &hit, sees == Sees::All);
+                        radiance[usize::from(paths.samples[lane])] += throughput.lane(lane) * light;
+                    }
+                }
+                let escaped = paths.active & !hits.is_hit();
+                if tracer.lights.has_skies() && escaped.any_true() {
+                    add_light(radiance, paths, tracer.lights.background(simd, rays.d), escaped);
+                }
             }
-        }
-        let escaped = paths.active & !hits.is_hit();
-        if tracer.lights.has_skies() && escaped.any_true() {
-            batch.add_where(paths, tracer.lights.background(simd, rays.d), escaped);
-        }
+        })
     }
 
-    /// Follows traced rays through surfaces without a material, and adds the emission that delta rays see behind the first
-    /// hit. Adds the paths that hit a surface with a material to a branch of the batch.
+    /// Follows traced rays through surfaces without a material, and adds the emission that delta rays see behind the first hit. Keeps the
+    /// paths that hit a surface with a material.
     #[inline(never)]
     pub fn continue_paths<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        paths: &mut PathRecord<S>,
-        (branch, sees): (usize, Sees),
-        batch: &mut PathBatch,
+        paths: &mut PathColumns,
+        sees: Sees,
+        radiance: &mut Radiance,
     ) {
         vectorized!(simd, {
-            let (samples, throughput) = (paths.samples, paths.throughput);
-            let add = |lane: usize, light| {
-                batch.radiance[usize::from(samples[lane])] += throughput.lane(lane) * light;
-            };
-            self.pass(simd, tracer, paths, sees, add);
-            paths.active &= paths.hits.is_hit();
-            batch.block(branch).paths.push(paths);
+            let count = std::mem::take(&mut paths.count);
+            for first in (0..count).step_by(LANES) {
+                let mut own = paths.eight(simd, first, count);
+                if self.materials.has_passed {
+                    let (samples, throughput) = (own.samples, own.throughput);
+                    let add = |lane: usize, light| {
+                        radiance[usize::from(samples[lane])] += throughput.lane(lane) * light;
+                    };
+                    self.pass(simd, tracer, &mut own, sees, add);
+                }
+                let is_whole = own.hits.is_hit().all_true() && paths.count == first && first + LANES <= count;
+                if is_whole && !self.materials.has_passed {
+                    // They stay where they are.
+                    paths.count += LANES;
+                    continue;
+                }
+                own.active &= own.hits.is_hit();
+                paths.push_with_hits(&own);
+            }
         })
     }
 }

@@ -1,13 +1,9 @@
 //! The time that each stage of rendering takes: a clock, and a record of the rays.
 
-use std::any::Any;
-use std::borrow::Borrow;
 use std::time::{Duration, Instant};
 
-use fearless_simd::{Simd, mask64x8};
-
-use crate::number::count;
-use crate::trace::rays::Rays;
+use crate::number::eights;
+use crate::trace::rays::RayColumns;
 
 /// The stages and their names.
 macro_rules! stages {
@@ -69,12 +65,9 @@ pub(crate) struct Profiler {
     /// The stage to which a stage that traces returns.
     caller: Stage,
     pub(super) stages: [StageProfile; STAGES.len()],
-    /// The [`Calls`] of each stage that has traced.
-    pub(super) calls: [Option<Box<dyn Any + Send>>; STAGES.len()],
+    /// The rays of each stage that traces, in order: those that were traced together, and which of them were active.
+    pub(super) calls: [Vec<(RayColumns, u64)>; STAGES.len()],
 }
-
-/// Packets that were traced together, in order, and which of their rays were active.
-pub(super) type Calls<S> = Vec<(Vec<Rays<S>>, Vec<mask64x8<S>>)>;
 
 impl Profiler {
     /// Starts the clock.
@@ -102,21 +95,13 @@ impl Profiler {
     /// Begins a stage that traces, and keeps its rays. The clock stands still meanwhile.
     #[cold]
     #[inline(never)]
-    pub fn begin_rays<S: Simd>(
-        &mut self,
-        stage: Stage,
-        rays: &[impl Borrow<Rays<S>>],
-        active: &[mask64x8<S>],
-    ) {
+    pub fn begin_rays(&mut self, stage: Stage, rays: &RayColumns, active: u64) {
         self.caller = self.stage;
         self.enter(stage);
-        for active in active {
-            self.count(count(*active));
+        for (_, eight) in eights(active) {
+            self.count(eight.count_ones().into());
         }
-        let calls = self.calls[stage as usize].get_or_insert_with(|| Box::new(Calls::<S>::new()));
-        if let Some(calls) = calls.downcast_mut::<Calls<S>>() {
-            calls.push((rays.iter().map(|rays| *rays.borrow()).collect(), active.to_vec()));
-        }
+        self.calls[stage as usize].push((rays.clone(), active));
         self.since = Instant::now();
     }
 

@@ -3,40 +3,40 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use arrayvec::ArrayVec;
 use fearless_simd::Simd;
 use glam::{DVec3, Vec3};
 
-use super::profiler::{Calls, Profiler, STAGES, Stage, StageProfile};
+use super::profiler::{Profiler, STAGES, Stage, StageProfile};
 use super::world::{Tracer, World};
+use crate::columns::MOST;
 use crate::light::LightTable;
-use crate::number::{set_lanes, side_by_side};
-use crate::trace::{
-    MOST_PACKETS,
-    rays::{Hits, Rays},
-};
+use crate::number::{LANES, side_by_side};
+use crate::trace::rays::{HitColumns, RayColumns};
 use crate::traceable::Traceable;
 
 /// Traces rays as the renderer does, and says how long that takes.
 #[inline(never)]
-fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer, stage: Stage) -> Duration {
+fn trace<S: Simd>(
+    simd: S,
+    calls: &[(RayColumns, u64)],
+    world: &World,
+    tracer: &mut Tracer,
+    stage: Stage,
+) -> Duration {
     // Copying brings the rays into the cache, as far as they fit.
-    let calls = calls.clone();
+    let calls = calls.to_vec();
+    let mut hits = HitColumns::new();
     let started = Instant::now();
     for (rays, active) in &calls {
-        let packets: ArrayVec<&Rays<S>, MOST_PACKETS> = rays.iter().collect();
         match stage {
-            Stage::CameraRays => drop(black_box(world.nearest_of(simd, tracer, rays, active))),
-            Stage::BounceRays => {
-                let mut hits = [Hits::none(simd); MOST_PACKETS];
-                world.nearest_of_packets(simd, tracer, &packets, active, &mut hits[..rays.len()]);
-                black_box(&hits);
-            }
+            Stage::CameraRays => world.nearest_of_camera(simd, tracer, rays, *active, &mut hits),
+            Stage::BounceRays => world.nearest(simd, tracer, rays, *active, &mut hits),
             _ => {
                 let is_shadow = stage == Stage::ShadowRays;
-                black_box(world.occluded_of_packets(simd, tracer, &packets, active, is_shadow));
+                black_box(world.occluded(simd, tracer, rays, *active, is_shadow));
             }
         }
+        black_box(&hits);
     }
     started.elapsed()
 }
@@ -52,11 +52,9 @@ pub(crate) fn stage_profiles(
         let mut sum = StageProfile { name, ..StageProfile::default() };
         for Profiler { stages, calls, .. } in profilers {
             sum = sum.with(&stages[stage as usize]);
-            if let Some(calls) = &calls[stage as usize] {
-                sum.alone += side_by_side!(level, simd => {
-                    let calls = calls.downcast_ref::<Calls<_>>();
-                    calls.map_or(Duration::ZERO, |calls| trace(simd, calls, &world, &mut tracer, stage))
-                });
+            let calls = &calls[stage as usize];
+            if !calls.is_empty() {
+                sum.alone += side_by_side!(level, simd => trace(simd, calls, &world, &mut tracer, stage));
             }
         }
         sum
@@ -77,20 +75,18 @@ pub(crate) struct Segment {
 /// The rays from the camera and from surfaces that a profiler has kept, in order.
 pub(crate) fn segments(profiler: &Profiler, scene: &Traceable, lights: &LightTable) -> Vec<Segment> {
     let (world, level, mut tracer) = (World::new(scene), scene.level, Tracer::new(scene, lights));
-    let mut found = Vec::new();
-    for calls in
-        [Stage::CameraRays, Stage::BounceRays].iter().filter_map(|it| profiler.calls[*it as usize].as_ref())
+    let (mut found, mut hits) = (Vec::new(), HitColumns::new());
+    for (rays, active) in
+        [Stage::CameraRays, Stage::BounceRays].iter().flat_map(|it| &profiler.calls[*it as usize])
     {
         side_by_side!(level, simd => {
-            let packets = calls.downcast_ref::<Calls<_>>().into_iter().flatten();
-            for (rays, active) in packets.flat_map(|(rays, active)| rays.iter().zip(active)) {
-                let hits = world.nearest(simd, &mut tracer, rays, *active);
-                for lane in set_lanes(*active) {
-                    let (ray, hit) = world.one(rays, &hits, lane);
-                    let primitive = hit.map(|hit| hit.element.primitive);
-                    let finds_light = hit.is_some_and(|hit| tracer.emitted(&ray, &hit, true) != Vec3::ZERO);
-                    found.push(Segment { from: ray.o, primitive, finds_light });
-                }
+            world.nearest(simd, &mut tracer, rays, *active, &mut hits);
+            for at in (0..MOST).filter(|at| active >> at & 1 == 1) {
+                let (first, lane) = (at / LANES * LANES, at % LANES);
+                let (ray, hit) = world.one(&rays.eight(simd, first), &hits.eight(simd, first), lane);
+                let primitive = hit.map(|hit| hit.element.primitive);
+                let finds_light = hit.is_some_and(|hit| tracer.emitted(&ray, &hit, true) != Vec3::ZERO);
+                found.push(Segment { from: ray.o, primitive, finds_light });
             }
         });
     }

@@ -1,10 +1,8 @@
 //! Traces packets of rays, counts them, and stops when the time is over.
 
 use std::array;
-use std::borrow::Borrow;
 
-use arrayvec::ArrayVec;
-use fearless_simd::{Simd, mask64x8, prelude::*};
+use fearless_simd::{Simd, prelude::*};
 use glam::Vec3;
 
 use super::path_record::PathRecord;
@@ -13,13 +11,13 @@ use crate::bsdf::LobeSlots;
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::light::LightTable;
-use crate::number::{LANES, bits, count, set_lanes, vectorized};
+use crate::number::{LANES, bits, eights, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::{Materials, Shaded, Sheets};
 use crate::surface::Surface;
 use crate::trace::{
-    Coherence, List, MOST_PACKETS, PacketCount, Tree, WideTracer,
-    rays::{Hits, Rays},
+    Coherence, List, PacketCount, Tree, WideTracer,
+    rays::{HitColumns, Hits, RayColumns, Rays},
 };
 use crate::traceable::Traceable;
 
@@ -60,71 +58,58 @@ impl<'s> World<'s> {
         matches!(self.aggregate, Aggregate::Tree(_))
     }
 
-    /// The nearest hits of the active rays of packets of camera rays.
+    /// Finds the nearest hits of active camera rays; each bit of `active` is a ray.
     #[inline(never)]
-    pub fn nearest_of<S: Simd>(
+    pub fn nearest_of_camera<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        rays: &[Rays<S>],
-        active: &[mask64x8<S>],
-    ) -> ArrayVec<Hits<S>, MOST_PACKETS> {
+        rays: &RayColumns,
+        active: u64,
+        hits: &mut HitColumns,
+    ) {
         vectorized!(simd, {
             tracer.begin_rays(Stage::CameraRays, rays, active);
-            let mut hits = ArrayVec::new();
-            while hits.len() < rays.len() {
-                let (from, mut count) = (hits.len(), rays.len() - hits.len());
+            hits.clear();
+            let (all, mut from) = ((u64::BITS - active.leading_zeros()).div_ceil(LANES as u32) as usize, 0);
+            while from < all {
+                let mut count = all - from;
                 if let Aggregate::Tree(tree) = &self.aggregate {
                     let packets = tracer.packet_count.next(count);
                     if packets > 0 {
-                        let all = from..from + packets;
-                        let (rays, active) = (&rays[all.clone()], &active[all]);
-                        let coherence = tree.nearest_of(simd, rays, active, &mut hits);
+                        let coherence = tree.nearest_of(simd, rays, from..from + packets, active, hits);
                         tracer.packet_count.learn(packets, coherence);
-                        if coherence != Coherence::Low || packets > 1 {
+                        if coherence != Coherence::Low {
+                            from += packets;
+                            continue;
+                        }
+                        if packets > 1 {
                             continue;
                         }
                     }
                     count = 1 + tracer.packet_count.apart(count - 1);
                 }
-                for _ in 0..count {
-                    hits.push(Hits::none(simd));
-                }
-                let packets: ArrayVec<&Rays<S>, MOST_PACKETS> = rays[from..from + count].iter().collect();
-                self.search(simd, tracer, &packets, &active[from..from + count], &mut hits[from..]);
+                let own = u64::MAX >> (u64::BITS as usize - LANES * count) << (LANES * from);
+                self.search(simd, tracer, rays, active & own, hits);
+                from += count;
             }
             tracer.profile(Profiler::end_rays);
-            hits
         })
     }
 
-    /// The nearest hits of active rays.
-    #[inline(always)]
+    /// Finds the nearest hits of active rays; each bit of `active` is a ray.
+    #[inline(never)]
     pub fn nearest<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        rays: &Rays<S>,
-        active: mask64x8<S>,
-    ) -> Hits<S> {
-        let mut hits = [Hits::none(simd)];
-        self.nearest_of_packets(simd, tracer, &[rays], &[active], &mut hits);
-        let [hits] = hits;
-        hits
-    }
-
-    /// Finds the nearest hits of the active rays of packets. `hits`: none at first.
-    #[inline(never)]
-    pub fn nearest_of_packets<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        packets: &[&Rays<S>],
-        active: &[mask64x8<S>],
-        hits: &mut [Hits<S>],
+        rays: &RayColumns,
+        active: u64,
+        hits: &mut HitColumns,
     ) {
-        tracer.begin_rays(Stage::BounceRays, packets, active);
-        self.search(simd, tracer, packets, active, hits);
+        tracer.begin_rays(Stage::BounceRays, rays, active);
+        hits.clear();
+        self.search(simd, tracer, rays, active, hits);
         tracer.profile(Profiler::end_rays);
     }
 
@@ -134,94 +119,80 @@ impl<'s> World<'s> {
         &self,
         simd: S,
         tracer: &mut Tracer,
-        packets: &[&Rays<S>],
-        active: &[mask64x8<S>],
-        hits: &mut [Hits<S>],
+        rays: &RayColumns,
+        active: u64,
+        hits: &mut HitColumns,
     ) {
         vectorized!(simd, {
             match &self.aggregate {
                 Aggregate::List(list, _) => {
-                    for ((rays, active), hits) in packets.iter().zip(active).zip(hits) {
-                        *hits = list.nearest(simd, rays, *active);
+                    for (first, own) in eights(active) {
+                        let found = list.nearest(simd, &rays.eight(simd, first), bits(simd, own));
+                        hits.set_eight(simd, first, &found);
                     }
                 }
-                Aggregate::Tree(tree) => tree.nearest(simd, &mut tracer.wide, packets, active, hits),
+                Aggregate::Tree(tree) => tree.nearest(simd, &mut tracer.wide, rays, active, hits),
             }
         })
     }
 
-    /// The active rays that hit anything but their targets. `is_shadow`: these are shadow rays, which may pass other holes.
-    #[inline(always)]
+    /// The active rays that hit anything but their targets; each bit is a ray. `is_shadow`: these are shadow rays, which may pass other
+    /// holes.
+    #[inline(never)]
     pub fn occluded<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        rays: &Rays<S>,
-        active: mask64x8<S>,
-        is_shadow: bool,
-    ) -> mask64x8<S> {
-        bits(simd, self.occluded_of_packets(simd, tracer, &[rays], &[active], is_shadow))
-    }
-
-    /// Does what [`World::occluded`] does, for packets. Each bit of the result is a ray.
-    #[inline(never)]
-    pub fn occluded_of_packets<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        packets: &[&Rays<S>],
-        active: &[mask64x8<S>],
+        rays: &RayColumns,
+        active: u64,
         is_shadow: bool,
     ) -> u64 {
         vectorized!(simd, {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
-            tracer.begin_rays(stage, packets, active);
-            let met = match &self.aggregate {
+            tracer.begin_rays(stage, rays, active);
+            let mut met = 0;
+            match &self.aggregate {
                 Aggregate::List(list, _) => {
-                    let mut met = 0;
-                    for (packet, (rays, active)) in packets.iter().zip(active).enumerate() {
-                        let own = list.occluded(simd, rays, *active, is_shadow);
-                        met |= own.to_bitmask() << (LANES * packet);
+                    for (first, own) in eights(active) {
+                        let own = list.occluded(simd, &rays.eight(simd, first), bits(simd, own), is_shadow);
+                        met |= own.to_bitmask() << first;
                     }
-                    met
                 }
-                Aggregate::Tree(tree) => tree.occluded(simd, &mut tracer.wide, packets, active, is_shadow),
-            };
+                Aggregate::Tree(tree) => {
+                    met = tree.occluded(simd, &mut tracer.wide, rays, active, is_shadow);
+                }
+            }
             tracer.profile(Profiler::end_rays);
             met
         })
     }
 
-    /// Finds what rays see that only look for emission. Rays that cannot hit an emitter are only tested for occlusion of the sky. `active`
-    /// keeps the rays that may see any; `hits`: none at first.
+    /// Finds what rays see that only look for emission. Returns the rays that may see any. Rays that cannot hit an emitter are only tested
+    /// for occlusion of the sky.
     #[inline(never)]
     pub fn find_emission<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        packets: &[&Rays<S>],
-        active: &mut [mask64x8<S>],
-        hits: &mut [Hits<S>],
-    ) {
+        rays: &RayColumns,
+        active: u64,
+        hits: &mut HitColumns,
+    ) -> u64 {
         vectorized!(simd, {
-            let (mut may_hit, mut others) =
-                (ArrayVec::<_, MOST_PACKETS>::new(), ArrayVec::<_, MOST_PACKETS>::new());
-            for (rays, active) in packets.iter().zip(&*active) {
-                let own = tracer.scene.emitters.may_be_hit(simd, rays) & *active;
-                may_hit.push(own);
-                others.push(*active & !own);
+            let mut may_hit = 0;
+            for (first, own) in eights(active) {
+                let rays = rays.eight(simd, first);
+                may_hit |= (tracer.scene.emitters.may_be_hit(simd, &rays).to_bitmask() & own) << first;
             }
-            if may_hit.iter().any(|own| own.any_true()) {
-                self.nearest_of_packets(simd, tracer, packets, &may_hit, hits);
+            let others = active & !may_hit;
+            hits.clear();
+            if may_hit != 0 {
+                self.nearest(simd, tracer, rays, may_hit, hits);
             }
-            let mut occluded = u64::MAX;
-            if tracer.lights.has_skies() && others.iter().any(|own| own.any_true()) {
-                occluded = self.occluded_of_packets(simd, tracer, packets, &others, false);
+            if !tracer.lights.has_skies() || others == 0 {
+                return may_hit;
             }
-            for (packet, active) in active.iter_mut().enumerate() {
-                let is_free = others[packet] & !bits(simd, occluded >> (LANES * packet) & 0xff);
-                *active = may_hit[packet] | is_free;
-            }
+            may_hit | others & !self.occluded(simd, tracer, rays, others, false)
         })
     }
 
@@ -282,7 +253,7 @@ impl<'s> World<'s> {
                 let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
                 (ray, is_hit.then(|| list.hit(hits, lane)))
             }
-            Aggregate::Tree(tree) => (tree.ray(rays, lane), is_hit.then(|| tree.hit(hits, lane))),
+            Aggregate::Tree(tree) => (tree.ray(&rays.one(lane)), is_hit.then(|| tree.hit(hits, lane))),
         }
     }
 
@@ -432,15 +403,8 @@ impl<'s> Tracer<'s> {
 
     /// Counts the active rays before they are traced, and starts their stage.
     #[inline(always)]
-    pub fn begin_rays<S: Simd>(
-        &mut self,
-        stage: Stage,
-        rays: &[impl Borrow<Rays<S>>],
-        active: &[mask64x8<S>],
-    ) {
-        for active in active {
-            self.rays += count(*active);
-        }
+    fn begin_rays(&mut self, stage: Stage, rays: &RayColumns, active: u64) {
+        self.rays += u64::from(active.count_ones());
         self.profile(|profiler| profiler.begin_rays(stage, rays, active));
     }
 

@@ -240,7 +240,7 @@ mod tests {
                 let surfaces = &surfaces_at(simd, DVec3::ZERO);
                 let none = bits(simd, 0);
                 let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided: none, is_diffuse: none };
-                let sample = light.sample(simd, &Receivers { surfaces, domain, lunes: None });
+                let sample = light.sample(simd, &Receivers { surfaces: *surfaces, domain, lunes: None });
                 assert!(sample.is_valid.all_true());
                 sample.li.lane(0).x
             });

@@ -15,8 +15,8 @@ use crate::camera::{CameraRays, CameraSample, Viewer};
 use crate::film::{Film, ImageBlock, Scale};
 use crate::integrator::{
     SceneIntegrator, Stage, Tracer,
-    path_batch::{CameraPackets, PathBatch},
-    path_record::PATHS,
+    path_batch::PathBatch,
+    path_record::{PATHS, PathRecord},
 };
 use crate::number::{LANES, first_lanes, side_by_side, vectorized};
 use crate::prepare::{Brightest, Prepared};
@@ -272,7 +272,6 @@ impl Context<'_> {
         let sampler = &jobs[taken[0].job].pattern.sampler;
         debug_assert!(taken.iter().all(|sample| jobs[sample.job].pattern.sampler == *sampler));
         worker.streams.restart(sampler, &samples);
-        worker.batch.clear();
         side_by_side!(self.prepared.traceable.level, simd => self.take(simd, worker, &samples));
         worker.tracer.profile(|profiler| profiler.enter(Stage::Film));
         if worker.tracer.is_stopped {
@@ -296,29 +295,23 @@ impl Context<'_> {
     /// Takes samples.
     #[inline(always)]
     fn take<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample]) {
-        let packets = &self.camera_packets(simd, worker, samples);
+        self.start_paths(simd, worker, samples);
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
         let Worker { tracer, streams, batch, .. } = worker;
-        self.integrator.li(simd, tracer, streams, batch, packets, viewer);
+        self.integrator.li(simd, tracer, streams, batch, viewer);
     }
 
-    /// The camera rays of samples, by eights.
+    /// Starts the paths of samples in the batch of a worker.
     #[inline(always)]
-    pub(super) fn camera_packets<S: Simd>(
-        &self,
-        simd: S,
-        worker: &mut Worker,
-        samples: &[Sample],
-    ) -> CameraPackets<S> {
-        let mut packets = CameraPackets::new();
+    pub(super) fn start_paths<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample]) {
+        worker.batch.clear();
         for first in (0..samples.len()).step_by(LANES) {
             let count = LANES.min(samples.len() - first);
             let own = std::array::from_fn(|lane| (first + lane.min(count - 1)) as u16);
-            packets.rays.push(self.camera_rays(simd, worker, samples, (first, own)));
-            packets.active.push(first_lanes(simd, count));
-            packets.samples.push(own);
+            let rays = self.camera_rays(simd, worker, samples, (first, own));
+            let paths = PathRecord::new(simd, rays, own, first_lanes(simd, count));
+            worker.batch.camera_paths().push(&paths);
         }
-        packets
     }
 
     /// The camera rays of up to eight samples, from one on.

@@ -1,9 +1,9 @@
 //! Worlds in which rays traverse a hierarchy.
 
-use fearless_simd::{Simd, mask64x8, prelude::*};
+use fearless_simd::Simd;
 
-use super::rays::{Hits, Labels, NONE, PLACES, Rays};
-use crate::number::{LANES, bits, set_lanes, vectorized};
+use super::rays::{HitColumns, Hits, Labels, NONE, OneRay, PLACES, RayColumns};
+use crate::number::{bits, eights, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::{TraversalRays, WideTracer, nothing};
 use crate::traceable::Traceable;
@@ -14,119 +14,95 @@ pub(crate) struct Tree<'s> {
     pub scene: &'s Traceable,
 }
 
-/// The label of the element that was hit.
-#[inline(always)]
-fn number(hit: &Hit, labels: Labels) -> f64 {
-    match hit.place {
-        Hit::NO_PLACE => PLACES + labels.of(hit.element),
-        place => f64::from(place),
-    }
-}
-
 impl<'s> Tree<'s> {
     /// The number of an element that is no triangle, or [`NONE`].
     pub fn number(&self, element: ElementId) -> f64 {
         if element == ElementId::NONE { NONE } else { PLACES + self.scene.labels.of(element) }
     }
 
-    /// Finds the nearest hits of the active rays of packets. `hits`: none at first.
+    /// Finds the nearest hits of active rays; each bit of `active` is a ray. `hits`: none at first.
     #[inline(always)]
     pub fn nearest<S: Simd>(
         &self,
         simd: S,
         wide: &mut WideTracer,
-        packets: &[&Rays<S>],
-        active: &[mask64x8<S>],
-        hits: &mut [Hits<S>],
+        rays: &RayColumns,
+        active: u64,
+        hits: &mut HitColumns,
     ) {
-        let mut rest = rays_of(active);
+        let mut rest = active;
         if has_compress(simd) {
-            rest = wide.nearest(simd, self.scene, packets, rest, hits);
+            rest = wide.nearest(simd, self.scene, rays, rest, hits);
         }
-        for (packet, hits) in hits.iter_mut().enumerate() {
-            let own = rest >> (LANES * packet) & 0xff;
-            if own != 0 {
-                self.nearest_one_by_one(simd, packets[packet], bits(simd, own), hits);
-            }
+        if rest != 0 {
+            self.nearest_one_by_one(simd, rays, rest, hits);
         }
     }
 
     /// Finds the nearest hits of active rays, one ray after the other.
     #[inline(never)]
-    fn nearest_one_by_one<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>, hits: &mut Hits<S>) {
+    fn nearest_one_by_one<S: Simd>(&self, simd: S, rays: &RayColumns, active: u64, hits: &mut HitColumns) {
         vectorized!(simd, {
-            let (scene, forms) = (self.scene, TraversalRays::new(simd, rays.o, rays.d));
-            let mut emits = hits.emits.to_bitmask();
-            for lane in set_lanes(active) {
-                let ray = self.ray(rays, lane);
-                let mut hit = nothing(&ray);
-                if scene.search::<S, false>(simd, scene.query(&ray, false), (&forms, lane), &mut hit) {
-                    hits.set_lane(lane, Some(&hit), scene.labels);
-                    emits |= u64::from(scene.emits(&hit)) << lane;
+            let scene = self.scene;
+            for (first, own) in eights(active) {
+                let of = rays.eight(simd, first);
+                let forms = TraversalRays::new(simd, of.o, of.d);
+                for lane in set_lanes(bits(simd, own)) {
+                    let ray = self.ray(&rays.one(first + lane));
+                    let mut hit = nothing(&ray);
+                    if scene.search::<S, false>(simd, scene.query(&ray, false), (&forms, lane), &mut hit) {
+                        hits.set(first + lane, &hit, scene.labels, scene.emits(&hit));
+                    }
                 }
             }
-            hits.emits = bits(simd, emits);
         })
     }
 
-    /// The active rays of packets that hit anything but their targets, as bits. `is_shadow`: these are shadow rays, which may pass other
-    /// holes.
+    /// The active rays that hit anything but their targets, as bits. `is_shadow`: these are shadow rays, which may pass other holes.
     #[inline(always)]
     pub fn occluded<S: Simd>(
         &self,
         simd: S,
         wide: &mut WideTracer,
-        packets: &[&Rays<S>],
-        active: &[mask64x8<S>],
+        rays: &RayColumns,
+        active: u64,
         is_shadow: bool,
     ) -> u64 {
-        let (mut met, mut rest) = (0, rays_of(active));
+        let (mut met, mut rest) = (0, active);
         if has_compress(simd) {
-            (met, rest) = wide.occluded(simd, self.scene, packets, rest, is_shadow);
+            (met, rest) = wide.occluded(simd, self.scene, rays, rest, is_shadow);
         }
-        for (packet, rays) in packets.iter().enumerate() {
-            let own = rest >> (LANES * packet) & 0xff;
-            if own != 0 {
-                met |= self.occluded_one_by_one(simd, rays, bits(simd, own), is_shadow) << (LANES * packet);
-            }
+        if rest != 0 {
+            met |= self.occluded_one_by_one(simd, rays, rest, is_shadow);
         }
         met
     }
 
     /// The active rays that hit anything but their targets, as bits, one ray after the other.
     #[inline(never)]
-    fn occluded_one_by_one<S: Simd>(
-        &self,
-        simd: S,
-        rays: &Rays<S>,
-        active: mask64x8<S>,
-        is_shadow: bool,
-    ) -> u64 {
+    fn occluded_one_by_one<S: Simd>(&self, simd: S, rays: &RayColumns, active: u64, is_shadow: bool) -> u64 {
         vectorized!(simd, {
-            let (scene, forms) = (self.scene, TraversalRays::new(simd, rays.o, rays.d));
-            let mut met = 0;
-            for lane in set_lanes(active) {
-                let ray = self.ray(rays, lane);
-                let query = scene.query(&ray, is_shadow);
-                let is_met = scene.search::<S, true>(simd, query, (&forms, lane), &mut nothing(&ray));
-                met |= u64::from(is_met) << lane;
+            let (scene, mut met) = (self.scene, 0);
+            for (first, own) in eights(active) {
+                let of = rays.eight(simd, first);
+                let forms = TraversalRays::new(simd, of.o, of.d);
+                for lane in set_lanes(bits(simd, own)) {
+                    let ray = self.ray(&rays.one(first + lane));
+                    let query = scene.query(&ray, is_shadow);
+                    let is_met = scene.search::<S, true>(simd, query, (&forms, lane), &mut nothing(&ray));
+                    met |= u64::from(is_met) << (first + lane);
+                }
             }
             met
         })
     }
 
-    /// One of the rays.
+    /// A ray for the tests of single rays.
     #[inline(always)]
-    pub fn ray<S: Simd>(&self, rays: &Rays<S>, lane: usize) -> Ray {
-        let (leaving, leaving_place) = self.left(rays.leaving[lane], rays.leaving_instance[lane] as u32);
-        let target = self.scene.labels.element(rays.target[lane], ElementId::WORLD);
-        Ray {
-            t_max: rays.t_max[lane],
-            leaving,
-            leaving_place,
-            target,
-            ..Ray::new(rays.o.lane(lane), rays.d.lane(lane))
-        }
+    pub fn ray(&self, &OneRay { o, d, t_max, leaving, leaving_instance, target }: &OneRay) -> Ray {
+        let (leaving, leaving_place) = self.left(leaving, leaving_instance);
+        let target = self.scene.labels.element(target, ElementId::WORLD);
+        Ray { t_max, leaving, leaving_place, target, ..Ray::new(o, d) }
     }
 
     /// The name and the place of an element of a number; of triangles, the instance and the place are enough.
@@ -158,13 +134,6 @@ impl<'s> Tree<'s> {
     }
 }
 
-/// The active rays of packets, as bits.
-#[inline(always)]
-fn rays_of<S: Simd>(active: &[mask64x8<S>]) -> u64 {
-    let rays = active.iter().enumerate().map(|(packet, active)| active.to_bitmask() << (LANES * packet));
-    rays.fold(0, |all, own| all | own)
-}
-
 /// True if the processor moves chosen lanes together in few instructions. Without that, rays are faster one by one.
 #[inline(always)]
 fn has_compress<S: Simd>(simd: S) -> bool {
@@ -186,7 +155,7 @@ impl<S: Simd> Hits<S> {
         };
         let [b0, b1] = hit.barycentric;
         (self.t[lane], self.element[lane], self.instance[lane]) =
-            (hit.t, number(hit, labels), f64::from(hit.element.instance));
+            (hit.t, labels.number(hit), f64::from(hit.element.instance));
         (self.sides[0][lane], self.sides[1][lane], self.sides[2][lane]) = (b0, b1, 1.0 - b0 - b1);
     }
 }

@@ -1,12 +1,15 @@
 //! Packets of eight rays, and groups of packets of camera rays that traverse the hierarchy together.
 
+use std::ops::Range;
+
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
-use super::rays::{Hits, NONE, Rays, WORLD};
+use super::rays::{HitColumns, Hits, NONE, RayColumns, Rays, WORLD};
 use super::{Query, TraversalRays, Tree, nothing};
 use crate::bvh::{Leaf, Slabs, WIDTH, not_less};
-use crate::number::{Vec3x8, bits, set_lanes, splat_f32, to_f32};
+use crate::columns;
+use crate::number::{LANES, Vec3x8, bits, set_lanes, splat_f32, to_f32};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::{
@@ -15,7 +18,7 @@ use crate::triangle::{
 };
 
 /// The most packets that traverse the BVH together.
-pub(crate) const MOST_PACKETS: usize = 8;
+const MOST_PACKETS: usize = columns::MOST / LANES;
 
 /// Above this number of triangle tests per packet, separate packets are faster.
 const MOST_TESTS: usize = 24;
@@ -84,20 +87,23 @@ impl PacketCount {
 }
 
 impl Tree<'_> {
-    /// Appends the nearest hits of packets of rays from free space, for active rays; nothing if the packets do not stay together.
+    /// Finds the nearest hits of packets of rays from free space, for active rays; nothing if the packets do not stay together. `range`: the
+    /// numbers of the packets.
     #[inline(always)]
     pub fn nearest_of<S: Simd>(
         &self,
         simd: S,
-        rays: &[Rays<S>],
-        active: &[mask64x8<S>],
-        hits: &mut ArrayVec<Hits<S>, MOST_PACKETS>,
+        rays: &RayColumns,
+        range: Range<usize>,
+        active: u64,
+        hits: &mut HitColumns,
     ) -> Coherence {
         let mut packets: ArrayVec<Packet<S>, MOST_PACKETS> = ArrayVec::new();
         let mut all: Option<Slabs<S>> = None;
-        for (rays, active) in rays.iter().zip(active) {
-            let rays = whole(simd, rays, *active);
-            let Some((packet, own)) = Packet::new(simd, &rays, *active) else { return Coherence::Low };
+        for first in range.clone().map(|packet| LANES * packet) {
+            let active = bits(simd, active >> first & 0xff);
+            let rays = whole(simd, rays.eight(simd, first), active);
+            let Some((packet, own)) = Packet::new(simd, &rays, active) else { return Coherence::Low };
             all = match all {
                 Some(all) => all.union(own),
                 None => Some(own),
@@ -140,8 +146,9 @@ impl Tree<'_> {
                     }
                     Leaf::NonTriangle(other) => {
                         tests += OTHER_TESTS * packets.len();
-                        for (packet, rays) in packets.iter_mut().zip(rays) {
-                            packet.meet_non_triangle(simd, self.scene, rays, world.non_triangles[other]);
+                        for (number, packet) in range.clone().zip(&mut packets) {
+                            let other = world.non_triangles[other];
+                            packet.meet_non_triangle(simd, self.scene, (rays, LANES * number), other);
                         }
                     }
                 }
@@ -152,8 +159,8 @@ impl Tree<'_> {
         if tests > most {
             return Coherence::Low;
         }
-        for packet in &packets {
-            hits.push(packet.hits);
+        for (number, packet) in range.zip(&packets) {
+            hits.set_eight(simd, LANES * number, &packet.hits);
         }
         if 4 * tests <= most { Coherence::High } else { Coherence::Enough }
     }
@@ -171,11 +178,11 @@ fn farthest<S: Simd>(packets: &[Packet<S>]) -> f64 {
 
 /// The rays that are active, and the first of them in the place of the others.
 #[inline(always)]
-fn whole<S: Simd>(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Rays<S> {
+fn whole<S: Simd>(simd: S, rays: Rays<S>, active: mask64x8<S>) -> Rays<S> {
     if active.all_true() {
-        return *rays;
+        return rays;
     }
-    let first = active.to_bitmask().trailing_zeros() as usize % crate::number::LANES;
+    let first = active.to_bitmask().trailing_zeros() as usize % LANES;
     let (o, d) = (rays.o.lane(first), rays.d.lane(first));
     rays.keep_where(active, Rays::new(Vec3x8::splat(simd, o), Vec3x8::splat(simd, d)))
 }
@@ -267,12 +274,18 @@ impl<S: Simd> Packet<S> {
         bits(simd, earlier)
     }
 
-    /// Lets one ray after the other meet what is no triangle.
+    /// Lets one ray after the other meet what is no triangle. `first`: the first of the rays of this packet.
     #[inline(never)]
-    pub fn meet_non_triangle(&mut self, simd: S, scene: &Traceable, rays: &Rays<S>, other: NonTriangle) {
+    pub fn meet_non_triangle(
+        &mut self,
+        simd: S,
+        scene: &Traceable,
+        (rays, first): (&RayColumns, usize),
+        other: NonTriangle,
+    ) {
         let tree = Tree { scene };
         for lane in set_lanes(self.active) {
-            let (ray, mut hit) = (tree.ray(rays, lane), self.hit(scene, lane));
+            let (ray, mut hit) = (tree.ray(&rays.one(first + lane)), self.hit(scene, lane));
             let query = Query::new(&scene.world, &ray, ElementId::WORLD, false);
             if scene.meet_non_triangle::<S, false>(simd, query, other, &mut hit) {
                 let hits = &mut self.hits;
@@ -298,9 +311,8 @@ impl<S: Simd> Packet<S> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rays::OneRay;
     use super::*;
-    use crate::number::LANES;
-    use crate::number::first_lanes;
     use crate::number::side_by_side;
     use crate::ray::Ray;
     use crate::testing::noise;
@@ -342,26 +354,26 @@ mod tests {
 
     /// The coherence of some rays and the number of rays with a hit. Checks that each hit equals that of the ray alone.
     fn trace<S: Simd>(simd: S, scene: &Traceable, rays: &[Ray]) -> (Coherence, usize) {
-        let (mut packets, mut active) = (Vec::new(), Vec::new());
-        for rays in rays.chunks(LANES) {
-            // What is not active is anything.
-            let of = |vector: fn(&Ray) -> DVec3| {
-                let vectors: [DVec3; LANES] = from_fn(|lane| rays.get(lane).map_or(DVec3::NAN, vector));
-                Vec3x8::from_arrays(simd, &[0, 1, 2].map(|axis| vectors.map(|vector| vector[axis])))
-            };
-            packets.push(Rays::new(of(|ray| ray.o), of(|ray| ray.d)));
-            active.push(first_lanes(simd, rays.len()));
+        let mut columns = RayColumns::new();
+        // What is not active is anything.
+        let blank = Rays::new(Vec3x8::splat(simd, DVec3::NAN), Vec3x8::splat(simd, DVec3::NAN));
+        for packet in 0..MOST_PACKETS {
+            columns.store(LANES * packet, bits(simd, 0xff), &blank);
         }
-        let mut hits = ArrayVec::new();
-        let tree = Tree { scene };
-        let together = tree.nearest_of(simd, &packets, &active, &mut hits);
+        for (at, ray) in rays.iter().enumerate() {
+            columns.set(at, &OneRay { o: ray.o, d: ray.d, ..columns.one(at) });
+        }
+        let (tree, mut hits) = (Tree { scene }, HitColumns::new());
+        let active = u64::MAX >> (u64::BITS as usize - rays.len());
+        let range = 0..rays.len().div_ceil(LANES);
+        let together = tree.nearest_of(simd, &columns, range, active, &mut hits);
         if together == Coherence::Low {
             return (together, 0);
         }
         let mut met = 0;
         for (at, ray) in rays.iter().enumerate() {
-            let (hits, lane) = (&hits[at / LANES], at % LANES);
-            let own = (hits.element[lane] >= 0.0).then(|| tree.hit(hits, lane));
+            let (hits, lane) = (hits.eight(simd, at / LANES * LANES), at % LANES);
+            let own = (hits.element[lane] >= 0.0).then(|| tree.hit(&hits, lane));
             let name =
                 |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits), hit.place);
             assert_eq!(own.map(name), scene.nearest(ray).map(name), "{ray:?}");

@@ -1,9 +1,11 @@
 //! Rays side by side, and their hits.
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use glam::DVec3;
 
-use crate::number::Vec3x8;
-use crate::ray::ElementId;
+use crate::columns::{ROOM, columns};
+use crate::number::{LANES, Vec3x8, bits};
+use crate::ray::{ElementId, Hit};
 
 /// Rays, relative to the origin.
 #[derive(Clone, Copy)]
@@ -42,10 +44,88 @@ impl<S: Simd> Rays<S> {
         }
     }
 
+    /// One of the rays.
+    #[inline(always)]
+    pub fn one(&self, lane: usize) -> OneRay {
+        OneRay {
+            o: self.o.lane(lane),
+            d: self.d.lane(lane),
+            t_max: self.t_max[lane],
+            leaving: self.leaving[lane],
+            leaving_instance: self.leaving_instance[lane] as u32,
+            target: self.target[lane],
+        }
+    }
+
     /// The points on the rays at distances `t`.
     #[inline(always)]
     pub fn at(&self, t: f64x8<S>) -> Vec3x8<S> {
         self.o + self.d * t
+    }
+}
+
+columns! {
+    /// Rays that are traced together.
+    pub(crate) struct RayColumns of Rays {
+        o_x: f64 = o.x,
+        o_y: f64 = o.y,
+        o_z: f64 = o.z,
+        d_x: f64 = d.x,
+        d_y: f64 = d.y,
+        d_z: f64 = d.z,
+        t_max: f64 = t_max,
+        leaving: f64 = leaving,
+        leaving_instance: f64 = leaving_instance,
+        target: f64 = target,
+    }
+}
+
+/// One of [`Rays`] or [`RayColumns`], with the same fields.
+pub(crate) struct OneRay {
+    pub o: DVec3,
+    pub d: DVec3,
+    pub t_max: f64,
+    pub leaving: f64,
+    pub leaving_instance: u32,
+    pub target: f64,
+}
+
+impl RayColumns {
+    /// The eight rays from one on.
+    #[inline(always)]
+    pub fn eight<S: Simd>(&self, simd: S, from: usize) -> Rays<S> {
+        let zero = Vec3x8::splat(simd, DVec3::ZERO);
+        let mut rays = Rays::new(zero, zero);
+        self.load(simd, from, &mut rays);
+        rays
+    }
+
+    /// The origin of one of the rays, and its direction.
+    #[inline(always)]
+    pub fn line(&self, ray: usize) -> [DVec3; 2] {
+        let ray = ray % ROOM;
+        [
+            DVec3::new(self.o_x[ray], self.o_y[ray], self.o_z[ray]),
+            DVec3::new(self.d_x[ray], self.d_y[ray], self.d_z[ray]),
+        ]
+    }
+
+    /// One of the rays.
+    #[inline(always)]
+    pub fn one(&self, ray: usize) -> OneRay {
+        let [o, d] = self.line(ray);
+        let (t_max, leaving, target) = (self.t_max[ray], self.leaving[ray], self.target[ray]);
+        OneRay { o, d, t_max, leaving, leaving_instance: self.leaving_instance[ray] as u32, target }
+    }
+
+    /// Sets one of the rays.
+    #[inline(always)]
+    pub fn set(&mut self, ray: usize, of: &OneRay) {
+        let ray = ray % ROOM;
+        [self.o_x[ray], self.o_y[ray], self.o_z[ray]] = of.o.into();
+        [self.d_x[ray], self.d_y[ray], self.d_z[ray]] = of.d.into();
+        (self.t_max[ray], self.leaving[ray], self.target[ray]) = (of.t_max, of.leaving, of.target);
+        self.leaving_instance[ray] = f64::from(of.leaving_instance);
     }
 }
 
@@ -84,6 +164,15 @@ impl Labels {
             ElementId::NONE => NONE,
             ElementId::POINT_LIGHT => POINT_LIGHT,
             element => f64::from(element.primitive) * self.indices[0] + f64::from(element.index),
+        }
+    }
+
+    /// The number of the element that was hit in a world with a BVH.
+    #[inline(always)]
+    pub(super) fn number(self, hit: &Hit) -> f64 {
+        match hit.place {
+            Hit::NO_PLACE => PLACES + self.of(hit.element),
+            place => f64::from(place),
         }
     }
 
@@ -127,6 +216,51 @@ impl<S: Simd> Hits<S> {
     #[inline(always)]
     pub fn is_hit(&self) -> mask64x8<S> {
         self.element.simd_ge(0.0)
+    }
+}
+
+columns! {
+    /// The nearest hits of [`RayColumns`].
+    pub(crate) struct HitColumns of Hits {
+        t: f64 = t,
+        element: f64 = element,
+        instance: f64 = instance,
+        side_0: f64 = sides[0],
+        side_1: f64 = sides[1],
+        side_2: f64 = sides[2],
+        emits: f32 = emits,
+    }
+}
+
+impl HitColumns {
+    /// The hits of the eight rays from one on.
+    #[inline(always)]
+    pub fn eight<S: Simd>(&self, simd: S, from: usize) -> Hits<S> {
+        let mut hits = Hits::none(simd);
+        self.load(simd, from, &mut hits);
+        hits
+    }
+
+    /// Sets the hits of the eight rays from one on.
+    #[inline(always)]
+    pub fn set_eight<S: Simd>(&mut self, simd: S, from: usize, hits: &Hits<S>) {
+        self.store(from, bits(simd, 0xff), hits);
+    }
+
+    /// Removes all hits.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        (self.element, self.emits) = ([NONE; ROOM], [0.0; ROOM]);
+    }
+
+    /// Sets the hit of one ray in a world with a BVH.
+    #[inline(always)]
+    pub fn set(&mut self, ray: usize, hit: &Hit, labels: Labels, emits: bool) {
+        let (ray, [b0, b1]) = (ray % ROOM, hit.barycentric);
+        (self.t[ray], self.element[ray]) = (hit.t, labels.number(hit));
+        self.instance[ray] = f64::from(hit.element.instance);
+        (self.side_0[ray], self.side_1[ray], self.side_2[ray]) = (b0, b1, 1.0 - b0 - b1);
+        self.emits[ray] = f32::from(emits);
     }
 }
 

@@ -15,10 +15,11 @@ mod tests;
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask32x8, prelude::*, u32x8};
 
-use super::rays::{Hits, PLACES, Rays};
-use super::{MOST_PACKETS, TraversalRays};
+use super::TraversalRays;
+use super::rays::{HitColumns, PLACES, RayColumns};
 use crate::bvh::{Child, Node, STACK, WIDTH, sort_descending};
-use crate::number::{LANES, prefetch, splat_f32, to_f32, vectorized};
+use crate::columns::MOST as MOST_RAYS;
+use crate::number::{LANES, eights, prefetch, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, Traceable};
 use crate::triangle::{Turned, UNIT};
@@ -26,8 +27,6 @@ use deferred::DeferredHits;
 use instances::AtInstance;
 use slabs::FusedSlabs;
 
-/// The most rays that are traced side by side.
-const MOST_RAYS: usize = MOST_PACKETS * LANES;
 /// The room of each stack: a power of two, and more than any traversal needs.
 const ROOM: usize = 1024;
 const _: () = assert!(STACK < ROOM);
@@ -86,10 +85,10 @@ pub(crate) struct WideTracer {
     /// The rays that wait at an instance, and those instances.
     at_instances: ArrayVec<AtInstance, MOST_RAYS>,
     /// For the elements of instances. `None` before the first one.
-    inner: Option<Box<WideTracer>>,
+    inner: Option<Box<(WideTracer, RayColumns)>>,
 }
 
-/// The rays that a [`WideTracer`] traces, in packets.
+/// The rays that a [`WideTracer`] traces.
 #[derive(Clone, Copy)]
 struct Traced<'t, S: Simd> {
     simd: S,
@@ -97,7 +96,7 @@ struct Traced<'t, S: Simd> {
     /// The world or an object.
     group: &'t Group,
     /// The rays, in the space of the group.
-    packets: &'t [&'t Rays<S>],
+    rays: &'t RayColumns,
     /// The instance that each ray is in, or [`ElementId::WORLD`].
     instances: &'t [u32; MOST_RAYS],
     /// True for shadow rays, which may pass other holes.
@@ -107,8 +106,8 @@ struct Traced<'t, S: Simd> {
 const IN_WORLD: [u32; MOST_RAYS] = [ElementId::WORLD; MOST_RAYS];
 
 impl<'t, S: Simd> Traced<'t, S> {
-    fn in_world(simd: S, scene: &'t Traceable, packets: &'t [&'t Rays<S>], is_shadow: bool) -> Self {
-        Traced { simd, scene, group: &scene.world, packets, instances: &IN_WORLD, is_shadow }
+    fn in_world(simd: S, scene: &'t Traceable, rays: &'t RayColumns, is_shadow: bool) -> Self {
+        Traced { simd, scene, group: &scene.world, rays, instances: &IN_WORLD, is_shadow }
     }
 }
 
@@ -136,21 +135,21 @@ impl WideTracer {
         }
     }
 
-    /// Finds the nearest hits of active rays; each bit of `active` is a ray. Replaces `hits`. Returns the active rays that are not traced,
-    /// because they are out of the range of `f32`.
+    /// Finds the nearest hits of active rays; each bit of `active` is a ray. `hits`: none at first.
+    /// Returns the active rays that are not traced, because they are out of the range of `f32`.
     #[inline(never)]
     pub fn nearest<S: Simd>(
         &mut self,
         simd: S,
         scene: &Traceable,
-        packets: &[&Rays<S>],
+        rays: &RayColumns,
         active: u64,
-        hits: &mut [Hits<S>],
+        hits: &mut HitColumns,
     ) -> u64 {
         vectorized!(simd, {
-            let traced = &Traced::in_world(simd, scene, packets, false);
+            let traced = &Traced::in_world(simd, scene, rays, false);
             let (_, rest) = self.trace_group::<S, false>(traced, active);
-            self.hits.write(simd, scene, hits);
+            self.hits.write(scene, hits);
             rest
         })
     }
@@ -162,11 +161,11 @@ impl WideTracer {
         &mut self,
         simd: S,
         scene: &Traceable,
-        packets: &[&Rays<S>],
+        rays: &RayColumns,
         active: u64,
         is_shadow: bool,
     ) -> (u64, u64) {
-        self.trace_group::<S, true>(&Traced::in_world(simd, scene, packets, is_shadow), active)
+        self.trace_group::<S, true>(&Traced::in_world(simd, scene, rays, is_shadow), active)
     }
 
     /// Traces active rays in a group. Returns those that hit anything, if `ANY` hit will do, and those that are not traced.
@@ -235,16 +234,12 @@ impl WideTracer {
     /// Puts the active rays at the root. Returns those that are in the range of `f32`.
     #[inline(always)]
     fn start<S: Simd>(&mut self, traced: &Traced<S>, active: u64) -> u64 {
-        let Traced { simd, group, packets, instances, .. } = *traced;
+        let Traced { simd, group, rays, instances, .. } = *traced;
         let bounds = &group.bvh.bounds;
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         let mut started = 0;
-        for (packet, rays) in packets.iter().enumerate() {
-            let first = packet % MOST_PACKETS * LANES;
-            if active >> first & 0xff == 0 {
-                continue;
-            }
-            let own = first..first + LANES;
+        for (first, active) in eights(active) {
+            let (own, rays) = (first..first + LANES, rays.eight(simd, first));
             let traversal = TraversalRays::new(simd, rays.o, rays.d);
             let o = [to_f32(rays.o.x), to_f32(rays.o.y), to_f32(rays.o.z)];
             let d = [to_f32(rays.d.x), to_f32(rays.d.y), to_f32(rays.d.z)];
@@ -271,7 +266,7 @@ impl WideTracer {
                 self.entries.of(ray)[0] = 0.0;
             }
             let in_range = traversal.magnitude.simd_lt(f32::INFINITY).to_bitmask();
-            started |= (active >> first & in_range & 0xff) << first;
+            started |= (active & in_range) << first;
         }
         started
     }

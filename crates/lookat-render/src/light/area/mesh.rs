@@ -162,7 +162,7 @@ impl SurfaceLight {
         vectorized!(simd, {
             match &mesh.rectangle {
                 Some(rectangle) => {
-                    let seen = rectangle.seen_from(simd, at.surfaces);
+                    let seen = rectangle.seen_from(simd, &at.surfaces);
                     let [s, t] = if seen.is_in_range.any_true() { seen.sample(u) } else { u };
                     let is_in_range = seen.is_in_range;
                     let shares = [is_in_range.select(s, u[0]), is_in_range.select(t, u[1])];
@@ -187,7 +187,7 @@ impl SurfaceLight {
             None => sample_discrete(simd, [&mesh.sums; LANES], u),
         };
         let triangles = mesh.triangles(&self.primitive, indices);
-        let (seen, density) = mesh.seen(at.surfaces, triangles.corners(simd), chosen.is_some());
+        let (seen, density) = mesh.seen(&at.surfaces, triangles.corners(simd), chosen.is_some());
         let is_by_angle = density.is_by_angle;
         // Points of a triangle, all alike (PBR 13.6.5).
         let root = rest.sqrt();

@@ -145,7 +145,7 @@ impl SurfaceLight {
         u: Vec2x8<S>,
     ) -> LightSample<S> {
         vectorized!(simd, {
-            let seen = SphericalDisks::new(simd, shape, disk, at.surfaces);
+            let seen = SphericalDisks::new(simd, shape, disk, &at.surfaces);
             let [p, q] = square_to_disk(u);
             let ([x, y], solid_angle) = seen.sample([p, q]);
             let is_by_angle = seen.is_in_range;
@@ -214,7 +214,7 @@ mod tests {
         let (all, none) = (bits(simd, 0xff), bits(simd, 0));
         let n = Vec3x8::splat(simd, DVec3::Z);
         let domain = Domain { n, ns: n, is_two_sided: all, is_diffuse: none };
-        let at = Receivers { surfaces, domain, lunes: None };
+        let at = Receivers { surfaces: *surfaces, domain, lunes: None };
         let sample = table.sample(simd, 0, (&at, none), (None, [u.x.simd_into(simd), u.y.simd_into(simd)]));
         if sample.is_valid.to_bitmask() & 1 == 0 {
             return None;

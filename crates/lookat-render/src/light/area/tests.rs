@@ -116,7 +116,7 @@ fn drawn<S: Simd>(
     let n = Vec3x8::splat(simd, DVec3::Z);
     let surfaces = &surfaces_at(simd, p);
     let domain = Domain { n, ns: n, is_two_sided: all, is_diffuse: none };
-    let at = Receivers { surfaces, domain, lunes: None };
+    let at = Receivers { surfaces: *surfaces, domain, lunes: None };
     let chosen = triangle.map(|triangle| f64x8::splat(simd, triangle as f64));
     let u = [u.x.simd_into(simd), u.y.simd_into(simd)];
     let sample = table.sample(simd, 0, (&at, none), (chosen, u));

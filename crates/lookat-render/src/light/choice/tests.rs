@@ -66,7 +66,7 @@ impl At {
         let (is_two_sided, is_diffuse) = (mask(self.is_two_sided), mask(self.is_diffuse));
         let domain = Domain { n, ns, is_two_sided, is_diffuse };
         let lunes = if table.has_skies() { Lunes::new(&domain, mask(true)) } else { None };
-        let at = Receivers { surfaces: &surfaces_at(simd, self.p), domain, lunes };
+        let at = Receivers { surfaces: surfaces_at(simd, self.p), domain, lunes };
         ask(&LightSampler::new(simd, table, choice, &at))
     }
 

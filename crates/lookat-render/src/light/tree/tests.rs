@@ -121,7 +121,7 @@ fn asked<S: Simd>(
     let mask = |is: bool| bits(simd, if is { 0xff } else { 0 });
     let [n, ns] = [place.n, place.ns].map(|n| Vec3x8::splat(simd, n.as_dvec3()));
     let domain = Domain { n, ns, is_two_sided: mask(place.is_two_sided), is_diffuse: mask(place.is_diffuse) };
-    let receivers = Receivers { surfaces: &surfaces_at(simd, place.p), domain, lunes: None };
+    let receivers = Receivers { surfaces: surfaces_at(simd, place.p), domain, lunes: None };
     let mut estimates = Vec::new();
     tree.estimates(simd, &receivers, |estimate| estimates.push(estimate[0]));
     let total: f64 = estimates.iter().sum();

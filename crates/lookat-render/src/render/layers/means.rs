@@ -10,7 +10,7 @@ use crate::camera::Viewer;
 use crate::film::Area;
 use crate::integrator::path_record::PATHS;
 use crate::integrator::world::Sees;
-use crate::number::{set_lanes, side_by_side};
+use crate::number::{LANES, set_lanes, side_by_side};
 use crate::render::rounds::Pass;
 use crate::render::sample::Context;
 use crate::render::sample::Worker;
@@ -100,19 +100,21 @@ impl Context<'_> {
         samples: &[Sample],
         seen: &mut [LayerValues; PATHS],
     ) {
-        let packets = self.camera_packets(simd, worker, samples);
-        let (world, tracer) = (self.integrator.world(), &mut worker.tracer);
+        self.start_paths(simd, worker, samples);
+        let Worker { tracer, batch, .. } = worker;
+        let (world, camera_samples) = (self.integrator.world(), batch.camera_samples);
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
-        let hits = world.nearest_of(simd, tracer, &packets.rays, &packets.active);
-        for (packet, hits) in hits.into_iter().enumerate() {
-            let mut paths = packets.paths(simd, packet, hits);
+        let columns = batch.camera_paths();
+        world.nearest_of_camera(simd, tracer, &columns.rays, columns.all(), &mut columns.hits);
+        for first in (0..columns.count).step_by(LANES) {
+            let mut paths = columns.eight(simd, first, columns.count);
             world.pass(simd, tracer, &mut paths, Sees::Nothing, |_, _| {});
             paths.active &= paths.hits.is_hit();
             if !paths.active.any_true() {
                 continue;
             }
             let mut slots = LobeSlots::new();
-            let views = paths.views(viewer, &worker.batch.camera_samples);
+            let views = paths.views(viewer, &camera_samples);
             let surfaces = world.shaded(simd, tracer, &paths, Some(&views), &mut slots).surfaces;
             let n = surfaces.n.face_forward(-paths.rays.d);
             let ns = surfaces.ns.face_forward(n);

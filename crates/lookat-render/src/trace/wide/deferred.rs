@@ -3,10 +3,10 @@
 use fearless_simd::{Simd, f64x8};
 
 use super::{MOST_RAYS, Traced};
-use crate::number::{LANES, Vec3x8, bits, first_lanes, prefetch, set_lanes};
+use crate::number::{LANES, Vec3x8, first_lanes, prefetch, set_lanes};
 use crate::ray::{Hit, Ray};
 use crate::trace::nothing;
-use crate::trace::rays::{Hits, Rays};
+use crate::trace::rays::HitColumns;
 use crate::traceable::{Group, Traceable};
 use crate::triangle::sheared::ShearedRays;
 
@@ -74,7 +74,7 @@ impl DeferredHits {
     /// Decides the hits that are deferred.
     #[inline(always)]
     pub fn finish<S: Simd>(&mut self, traced: &Traced<S>) {
-        let Traced { simd, group, packets, instances, .. } = *traced;
+        let Traced { simd, group, rays, instances, .. } = *traced;
         let mut rest = std::mem::take(&mut self.has_deferred);
         while rest != 0 {
             let (mut own, mut count) = ([0; LANES], 0);
@@ -82,9 +82,9 @@ impl DeferredHits {
             while rest != 0 && count < LANES {
                 let ray = rest.trailing_zeros() as usize % MOST_RAYS;
                 rest &= rest - 1;
-                let (Rays { o, d, .. }, lane) = (packets[ray / LANES], ray % LANES);
+                let [o, d] = &rays.line(ray);
                 let [p, q, r] = &group.triangle(self.deferred[ray]).corners;
-                for (numbers, v) in numbers.iter_mut().zip([&o.lane(lane), &d.lane(lane), p, q, r]) {
+                for (numbers, v) in numbers.iter_mut().zip([o, d, p, q, r]) {
                     [numbers[0][count], numbers[1][count], numbers[2][count]] = (*v).into();
                 }
                 own[count] = ray;
@@ -103,8 +103,7 @@ impl DeferredHits {
                 let triangle = group.triangle(place);
                 let (t, element) = (t[lane], triangle.element(instances[ray]));
                 let barycentric = triangle.first_two(|corner| weights[corner][lane]);
-                let t_max = packets[ray / LANES].t_max[ray % LANES];
-                self.replace(ray, t_max, &Hit { t, element, barycentric, place });
+                self.replace(ray, rays.t_max[ray], &Hit { t, element, barycentric, place });
             }
         }
     }
@@ -128,19 +127,15 @@ impl DeferredHits {
         (self.has_decided >> ray & 1 == 1).then_some(&self.decided[ray])
     }
 
-    /// Writes the hits of packets, once all are decided.
+    /// Writes the hits, once all are decided.
     #[inline(always)]
-    pub fn write<S: Simd>(&self, simd: S, scene: &Traceable, hits: &mut [Hits<S>]) {
-        for (packet, hits) in hits.iter_mut().enumerate() {
-            let (mut emits, mut rest) = (0, self.has_decided >> (LANES * packet) & 0xff);
-            while rest != 0 {
-                let lane = rest.trailing_zeros() as usize % LANES;
-                rest &= rest - 1;
-                let hit = &self.decided[(LANES * packet + lane) % MOST_RAYS];
-                hits.set_lane(lane, Some(hit), scene.labels);
-                emits |= u64::from(scene.emits(hit)) << lane;
-            }
-            hits.emits = bits(simd, emits);
+    pub fn write(&self, scene: &Traceable, hits: &mut HitColumns) {
+        let mut rest = self.has_decided;
+        while rest != 0 {
+            let ray = rest.trailing_zeros() as usize % MOST_RAYS;
+            rest &= rest - 1;
+            let hit = &self.decided[ray];
+            hits.set(ray, hit, scene.labels, scene.emits(hit));
         }
     }
 }

@@ -1,15 +1,11 @@
 //! Rays that wait at instances traverse the objects of these together.
 
-use std::array::from_fn;
-
-use arrayvec::ArrayVec;
-use fearless_simd::{Simd, prelude::*};
+use fearless_simd::Simd;
 
 use super::{MOST_RAYS, Traced, WideTracer};
-use crate::number::{LANES, Vec3x8, vectorized};
+use crate::number::vectorized;
 use crate::ray::ElementId;
-use crate::trace::MOST_PACKETS;
-use crate::trace::rays::Rays;
+use crate::trace::rays::{OneRay, RayColumns};
 use crate::traceable::NonTriangle;
 
 /// A ray that waits at an instance.
@@ -40,7 +36,7 @@ impl WideTracer {
     /// Traces the rays that wait in their instances. Returns those that hit anything, if `ANY` hit will do.
     #[inline(never)]
     pub(super) fn trace_in_instances<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>) -> u64 {
-        let mut inner = self.inner.take().unwrap_or_else(|| Box::new(WideTracer::new()));
+        let mut inner = self.inner.take().unwrap_or_else(|| Box::new((WideTracer::new(), RayColumns::new())));
         let mut all = std::mem::take(&mut self.at_instances);
         all.sort_unstable_by_key(|one| one.object);
         let mut met = 0;
@@ -71,42 +67,23 @@ impl WideTracer {
         &mut self,
         traced: &Traced<S>,
         same: &[AtInstance],
-        inner: &mut WideTracer,
+        (inner, rays): &mut (WideTracer, RayColumns),
     ) -> u64 {
-        let Traced { simd, scene, packets: outer, is_shadow, .. } = *traced;
+        let Traced { simd, scene, rays: outer, is_shadow, .. } = *traced;
         vectorized!(simd, {
-            let mut packets = ArrayVec::<Rays<S>, MOST_PACKETS>::new();
-            for eight in same.chunks(LANES) {
-                let of_lane = |lane: usize| eight[lane.min(eight.len() - 1)];
-                let lanes: [AtInstance; LANES] = from_fn(of_lane);
-                let (mut o, mut d, mut rest) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [[0.0; LANES]; 4]);
-                for (lane, AtInstance { ray, instance, .. }) in lanes.iter().enumerate() {
-                    let ray = usize::from(*ray);
-                    let (rays, own) = (outer[ray / LANES], ray % LANES);
-                    let placed = &scene.instances[*instance as usize];
-                    let (object_o, object_d) =
-                        (placed.to_object(rays.o.lane(own)), placed.vector_to_object(rays.d.lane(own)));
-                    for axis in 0..3 {
-                        (o[axis][lane], d[axis][lane]) = (object_o[axis], object_d[axis]);
-                    }
-                    let t_max = self.hits.nearest(ray).map_or(rays.t_max[own], |hit| hit.t);
-                    // Hits beyond one that is deferred do not count either.
-                    rest[0][lane] = t_max.min(f64::from(self.limit[ray]));
-                    rest[1][lane] = rays.leaving[own];
-                    rest[2][lane] = rays.leaving_instance[own];
-                    rest[3][lane] = rays.target[own];
-                }
-                let [t_max, leaving, leaving_instance, target] = rest.map(|numbers| numbers.simd_into(simd));
-                let (o, d) = (Vec3x8::from_arrays(simd, &o), Vec3x8::from_arrays(simd, &d));
-                packets.push(Rays { o, d, t_max, leaving, leaving_instance, target });
-            }
-            let packets: ArrayVec<&Rays<S>, MOST_PACKETS> = packets.iter().collect();
             let mut instances = [ElementId::WORLD; MOST_RAYS];
-            for (own, one) in instances.iter_mut().zip(same) {
-                *own = one.instance;
+            for (at, AtInstance { ray, instance, .. }) in same.iter().enumerate() {
+                let (ray, placed) = (usize::from(*ray), &scene.instances[*instance as usize]);
+                let OneRay { o, d, t_max, .. } = outer.one(ray);
+                let t_max = self.hits.nearest(ray).map_or(t_max, |hit| hit.t);
+                // Hits beyond one that is deferred do not count either.
+                let t_max = t_max.min(f64::from(self.limit[ray]));
+                let (o, d) = (placed.to_object(o), placed.vector_to_object(d));
+                rays.set(at, &OneRay { o, d, t_max, ..outer.one(ray) });
+                instances[at] = *instance;
             }
             let group = &scene.objects[same[0].object as usize];
-            let own = Traced { simd, scene, group, packets: &packets, instances: &instances, is_shadow };
+            let own = Traced { simd, scene, group, rays, instances: &instances, is_shadow };
             let active = u64::MAX >> (MOST_RAYS - same.len());
             let (mut met, rest) = inner.trace_group::<S, ANY>(&own, active);
             met = (0..same.len()).fold(0, |all, at| all | (met >> at & 1) << same[at].ray);
@@ -115,8 +92,7 @@ impl WideTracer {
                     met |= self.trace_alone::<S, ANY>(traced, one);
                 } else if let Some(hit) = inner.hits.nearest(at).filter(|_| !ANY) {
                     let ray = usize::from(one.ray);
-                    let t_max = outer[ray / LANES].t_max[ray % LANES];
-                    if self.hits.replace(ray, t_max, hit) {
+                    if self.hits.replace(ray, outer.t_max[ray], hit) {
                         self.record::<ANY>(ray, hit);
                     }
                 }

@@ -5,7 +5,7 @@ use fearless_simd::Simd;
 
 use super::{MOST_RAYS, QUEUE, Traced, WideTracer};
 use crate::bvh::{Child, Leaf, WIDTH, not_less};
-use crate::number::{LANES, prefetch, splat_f32};
+use crate::number::{prefetch, splat_f32};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::{Query, Tree, nothing};
 use crate::traceable::{Group, NonTriangle};
@@ -62,7 +62,7 @@ impl WideTracer {
         ray: usize,
         number: usize,
     ) -> bool {
-        let Traced { simd, scene, group, packets, instances, .. } = *traced;
+        let Traced { simd, scene, group, rays, instances, .. } = *traced;
         let block = &group.blocks[number];
         let own = |at: usize| splat_f32(simd, self.turned[at][ray]);
         let turned =
@@ -82,7 +82,7 @@ impl WideTracer {
             }
             // Nearly always the target is all that is left. It is in the world.
             if instances[ray] == ElementId::WORLD {
-                let target = packets[ray / LANES].target[ray % LANES];
+                let target = rays.target[ray];
                 let element = |lane| group.triangle(block.place(lane)).element(ElementId::WORLD);
                 let is_other = |lane: &u32| scene.labels.of(element(*lane)) != target;
                 rest = lanes_of(rest).filter(is_other).fold(0, |rest, lane| rest | 1 << lane);
@@ -165,7 +165,7 @@ impl WideTracer {
         if self.has_single >> ray & 1 == 0 {
             self.has_single |= 1 << ray;
             let tree = Tree { scene: traced.scene };
-            self.singles[ray] = tree.ray(traced.packets[ray / LANES], ray % LANES);
+            self.singles[ray] = tree.ray(&traced.rays.one(ray));
         }
         self.singles[ray]
     }

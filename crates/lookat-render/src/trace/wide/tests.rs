@@ -7,10 +7,11 @@ use super::slabs::FusedSlabs;
 use super::*;
 use crate::bvh::within_box;
 use crate::frame::Bounds;
-use crate::number::{Vec3x8, first_lanes, side_by_side};
+use crate::number::side_by_side;
 use crate::ray::Ray;
 use crate::testing::{levels, noise, scene};
 use crate::trace::Tree;
+use crate::trace::rays::{NONE, OneRay};
 
 const LAMP: &str = "AttributeBegin AreaLightSource \"diffuse\" Translate 0 0 2 Shape \"trianglemesh\"
     \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] AttributeEnd";
@@ -80,38 +81,28 @@ fn ray(scene: &Traceable, i: usize) -> Ray {
 /// Traces a case with the instructions of `simd`, and checks each ray against all elements. Returns the number of hits.
 fn check<S: Simd>(simd: S, scene: &Traceable, tracer: &mut WideTracer, case: usize) -> usize {
     let all: Vec<Ray> = (0..MOST_RAYS).map(|k| ray(scene, case * MOST_RAYS + k)).collect();
-    let (mut packets, mut active) = (Vec::new(), 0);
-    for (packet, own) in all.chunks(LANES).enumerate() {
-        let of = |vector: fn(&Ray) -> DVec3| {
-            let vectors: [DVec3; LANES] = from_fn(|lane| vector(&own[lane]));
-            Vec3x8::from_arrays(simd, &[0, 1, 2].map(|axis| vectors.map(|vector| vector[axis])))
-        };
-        let mut rays = Rays::new(of(|ray| ray.o), of(|ray| ray.d));
-        for (lane, ray) in own.iter().enumerate() {
-            rays.t_max[lane] = ray.t_max;
-            if ray.leaving_place != Hit::NO_PLACE {
-                rays.leaving[lane] = f64::from(ray.leaving_place);
-            }
-            rays.target[lane] = scene.labels.of(ray.target);
-        }
-        packets.push(rays);
-        active |= first_lanes(simd, [LANES, 5, 0][(case + packet) % 3]).to_bitmask() << (LANES * packet);
+    let (mut rays, mut active) = (RayColumns::new(), 0);
+    for (at, Ray { o, d, t_max, leaving_place, target, .. }) in all.iter().enumerate() {
+        let leaving = if *leaving_place == Hit::NO_PLACE { NONE } else { f64::from(*leaving_place) };
+        let (leaving_instance, target) = (ElementId::WORLD, scene.labels.of(*target));
+        rays.set(at, &OneRay { o: *o, d: *d, t_max: *t_max, leaving, leaving_instance, target });
+        active |= u64::from(at % LANES < [LANES, 5, 0][(case + at / LANES) % 3]) << at;
     }
-    let packets: Vec<&Rays<S>> = packets.iter().collect();
-    let mut hits = vec![Hits::none(simd); packets.len()];
-    let beyond = tracer.nearest(simd, scene, &packets, active, &mut hits);
-    let (occluded, also_beyond) = tracer.occluded(simd, scene, &packets, active, true);
+    let mut hits = HitColumns::new();
+    hits.clear();
+    let beyond = tracer.nearest(simd, scene, &rays, active, &mut hits);
+    let (occluded, also_beyond) = tracer.occluded(simd, scene, &rays, active, true);
     assert_eq!(beyond, also_beyond);
     let (tree, mut met) = (Tree { scene }, 0);
     for (at, ray) in all.iter().enumerate() {
-        let (hits, lane) = (&hits[at / LANES], at % LANES);
+        let (hits, lane) = (hits.eight(simd, at / LANES * LANES), at % LANES);
         assert_eq!(beyond >> at & 1 == 1, active >> at & 1 == 1 && ray.o.abs().max_element() > 1e23);
         if (active & !beyond) >> at & 1 == 0 {
             assert!(hits.element[lane] < 0.0 && occluded >> at & 1 == 0);
             continue;
         }
         let name = |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits), hit.place);
-        let own = (hits.element[lane] >= 0.0).then(|| tree.hit(hits, lane));
+        let own = (hits.element[lane] >= 0.0).then(|| tree.hit(&hits, lane));
         assert_eq!(own.map(name), scene.nearest_by_all(ray).map(name), "{ray:?}");
         assert_eq!(own.is_some_and(|hit| scene.emits(&hit)), hits.emits.to_bitmask() >> lane & 1 == 1);
         assert_eq!(occluded >> at & 1 == 1, scene.occluded_by_all(ray), "{ray:?}");

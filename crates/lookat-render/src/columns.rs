@@ -1,0 +1,115 @@
+//! Columns: plain arrays that store records of eight lanes, so that many of them are gathered before the next step takes them together.
+
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
+
+use crate::number::{LANES, narrow, splat_f32};
+
+/// The most records that are gathered.
+pub(crate) const MOST: usize = 64;
+/// Room for the records, and for eight that are stored at once.
+pub(crate) const ROOM: usize = MOST + LANES;
+
+/// Values of eight lanes, as a column stores them.
+pub(crate) trait Column<S: Simd>: Copy {
+    type Stored;
+
+    /// Loads the first eight values.
+    fn load(simd: S, from: &[Self::Stored]) -> Self;
+
+    /// Stores the values of the active lanes, one after the other. It may write eight.
+    fn store(self, active: mask64x8<S>, to: &mut [Self::Stored]);
+}
+
+impl<S: Simd> Column<S> for f64x8<S> {
+    type Stored = f64;
+
+    #[inline(always)]
+    fn load(simd: S, from: &[f64]) -> Self {
+        f64x8::from_slice(simd, from)
+    }
+
+    #[inline(always)]
+    fn store(self, active: mask64x8<S>, to: &mut [f64]) {
+        active.token().compress_f64x8(self, active).store_slice(to);
+    }
+}
+
+impl<S: Simd> Column<S> for f32x8<S> {
+    type Stored = f32;
+
+    #[inline(always)]
+    fn load(simd: S, from: &[f32]) -> Self {
+        f32x8::from_slice(simd, from)
+    }
+
+    #[inline(always)]
+    fn store(self, active: mask64x8<S>, to: &mut [f32]) {
+        active.token().compress_f32x8(self, narrow(active)).store_slice(to);
+    }
+}
+
+/// A mask is stored as 1 and 0.
+impl<S: Simd> Column<S> for mask64x8<S> {
+    type Stored = f32;
+
+    #[inline(always)]
+    fn load(simd: S, from: &[f32]) -> Self {
+        crate::number::widen(f32x8::from_slice(simd, from).simd_gt(0.0))
+    }
+
+    #[inline(always)]
+    fn store(self, active: mask64x8<S>, to: &mut [f32]) {
+        let simd = active.token();
+        narrow(self).select(splat_f32(simd, 1.0), splat_f32(simd, 0.0)).store(active, to);
+    }
+}
+
+impl<S: Simd> Column<S> for [u16; LANES] {
+    type Stored = u32;
+
+    #[inline(always)]
+    fn load(_: S, from: &[u32]) -> Self {
+        std::array::from_fn(|lane| from[lane] as u16)
+    }
+
+    #[inline(always)]
+    fn store(self, active: mask64x8<S>, to: &mut [u32]) {
+        let simd = active.token();
+        let wide: u32x8<S> = self.map(u32::from).simd_into(simd);
+        simd.compress_u32x8(wide, narrow(active)).store_slice(to);
+    }
+}
+
+/// A struct of columns, from the only list of what it stores of a record.
+macro_rules! columns {
+    ($(#[$doc:meta])* $visibility:vis struct $columns:ident of $record:ident {
+        $($column:ident: $stored:ty = $($field:tt).+ $([$index:literal])?,)*
+    }) => {
+        $(#[$doc])*
+        #[derive(Clone)]
+        $visibility struct $columns {
+            $(pub $column: [$stored; $crate::columns::ROOM],)*
+        }
+
+        impl $columns {
+            pub fn new() -> Self {
+                $columns { $($column: [Default::default(); $crate::columns::ROOM],)* }
+            }
+
+            #[allow(dead_code, reason = "some are read one by one")]
+            /// Loads the eight values from one on into a record.
+            #[inline(always)]
+            pub fn load<S: Simd>(&self, simd: S, from: usize, record: &mut $record<S>) {
+                $(record.$($field).+ $([$index])? = $crate::columns::Column::load(simd, &self.$column[from..from + LANES]);)*
+            }
+
+            /// Stores the active lanes of a record one after the other from a place on, and may write eight.
+            #[inline(always)]
+            pub fn store<S: Simd>(&mut self, at: usize, active: mask64x8<S>, record: &$record<S>) {
+                $($crate::columns::Column::store(record.$($field).+ $([$index])?, active, &mut self.$column[at..at + LANES]);)*
+            }
+        }
+    };
+}
+
+pub(crate) use columns;
