@@ -214,7 +214,7 @@ pub(crate) fn not_less(t: f64) -> f32 {
 
 /// Insertion sort: there are seven at most, mostly one or two.
 #[inline(always)]
-pub(crate) fn sort_descending(keys: &mut [u64]) {
+fn sort_descending(keys: &mut [u64]) {
     for end in 1..keys.len() {
         let key = keys[end];
         let mut at = end;

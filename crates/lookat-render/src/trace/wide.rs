@@ -2,7 +2,7 @@
 //!
 //! Each ray has a stack of nodes. In each round every ray takes the top node of its stack and tests its eight boxes, without branches on
 //! what is hit: nodes go to the stack, and blocks of triangles to a queue, which is tested after each round. So rays hide each other's
-//! cache misses, and hardly any branch is mispredicted. What is no triangle waits on the stack, sorted by distance, because its tests are
+//! cache misses, and hardly any branch is mispredicted. What is no triangle waits on the stack with its distance, because its tests are
 //! expensive.
 
 mod deferred;
@@ -17,7 +17,7 @@ use fearless_simd::{Simd, mask32x8, prelude::*, u32x8};
 
 use super::TraversalRays;
 use super::rays::{HitColumns, PLACES, RayColumns};
-use crate::bvh::{Child, Node, STACK, WIDTH, sort_descending};
+use crate::bvh::{Child, STACK, WIDTH};
 use crate::columns::MOST as MOST_RAYS;
 use crate::number::{LANES, eights, prefetch, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
@@ -74,7 +74,7 @@ pub(crate) struct WideTracer {
     waiting: [u32; MOST_RAYS],
     /// The children that wait.
     stacks: Stacks<u32>,
-    /// The distances where rays enter the leaves that wait, and all children where these are sorted.
+    /// The distances where rays enter the children that wait, if these are culled.
     entries: Stacks<f32>,
     /// The rays that have not ended.
     live: [u8; MOST_RAYS],
@@ -184,8 +184,8 @@ impl WideTracer {
     #[inline(always)]
     fn trace<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>, active: u64) -> (u64, u64) {
         let Traced { simd, group, .. } = *traced;
-        // The order of nodes matters where many leaves are expensive.
-        let sorts = 4 * group.non_triangles.len() > group.blocks.len();
+        // Distances pay where many leaves are expensive.
+        let culls = 4 * group.non_triangles.len() > group.blocks.len();
         self.hits.clear();
         self.has_single = 0;
         let started = self.start(traced, active);
@@ -202,7 +202,7 @@ impl WideTracer {
                 let mut left = 0;
                 for at in 0..count {
                     let ray = usize::from(self.live[at % MOST_RAYS]) % MOST_RAYS;
-                    let waiting = self.step::<S, ANY>(simd, group, ray, sorts);
+                    let waiting = self.step::<S, ANY>(simd, group, ray, culls);
                     self.live[left % MOST_RAYS] = ray as u8;
                     left += usize::from(waiting > 0);
                 }
@@ -272,12 +272,13 @@ impl WideTracer {
     }
 
     /// Takes the top of the stack of a ray. Of a node, the children that are hit replace it, the nearest on top, or in any order if `ANY`
-    /// hit will do; blocks are queued. Returns the number of children that wait then. `sorts`: children are always sorted.
+    /// hit will do; blocks are queued. Returns the number of children that wait then. `culls`: children
+    /// that wait are dropped once they are beyond the limit.
     #[inline(always)]
-    fn step<S: Simd, const ANY: bool>(&mut self, simd: S, group: &Group, ray: usize, sorts: bool) -> u32 {
+    fn step<S: Simd, const ANY: bool>(&mut self, simd: S, group: &Group, ray: usize, culls: bool) -> u32 {
         let mut top = (self.waiting[ray] as usize).wrapping_sub(1) % ROOM;
         let (stack, entries, limit) = (self.stacks.of(ray), self.entries.of(ray), self.limit[ray]);
-        if sorts && !ANY {
+        if culls && !ANY {
             while top > 0 && entries[top] > limit {
                 top -= 1;
             }
@@ -285,7 +286,7 @@ impl WideTracer {
         let child = Child(stack[top]);
         let queued = self.queued % QUEUE;
         if child.0 >= Child::LEAF {
-            let is_near = ANY || entries[top] <= limit;
+            let is_near = ANY || !culls || entries[top] <= limit;
             (self.leaves[queued], self.leaf_rays[queued]) = (child.0, ray as u32);
             self.queued += usize::from(is_near);
             self.waiting[ray] = top as u32;
@@ -304,59 +305,28 @@ impl WideTracer {
         simd.compress_u32x8(children, of(blocks)).store_slice(&mut self.leaves[queued..queued + WIDTH]);
         u32x8::splat(simd, ray as u32).store_slice(&mut self.leaf_rays[queued..queued + WIDTH]);
         self.queued += blocks.count_ones() as usize;
-        let is_sorted = sorts || hits & are_others != 0;
-        let are_many = inner & inner.wrapping_sub(1) != 0;
-        if is_sorted && are_many {
-            return self.push_sorted::<ANY>(group, node, inner, near.to_array(), (ray, top));
-        }
         let waiting = top as u32 + inner.count_ones();
-        if ANY || !are_many {
-            simd.compress_u32x8(children, of(inner)).store_slice(&mut stack[top..top + WIDTH]);
-            if is_sorted && !ANY {
-                simd.compress_f32x8(near, of(inner)).store_slice(&mut entries[top..top + WIDTH]);
-            }
-        } else {
+        let (mut rest, mut nearest) = (inner, None);
+        if !ANY && inner & inner.wrapping_sub(1) != 0 {
             let own = of(inner).select(near, splat_f32(simd, f32::INFINITY));
-            let nearest = own.simd_eq(own.reduce_min()).to_bitmask() as u32 & inner;
-            let nearest = nearest.trailing_zeros() as usize % WIDTH;
-            let rest = inner & !(1 << nearest);
-            simd.compress_u32x8(children, of(rest)).store_slice(&mut stack[top..top + WIDTH]);
-            stack[top + rest.count_ones() as usize % WIDTH] = node.children[nearest].0;
+            let lanes = own.simd_eq(own.reduce_min()).to_bitmask() as u32 & inner;
+            let lane = lanes.trailing_zeros() as usize % WIDTH;
+            rest = inner & !(1 << lane);
+            nearest = Some((lane, top + rest.count_ones() as usize % WIDTH));
+        }
+        simd.compress_u32x8(children, of(rest)).store_slice(&mut stack[top..top + WIDTH]);
+        if culls && !ANY {
+            simd.compress_f32x8(near, of(rest)).store_slice(&mut entries[top..top + WIDTH]);
+        }
+        if let Some((lane, at)) = nearest {
+            stack[at] = node.children[lane].0;
+            if culls {
+                entries[at] = near[lane];
+            }
         }
         self.waiting[ray] = waiting;
         ask(group, stack[(waiting as usize).wrapping_sub(1) % ROOM]);
         waiting
-    }
-
-    /// Puts children that are hit on a stack, sorted. Returns the number of children that wait then. The nearest is on top or, if `ANY` hit
-    /// will do, the farthest: what is around the surface that a ray leaves is seldom in its way.
-    #[inline(never)]
-    fn push_sorted<const ANY: bool>(
-        &mut self,
-        group: &Group,
-        node: &Node,
-        mut hits: u32,
-        near: [f32; WIDTH],
-        (ray, top): (usize, usize),
-    ) -> u32 {
-        let mut keys = ArrayVec::<u64, WIDTH>::new();
-        while hits != 0 {
-            let lane = hits.trailing_zeros() as usize % WIDTH;
-            hits &= hits - 1;
-            keys.push(u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane].0));
-        }
-        sort_descending(&mut keys);
-        if ANY {
-            keys.reverse();
-        }
-        let (stack, entries) = (self.stacks.of(ray), self.entries.of(ray));
-        for (at, key) in keys.iter().enumerate() {
-            (stack[top + at], entries[top + at]) = (*key as u32, f32::from_bits((key >> 32) as u32));
-        }
-        let waiting = top + keys.len();
-        self.waiting[ray] = waiting as u32;
-        ask(group, stack[waiting.wrapping_sub(1) % ROOM]);
-        waiting as u32
     }
 }
 
