@@ -376,6 +376,9 @@ fn halves(g: &Quintic) -> (Quintic, Quintic) {
     (left, right)
 }
 
+/// A step of Newton's method squares the error: after one this small, nothing is left of it but rounding.
+const SMALL_STEP: f64 = 1e-9;
+
 /// The root of a polynomial that falls from at least 0 to at most 0: by Newton's method, within an interval that shrinks.
 fn root(g: &Quintic) -> f64 {
     if g[0] == 0.0 {
@@ -392,7 +395,7 @@ fn root(g: &Quintic) -> f64 {
         }
         let newton = at - value / slope;
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        if (next - at).abs() <= f64::EPSILON {
+        if (next - at).abs() <= SMALL_STEP {
             return next;
         }
         at = next;
