@@ -114,9 +114,8 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     /// The BSDF times the cosine between `wi` and the shading normal, and the density by solid angle with which
     /// [`Bsdf::sample`] gives `wi`. Delta lobes do not count.
     #[inline(always)]
-    pub fn f_cos_pdf(&self, wi: Vec3x8<S>, filter: LobeFilter) -> (Colors<S>, f64x8<S>) {
-        let (f_cos, pdf) = self.at(wi, self.frames.to_local(wi.narrow()), filter);
-        (f_cos, to_f64(pdf))
+    pub fn f_cos_pdf(&self, wi: Vec3x8<S>, filter: LobeFilter) -> (Colors<S>, f32x8<S>) {
+        self.at(wi, self.frames.to_local(wi.narrow()), filter)
     }
 
     /// Evaluates the BSDF times cosine and the density, for a direction in the world that is `local_i` in the shading
@@ -187,10 +186,10 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             let mut sample = self.non_delta(local, is_smooth, filter);
             sample.radiance_scale = radiance_scale;
             if let Some((own, mut delta)) = delta {
-                let pdf = to_f32(delta.pdf) * choice.probability;
+                let pdf = delta.pdf * choice.probability;
                 delta.is_valid &= delta.weight.is_light() & widen(pdf.simd_gt(0.0));
                 delta.weight = delta.weight / pdf;
-                delta.pdf = to_f64(pdf);
+                delta.pdf = pdf;
                 sample = delta.keep_where(own, sample);
             }
             sample.is_valid &= widen(self.local_o.z.simd_ne(0.0));
@@ -212,8 +211,8 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                 // Glass reflects for small numbers, and refracts for large ones.
                 for u in [0.0, 1.0 - f64::EPSILON] {
                     let mut sample = slot.lobe.delta_sample(self.ns, self.wo, u.simd_into(simd));
-                    let rest = own & sample.pdf.simd_lt(1.0);
-                    sample.pdf = to_f64(to_f32(sample.pdf) * (slot.probability / all));
+                    let rest = own & widen(sample.pdf.simd_lt(1.0));
+                    sample.pdf = sample.pdf * (slot.probability / all);
                     sample.is_valid &= own & sample.weight.is_light();
                     for earlier in &mut samples {
                         let free = sample.is_valid & !earlier.is_valid;
@@ -243,7 +242,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         };
         let is_valid = widen(is_valid & pdf.simd_gt(0.0)) & weight.is_light();
         let (is_delta, radiance_scale) = (bits(simd, 0), splat_f32(simd, 1.0));
-        BsdfSample { is_valid, wi, pdf: to_f64(pdf), weight, is_delta, radiance_scale }
+        BsdfSample { is_valid, wi, pdf, weight, is_delta, radiance_scale }
     }
 }
 

@@ -1,27 +1,56 @@
 //! Columns: plain arrays that store records of eight lanes, so that many of them are gathered before the next step takes them together.
 
-use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
+use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*, u32x8};
 
-use crate::number::{LANES, narrow, splat_f32};
+use crate::number::{LANES, has_compress, narrow, set_lanes, splat_f32, widen};
 
 /// The most records that are gathered.
 pub(crate) const MOST: usize = 64;
 /// Room for the records, and for eight that are stored at once.
 pub(crate) const ROOM: usize = MOST + LANES;
 
+/// The lanes of a record that are stored.
+pub(crate) struct Stored<S: Simd> {
+    active: mask64x8<S>,
+    narrow: mask32x8<S>,
+    /// The active lanes, for processors that move them one by one.
+    order: [u8; LANES],
+}
+
+impl<S: Simd> Stored<S> {
+    #[inline(always)]
+    pub fn new(active: mask64x8<S>) -> Self {
+        let (mut order, mut count) = ([0; LANES], 0);
+        if !has_compress(active.token()) {
+            for lane in set_lanes(active) {
+                order[count] = lane as u8;
+                count += 1;
+            }
+        }
+        Stored { active, narrow: narrow(active), order }
+    }
+
+    #[inline(always)]
+    fn one_by_one<T: Copy>(&self, all: &[T; LANES], to: &mut [T]) {
+        for (to, lane) in to.iter_mut().zip(self.order) {
+            *to = all[usize::from(lane) % LANES];
+        }
+    }
+}
+
 /// Values of eight lanes, as a column stores them.
 pub(crate) trait Column<S: Simd>: Copy {
-    type Stored;
+    type Element;
 
     /// Loads the first eight values.
-    fn load(simd: S, from: &[Self::Stored]) -> Self;
+    fn load(simd: S, from: &[Self::Element]) -> Self;
 
     /// Stores the values of the active lanes, one after the other. It may write eight.
-    fn store(self, active: mask64x8<S>, to: &mut [Self::Stored]);
+    fn store(self, stored: &Stored<S>, to: &mut [Self::Element]);
 }
 
 impl<S: Simd> Column<S> for f64x8<S> {
-    type Stored = f64;
+    type Element = f64;
 
     #[inline(always)]
     fn load(simd: S, from: &[f64]) -> Self {
@@ -29,13 +58,18 @@ impl<S: Simd> Column<S> for f64x8<S> {
     }
 
     #[inline(always)]
-    fn store(self, active: mask64x8<S>, to: &mut [f64]) {
-        active.token().compress_f64x8(self, active).store_slice(to);
+    fn store(self, stored: &Stored<S>, to: &mut [f64]) {
+        let simd = self.token();
+        if has_compress(simd) {
+            simd.compress_f64x8(self, stored.active).store_slice(to);
+        } else {
+            stored.one_by_one(&self.to_array(), to);
+        }
     }
 }
 
 impl<S: Simd> Column<S> for f32x8<S> {
-    type Stored = f32;
+    type Element = f32;
 
     #[inline(always)]
     fn load(simd: S, from: &[f32]) -> Self {
@@ -43,29 +77,34 @@ impl<S: Simd> Column<S> for f32x8<S> {
     }
 
     #[inline(always)]
-    fn store(self, active: mask64x8<S>, to: &mut [f32]) {
-        active.token().compress_f32x8(self, narrow(active)).store_slice(to);
+    fn store(self, stored: &Stored<S>, to: &mut [f32]) {
+        let simd = self.token();
+        if has_compress(simd) {
+            simd.compress_f32x8(self, stored.narrow).store_slice(to);
+        } else {
+            stored.one_by_one(&self.to_array(), to);
+        }
     }
 }
 
 /// A mask is stored as 1 and 0.
 impl<S: Simd> Column<S> for mask64x8<S> {
-    type Stored = f32;
+    type Element = f32;
 
     #[inline(always)]
     fn load(simd: S, from: &[f32]) -> Self {
-        crate::number::widen(f32x8::from_slice(simd, from).simd_gt(0.0))
+        widen(f32x8::from_slice(simd, from).simd_gt(0.0))
     }
 
     #[inline(always)]
-    fn store(self, active: mask64x8<S>, to: &mut [f32]) {
-        let simd = active.token();
-        narrow(self).select(splat_f32(simd, 1.0), splat_f32(simd, 0.0)).store(active, to);
+    fn store(self, stored: &Stored<S>, to: &mut [f32]) {
+        let simd = self.token();
+        narrow(self).select(splat_f32(simd, 1.0), splat_f32(simd, 0.0)).store(stored, to);
     }
 }
 
 impl<S: Simd> Column<S> for [u16; LANES] {
-    type Stored = u32;
+    type Element = u32;
 
     #[inline(always)]
     fn load(_: S, from: &[u32]) -> Self {
@@ -73,22 +112,26 @@ impl<S: Simd> Column<S> for [u16; LANES] {
     }
 
     #[inline(always)]
-    fn store(self, active: mask64x8<S>, to: &mut [u32]) {
-        let simd = active.token();
-        let wide: u32x8<S> = self.map(u32::from).simd_into(simd);
-        simd.compress_u32x8(wide, narrow(active)).store_slice(to);
+    fn store(self, stored: &Stored<S>, to: &mut [u32]) {
+        let simd = stored.active.token();
+        if has_compress(simd) {
+            let wide: u32x8<S> = self.map(u32::from).simd_into(simd);
+            simd.compress_u32x8(wide, stored.narrow).store_slice(to);
+        } else {
+            stored.one_by_one(&self.map(u32::from), to);
+        }
     }
 }
 
 /// A struct of columns, from the only list of what it stores of a record.
 macro_rules! columns {
     ($(#[$doc:meta])* $visibility:vis struct $columns:ident of $record:ident {
-        $($column:ident: $stored:ty = $($field:tt).+ $([$index:literal])?,)*
+        $($column:ident: $element:ty = $($field:tt).+ $([$index:literal])?,)*
     }) => {
         $(#[$doc])*
         #[derive(Clone)]
         $visibility struct $columns {
-            $(pub $column: [$stored; $crate::columns::ROOM],)*
+            $(pub $column: [$element; $crate::columns::ROOM],)*
         }
 
         impl $columns {
@@ -105,8 +148,8 @@ macro_rules! columns {
 
             /// Stores the active lanes of a record one after the other from a place on, and may write eight.
             #[inline(always)]
-            pub fn store<S: Simd>(&mut self, at: usize, active: mask64x8<S>, record: &$record<S>) {
-                $($crate::columns::Column::store(record.$($field).+ $([$index])?, active, &mut self.$column[at..at + LANES]);)*
+            pub fn store<S: Simd>(&mut self, at: usize, stored: &$crate::columns::Stored<S>, record: &$record<S>) {
+                $($crate::columns::Column::store(record.$($field).+ $([$index])?, stored, &mut self.$column[at..at + LANES]);)*
             }
         }
     };

@@ -376,8 +376,8 @@ fn halves(g: &Quintic) -> (Quintic, Quintic) {
     (left, right)
 }
 
-/// A step of Newton's method squares the error: after one this small, nothing is left of it but rounding.
-const SMALL_STEP: f64 = 1e-9;
+/// After so small a step nothing is left of the error but rounding.
+const SMALL_STEP: f64 = 1e-13;
 
 /// The root of a polynomial that falls from at least 0 to at most 0: by Newton's method, within an interval that shrinks.
 fn root(g: &Quintic) -> f64 {

@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 use lookat_scene::Light;
 
 use crate::bsdf::Domain;
+use crate::columns::Stored;
 use crate::integrator::Tracer;
 use crate::integrator::world::World;
 use crate::light::Receivers;
@@ -129,7 +130,7 @@ fn received<S: Simd>(
                 _ => of_sky(simd, prepared, light, &surfaces, [u, v]),
             };
             let faced = faced & active & light.is_light();
-            columns.store(0, bits(simd, 0xff), &rays);
+            columns.store(0, &Stored::new(bits(simd, 0xff)), &rays);
             let is_met = world.occluded(simd, tracer, &columns, faced.to_bitmask(), !is_sky);
             let lit = faced & !bits(simd, is_met);
             sum.faced += set_lanes(faced).count();

@@ -343,6 +343,18 @@ pub(crate) fn set_lanes<S: Simd>(mask: mask64x8<S>) -> impl Iterator<Item = usiz
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }
 
+/// True if the processor moves chosen lanes together in few instructions.
+#[inline(always)]
+pub(crate) fn has_compress<S: Simd>(simd: S) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return matches!(simd.level(), fearless_simd::Level::Avx512(_) | fearless_simd::Level::Avx2(_));
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        let _ = simd;
+        false
+    }
+}
+
 /// The eights that have any of some bits: the first place of each, and its bits.
 #[inline(always)]
 pub(crate) fn eights(all: u64) -> impl Iterator<Item = (usize, u64)> {

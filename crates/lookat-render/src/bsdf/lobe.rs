@@ -311,7 +311,7 @@ pub(crate) struct BsdfSample<S: Simd> {
     pub is_valid: mask64x8<S>,
     pub wi: Vec3x8<S>,
     /// The densities of `wi` by solid angle, more than 0. For delta samples: the probabilities of their directions.
-    pub pdf: f64x8<S>,
+    pub pdf: f32x8<S>,
     /// The factor for radiance from `wi`: the BSDF times the cosine over the density. Of [`Lobe::delta_sample`] and
     /// [`Bsdf::delta_samples`](super::Bsdf::delta_samples), not divided by the density.
     pub weight: Colors<S>,
@@ -329,7 +329,7 @@ impl<S: Simd> BsdfSample<S> {
         BsdfSample {
             is_valid: mask & self.is_valid | !mask & others.is_valid,
             wi: self.wi.keep_where(mask, others.wi),
-            pdf: mask.select(self.pdf, others.pdf),
+            pdf: narrow(mask).select(self.pdf, others.pdf),
             weight: self.weight.keep_where_wide(mask, others.weight),
             is_delta: mask & self.is_delta | !mask & others.is_delta,
             radiance_scale: narrow(mask).select(self.radiance_scale, others.radiance_scale),
@@ -348,9 +348,9 @@ impl<S: Simd> Lobes<S> {
             LobeKind::Glass => {
                 let share = dielectric(to_f32(cos), self.eta);
                 let [reflectance, transmittance] = self.colors;
-                let reflected = BsdfSample { pdf: to_f64(share), ..mirrored(n, wo, reflectance * share) };
+                let reflected = BsdfSample { pdf: share, ..mirrored(n, wo, reflectance * share) };
                 let transmitted = self.refracted(n, wo, transmittance * (1.0 - share));
-                let refracted = BsdfSample { pdf: to_f64(1.0 - share), ..transmitted };
+                let refracted = BsdfSample { pdf: 1.0 - share, ..transmitted };
                 reflected.keep_where(u.simd_lt(to_f64(share)), refracted)
             }
             _ => self.refracted(n, wo, self.color - self.fresnel(Fresnel::Dielectric, to_f32(cos))),
@@ -388,7 +388,7 @@ fn delta<S: Simd>(weight: Colors<S>) -> BsdfSample<S> {
     BsdfSample {
         is_valid: all,
         wi: Vec3x8::splat(simd, DVec3::ZERO),
-        pdf: 1.0.simd_into(simd),
+        pdf: splat_f32(simd, 1.0),
         weight,
         is_delta: all,
         radiance_scale: splat_f32(simd, 1.0),

@@ -169,7 +169,7 @@ impl Point<'_> {
             let mut directions = Vec3x8::splat(simd, DVec3::Z);
             wi.iter().enumerate().for_each(|(lane, wi)| directions.set_lane(lane, *wi));
             let (f_cos, pdf) = bsdf.f_cos_pdf(directions, part);
-            all.extend((0..wi.len()).map(|lane| (f_cos.lane(lane), pdf[lane])));
+            all.extend((0..wi.len()).map(|lane| (f_cos.lane(lane), f64::from(pdf[lane]))));
         }));
         all
     }
@@ -184,7 +184,7 @@ impl Point<'_> {
             let is_valid: Vec<usize> = set_lanes(sample.is_valid).collect();
             all.extend((0..u.len()).map(|lane| is_valid.contains(&lane).then(|| Sample {
                 wi: sample.wi.lane(lane),
-                pdf: sample.pdf[lane],
+                pdf: f64::from(sample.pdf[lane]),
                 weight: sample.weight.lane(lane),
                 is_delta: sample.is_delta.to_bitmask() >> lane & 1 == 1,
                 radiance_scale: sample.radiance_scale[lane],

@@ -146,43 +146,52 @@ pub(crate) struct Meetings<S: Simd> {
     pub doubtful: mask64x8<S>,
 }
 
+/// The hits of eight rays on whole spheres of these radii around the origins, with the bits of [`Sphere::intersect`]. Also returns a mask of
+/// doubtful hits.
+#[inline(always)]
+pub(crate) fn meet_whole<S: Simd>(
+    radius: f64x8<S>,
+    (o, d): (Vec3x8<S>, Vec3x8<S>),
+    t_max: f64x8<S>,
+    leaving: mask64x8<S>,
+    active: mask64x8<S>,
+) -> Meetings<S> {
+    let dd = d.length_squared();
+    let k = -o.dot(d) / dd;
+    let near = o + d * k;
+    let correction = -near.dot(d) / dd;
+    let near = near + d * correction;
+    let distance = near.length_squared().sqrt();
+    let squared = (radius - distance) * (radius + distance);
+    let doubtful = (radius - distance).abs().simd_le(o.magnitude() * (8.0 * f64::EPSILON)) & active;
+    let met = active & !squared.simd_lt(0.0);
+    if !(met | doubtful).any_true() {
+        return Meetings { met, t: k, doubtful };
+    }
+    let half = (squared / dd).sqrt();
+    let middle = k + correction;
+    let (first, second) = (k + (correction - half), k + (correction + half));
+    let is_first = first.simd_gt(0.0) & first.simd_le(t_max) & !leaving;
+    let is_second = second.simd_gt(0.0) & second.simd_le(t_max) & !(leaving & middle.simd_le(0.0));
+    let met = met & (is_first | is_second);
+    let t = is_first.select(first, second);
+    let is_at_origin = met & !leaving & (t * t * dd).simd_le(AT_ORIGIN * radius * radius);
+    Meetings { met, t, doubtful: doubtful | is_at_origin }
+}
+
 impl Sphere {
-    /// The hits of eight rays, with the bits of [`Sphere::intersect`]. Also returns a mask of doubtful hits; all hits of
-    /// partial spheres are doubtful.
+    /// As [`meet_whole`]. All hits of partial spheres are doubtful.
     #[inline(always)]
     pub fn meet<S: Simd>(
         &self,
-        o: Vec3x8<S>,
-        d: Vec3x8<S>,
+        ray: (Vec3x8<S>, Vec3x8<S>),
         t_max: f64x8<S>,
         leaving: mask64x8<S>,
         active: mask64x8<S>,
     ) -> Meetings<S> {
-        let radius = self.radius;
-        let dd = d.length_squared();
-        let k = -o.dot(d) / dd;
-        let near = o + d * k;
-        let correction = -near.dot(d) / dd;
-        let near = near + d * correction;
-        let distance = near.length_squared().sqrt();
-        let squared = (radius - distance) * (radius + distance);
-        let doubtful = (radius - distance).abs().simd_le(o.magnitude() * (8.0 * f64::EPSILON)) & active;
-        let met = active & !squared.simd_lt(0.0);
-        if !(met | doubtful).any_true() {
-            return Meetings { met, t: k, doubtful };
-        }
-        if !self.is_whole() {
-            return Meetings { met, t: k, doubtful: met | doubtful };
-        }
-        let half = (squared / dd).sqrt();
-        let middle = k + correction;
-        let (first, second) = (k + (correction - half), k + (correction + half));
-        let is_first = first.simd_gt(0.0) & first.simd_le(t_max) & !leaving;
-        let is_second = second.simd_gt(0.0) & second.simd_le(t_max) & !(leaving & middle.simd_le(0.0));
-        let met = met & (is_first | is_second);
-        let t = is_first.select(first, second);
-        let is_at_origin = met & !leaving & (t * t * dd).simd_le(AT_ORIGIN * radius * radius);
-        Meetings { met, t, doubtful: doubtful | is_at_origin }
+        let radius = self.radius.simd_into(t_max.token());
+        let Meetings { met, t, doubtful } = meet_whole(radius, ray, t_max, leaving, active);
+        Meetings { met, t, doubtful: if self.is_whole() { doubtful } else { met | doubtful } }
     }
 }
 

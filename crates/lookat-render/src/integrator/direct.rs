@@ -16,7 +16,7 @@ use crate::integrator::path_record::PathRecord;
 use crate::integrator::vertices::Vertices;
 use crate::integrator::world::{Sees, Tracer, World};
 use crate::light::LightTable;
-use crate::number::{narrow, to_f32, vectorized, widen};
+use crate::number::{narrow, splat_f32, vectorized, widen};
 use crate::sampler::Streams;
 
 /// The light sampler for one light per surface. pbrt-v3 uses equal probabilities.
@@ -163,18 +163,19 @@ impl<'s> Direct<'s> {
                     if depth + 1 >= self.max_depth || !specular.any_true() {
                         return;
                     }
-                    let (share, mut delta_samples) = (paths.carried, bsdf.delta_samples());
+                    let (share, mut delta_samples) = (paths.share, bsdf.delta_samples());
                     let mut least = share;
                     for sample in &delta_samples {
                         let own = narrow(sample.is_valid);
-                        least = own.select(least.min(share * to_f32(sample.pdf)), least);
+                        least = own.select(least.min(share * sample.pdf), least);
                     }
                     let is_branched =
                         least.simd_gt(LEAST_SHARE) & mask32x8::splat(simd, depth < MOST_BRANCHED);
                     let chosen = specular & !widen(is_branched);
                     if let Some(first) = delta_samples.first_mut().filter(|_| chosen.any_true()) {
                         let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::Delta);
-                        *first = BsdfSample { pdf: 1.0.simd_into(simd), ..sample }.keep_where(chosen, *first);
+                        *first =
+                            BsdfSample { pdf: splat_f32(simd, 1.0), ..sample }.keep_where(chosen, *first);
                     }
                     for (branch, sample) in delta_samples.iter().enumerate() {
                         // The first holds what is chosen, too.
@@ -183,7 +184,7 @@ impl<'s> Direct<'s> {
                         if !scattered.active.any_true() {
                             continue;
                         }
-                        scattered.carried = share * to_f32(sample.pdf);
+                        scattered.share = share * sample.pdf;
                         batch.branch(branch).0.paths.push(&scattered);
                     }
                 },

@@ -11,7 +11,7 @@ use super::world::World;
 use crate::bsdf::LobeFilter;
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, LightHits, LightSample, LightSampler, LightTable, Receivers, weights};
-use crate::number::{Colors, Vec2x8, bits, eights, groups, set_lanes, to_f32, vectorized};
+use crate::number::{Colors, Vec2x8, bits, eights, groups, set_lanes, to_f32, to_f64, vectorized};
 use crate::trace::rays::WORLD;
 
 /// A world, its lights, and how surfaces sample them.
@@ -200,7 +200,7 @@ impl<S: Simd> Illumination<'_, S> {
             let black = Colors::splat(simd, Vec3::ZERO);
             let mut found = black;
             let count = self.directions();
-            let pdf = scattered.pdf * count;
+            let pdf = to_f64(scattered.pdf) * count;
             // What lies in single directions counts in full.
             let all = is_delta.select(1.0.simd_into(simd), count);
             let is_lit = hits.emits & *active;

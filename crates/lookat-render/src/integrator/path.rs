@@ -125,7 +125,7 @@ impl Paths<'_> {
                     }
                     let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::All);
                     let mut scattered = vertices.scattered(&sample, active);
-                    scattered.carried = paths.carried * sample.radiance_scale;
+                    scattered.eta_scale = paths.eta_scale * sample.radiance_scale;
                     if is_last {
                         self.lighting.look_for_emission((simd, tracer), &scattered, receivers, batch);
                         return;
@@ -142,11 +142,11 @@ impl Paths<'_> {
     /// Plays Russian roulette, and ends paths.
     #[inline(always)]
     fn roulette<S: Simd>(&self, simd: S, streams: &mut Streams, paths: &mut PathRecord<S>, depth: u32) {
-        let PathRecord { throughput, carried: radiance_scale, .. } = paths;
+        let PathRecord { throughput, eta_scale, .. } = paths;
         let mut asked = 0;
         if depth + 1 > FIRST_ROULETTE {
             for lane in set_lanes(paths.active) {
-                let strength = f64::from(throughput.lane(lane).max_element() / radiance_scale[lane]);
+                let strength = f64::from(throughput.lane(lane).max_element() / eta_scale[lane]);
                 asked |= u64::from(strength < self.roulette_threshold) << lane;
             }
         }
@@ -154,7 +154,7 @@ impl Paths<'_> {
         let mut ended = 0;
         for lane in set_lanes(bits(simd, asked)) {
             let own = throughput.lane(lane);
-            let end = (1.0 - f64::from(own.max_element() / radiance_scale[lane])).max(0.05);
+            let end = (1.0 - f64::from(own.max_element() / eta_scale[lane])).max(0.05);
             ended |= u64::from(numbers[lane] < end) << lane;
             throughput.set_lane(lane, own / (1.0 - end) as f32);
         }

@@ -8,7 +8,7 @@ use super::profiler::Stage;
 use super::vertices::ReceiverColumns;
 use super::world::{Sees, World};
 use crate::camera::{CameraSample, Viewer};
-use crate::columns::columns;
+use crate::columns::{Stored, columns};
 use crate::integrator::world::Tracer;
 use crate::light::Receivers;
 use crate::number::{Colors, LANES, set_lanes, vectorized};
@@ -66,8 +66,9 @@ impl ScatteredPaths {
     /// Adds the active paths, whose rays are not traced yet.
     #[inline(always)]
     pub fn push<S: Simd>(&mut self, paths: &PathRecord<S>, receivers: &Receivers<S>) {
-        self.receivers.store(self.paths.count, paths.active, receivers);
-        self.paths.push(paths);
+        let stored = &Stored::new(paths.active);
+        self.receivers.store(self.paths.count, stored, receivers);
+        self.paths.store(stored, paths);
     }
 }
 
@@ -175,8 +176,9 @@ impl PathBatch {
             self.trace_shadow_rays(simd, world, tracer);
         }
         let queue = &mut *self.shadow_rays;
-        queue.rays.store(queue.count, active, &rays.rays);
-        queue.light.store(queue.count, active, rays);
+        let stored = &Stored::new(active);
+        queue.rays.store(queue.count, stored, &rays.rays);
+        queue.light.store(queue.count, stored, rays);
         queue.count += active.to_bitmask().count_ones() as usize;
     }
 

@@ -1,10 +1,10 @@
 //! The state of paths between two surfaces: eight paths side by side, and the columns that store many.
 
-use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, mask64x8, prelude::*};
 use glam::Vec3;
 
 use crate::camera::{CameraSample, Viewer, Views};
-use crate::columns::{self, columns};
+use crate::columns::{self, Stored, columns};
 use crate::number::{Colors, LANES, first_lanes, splat_f32};
 use crate::trace::rays::{HitColumns, Hits, RayColumns, Rays};
 
@@ -21,11 +21,12 @@ pub(crate) struct PathRecord<S: Simd> {
     pub hits: Hits<S>,
     /// The throughput: radiance along the rays is multiplied by it.
     pub throughput: Colors<S>,
-    /// A number that the integrator keeps for each path, 1 at first. Path tracing: the factor by which refraction has scaled
-    /// the throughput. Direct lighting: the share of the path in its sample.
-    pub carried: f32x8<S>,
+    /// Path tracing: the factor by which refraction has scaled the throughput. 1 at first.
+    pub eta_scale: f32x8<S>,
+    /// Direct lighting: the share of the path in its sample. 1 at first.
+    pub share: f32x8<S>,
     /// The density by solid angle with which the last surface has sampled the direction.
-    pub pdf: f64x8<S>,
+    pub pdf: f32x8<S>,
     /// The rays whose directions no light sample gives: rays from the camera and from delta lobes. All emission that they see counts.
     pub is_delta: mask64x8<S>,
     /// The rays that have passed surfaces without a material.
@@ -44,8 +45,9 @@ impl<S: Simd> PathRecord<S> {
             rays,
             hits: Hits::none(simd),
             throughput: Colors::splat(simd, Vec3::ONE),
-            carried: splat_f32(simd, 1.0),
-            pdf: 1.0.simd_into(simd),
+            eta_scale: splat_f32(simd, 1.0),
+            share: splat_f32(simd, 1.0),
+            pdf: splat_f32(simd, 1.0),
             is_delta: all,
             has_passed: none,
             samples,
@@ -64,8 +66,9 @@ columns! {
         red: f32 = throughput.x,
         green: f32 = throughput.y,
         blue: f32 = throughput.z,
-        carried: f32 = carried,
-        pdf: f64 = pdf,
+        eta_scale: f32 = eta_scale,
+        share: f32 = share,
+        pdf: f32 = pdf,
         is_delta: f32 = is_delta,
         has_passed: f32 = has_passed,
         samples: u32 = samples,
@@ -110,16 +113,21 @@ impl PathColumns {
     /// Adds the active paths, whose rays are not traced yet.
     #[inline(always)]
     pub fn push<S: Simd>(&mut self, paths: &PathRecord<S>) {
-        let (at, active) = (self.count, paths.active);
-        self.rays.store(at, active, &paths.rays);
-        self.state.store(at, active, paths);
-        self.count += active.to_bitmask().count_ones() as usize;
+        self.store(&Stored::new(paths.active), paths);
     }
 
     /// Adds the active paths and their hits.
     #[inline(always)]
     pub fn push_with_hits<S: Simd>(&mut self, paths: &PathRecord<S>) {
-        self.hits.store(self.count, paths.active, &paths.hits);
-        self.push(paths);
+        let stored = &Stored::new(paths.active);
+        self.hits.store(self.count, stored, &paths.hits);
+        self.store(stored, paths);
+    }
+
+    #[inline(always)]
+    pub fn store<S: Simd>(&mut self, stored: &Stored<S>, paths: &PathRecord<S>) {
+        self.rays.store(self.count, stored, &paths.rays);
+        self.state.store(self.count, stored, paths);
+        self.count += paths.active.to_bitmask().count_ones() as usize;
     }
 }

@@ -10,10 +10,10 @@ use super::path_record::PathRecord;
 use super::profiler::Stage;
 use crate::bsdf::{Bsdf, BsdfSample, Domain, LobeFilter, LobeSlots};
 use crate::camera::Viewer;
-use crate::columns::{Column, ROOM, columns};
+use crate::columns::{Column, ROOM, Stored, columns};
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Lunes, Receivers, weights};
-use crate::number::{LANES, Vec2x8, Vec3x8, bits, vectorized};
+use crate::number::{LANES, Vec2x8, Vec3x8, bits, to_f64, vectorized};
 use crate::sampler::Streams;
 use crate::shading::Shaded;
 use crate::surface::Surfaces;
@@ -62,11 +62,11 @@ impl ReceiverColumns {
 
     /// Stores some receivers one after the other, from a place on.
     #[inline(always)]
-    pub fn store<S: Simd>(&mut self, at: usize, active: mask64x8<S>, receivers: &Receivers<S>) {
-        self.places.store(at, active, receivers);
-        let none = bits(active.token(), 0);
+    pub fn store<S: Simd>(&mut self, at: usize, stored: &Stored<S>, receivers: &Receivers<S>) {
+        self.places.store(at, stored, receivers);
+        let none = bits(receivers.surfaces.element.token(), 0);
         let has_lune = receivers.lunes.as_ref().map_or(none, |lunes| lunes.is_valid);
-        has_lune.store(active, &mut self.has_lune[at..at + LANES]);
+        has_lune.store(stored, &mut self.has_lune[at..at + LANES]);
     }
 
     /// The eight receivers from one on. Their normals are on the side of the ray that was scattered. `has_lunes`: some may have lunes.
@@ -117,7 +117,7 @@ impl Lighting<'_> {
 }
 
 impl<S: Simd> Vertices<'_, S> {
-    /// The paths that go on along sampled directions. Their rays are not traced yet. The integrator sets what they carry.
+    /// The paths that go on along sampled directions. Their rays are not traced yet.
     #[inline(always)]
     pub fn scattered(&self, sample: &BsdfSample<S>, active: mask64x8<S>) -> PathRecord<S> {
         let BsdfSample { is_valid, wi, pdf, weight, is_delta, .. } = *sample;
@@ -292,7 +292,7 @@ impl<S: Simd> Vertices<'_, S> {
                 return;
             }
             let is_sky = chosen.light.simd_ge(lighting.table.first_sky as f64);
-            let other = pdf * self.illumination.directions();
+            let other = to_f64(pdf) * self.illumination.directions();
             // Small probabilities and densities are no `f32`.
             let density = sample.pdf * chosen.probability;
             let weight = weights(is_sky, density, other);

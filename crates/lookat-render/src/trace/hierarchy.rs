@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 
 use super::rays::{HitColumns, Hits, Labels, NONE, OneRay, PLACES, RayColumns};
-use crate::number::{bits, eights, set_lanes, vectorized};
+use crate::number::{bits, eights, has_compress, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::{TraversalRays, WideTracer, nothing};
 use crate::traceable::Traceable;
@@ -31,6 +31,7 @@ impl<'s> Tree<'s> {
         hits: &mut HitColumns,
     ) {
         let mut rest = active;
+        // Without it, rays are faster one by one.
         if has_compress(simd) {
             rest = wide.nearest(simd, self.scene, rays, rest, hits);
         }
@@ -131,18 +132,6 @@ impl<'s> Tree<'s> {
         let (element, place) = self.element(hits, lane);
         let barycentric = [hits.sides[0][lane], hits.sides[1][lane]];
         Hit { t: hits.t[lane], element, barycentric, place }
-    }
-}
-
-/// True if the processor moves chosen lanes together in few instructions. Without that, rays are faster one by one.
-#[inline(always)]
-fn has_compress<S: Simd>(simd: S) -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return matches!(simd.level(), fearless_simd::Level::Avx512(_) | fearless_simd::Level::Avx2(_));
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        let _ = simd;
-        false
     }
 }
 

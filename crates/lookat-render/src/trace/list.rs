@@ -222,7 +222,7 @@ fn meet_sphere<S: Simd>(
     let Some(sphere) = curved.as_sphere() else { return (active & !active, t_max) };
     let o = (rays.o - Vec3x8::splat(simd, curved.center)).by(&curved.own_from_world);
     let d = rays.d.by(&curved.own_from_world);
-    let Meetings { met, t, doubtful } = sphere.meet(o, d, t_max, leaving, active);
+    let Meetings { met, t, doubtful } = sphere.meet((o, d), t_max, leaving, active);
     if !doubtful.any_true() {
         return (met, t);
     }

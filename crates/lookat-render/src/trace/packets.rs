@@ -313,6 +313,7 @@ impl<S: Simd> Packet<S> {
 mod tests {
     use super::super::rays::OneRay;
     use super::*;
+    use crate::columns::Stored;
     use crate::number::side_by_side;
     use crate::ray::Ray;
     use crate::testing::noise;
@@ -358,7 +359,7 @@ mod tests {
         // What is not active is anything.
         let blank = Rays::new(Vec3x8::splat(simd, DVec3::NAN), Vec3x8::splat(simd, DVec3::NAN));
         for packet in 0..MOST_PACKETS {
-            columns.store(LANES * packet, bits(simd, 0xff), &blank);
+            columns.store(LANES * packet, &Stored::new(bits(simd, 0xff)), &blank);
         }
         for (at, ray) in rays.iter().enumerate() {
             columns.set(at, &OneRay { o: ray.o, d: ray.d, ..columns.one(at) });

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
-use crate::columns::{ROOM, columns};
+use crate::columns::{ROOM, Stored, columns};
 use crate::number::{LANES, Vec3x8, bits};
 use crate::ray::{ElementId, Hit};
 
@@ -244,7 +244,7 @@ impl HitColumns {
     /// Sets the hits of the eight rays from one on.
     #[inline(always)]
     pub fn set_eight<S: Simd>(&mut self, simd: S, from: usize, hits: &Hits<S>) {
-        self.store(from, bits(simd, 0xff), hits);
+        self.store(from, &Stored::new(bits(simd, 0xff)), hits);
     }
 
     /// Removes all hits.

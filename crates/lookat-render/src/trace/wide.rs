@@ -5,6 +5,7 @@
 //! cache misses, and hardly any branch is mispredicted. What is no triangle waits on the stack with its distance, because its tests are
 //! expensive.
 
+mod curved_pairs;
 mod deferred;
 mod instances;
 mod leaves;
@@ -23,6 +24,7 @@ use crate::number::{LANES, eights, prefetch, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, Traceable};
 use crate::triangle::{Turned, UNIT};
+use curved_pairs::CurvedPairs;
 use deferred::DeferredHits;
 use instances::AtInstance;
 use slabs::FusedSlabs;
@@ -82,6 +84,7 @@ pub(crate) struct WideTracer {
     leaves: [u32; QUEUE + WIDTH],
     leaf_rays: [u32; QUEUE + WIDTH],
     queued: usize,
+    curved_pairs: CurvedPairs,
     /// The rays that wait at an instance, and those instances.
     at_instances: ArrayVec<AtInstance, MOST_RAYS>,
     /// For the elements of instances. `None` before the first one.
@@ -130,6 +133,7 @@ impl WideTracer {
             leaves: [0; QUEUE + WIDTH],
             leaf_rays: [0; QUEUE + WIDTH],
             queued: 0,
+            curved_pairs: CurvedPairs::new(),
             at_instances: ArrayVec::new(),
             inner: None,
         }

@@ -30,7 +30,7 @@ impl WideTracer {
                 Leaf::NonTriangle(other) => traced.scene.prefetch(group.non_triangles[other]),
             }
         }
-        let mut at_instances = 0;
+        let (mut at_instances, any) = (0, if ANY { u64::MAX } else { 0 });
         for at in 0..count {
             let (leaf, ray) =
                 (Child(self.leaves[at % QUEUE]), self.leaf_rays[at % QUEUE] as usize % MOST_RAYS);
@@ -43,13 +43,18 @@ impl WideTracer {
                 }
                 Leaf::NonTriangle(other) => {
                     let other = group.non_triangles[other];
-                    if self.waits_at(traced, ray, other) {
+                    if let NonTriangle::Curved { primitive, shape } = other {
+                        met |= self.push_curved::<S, ANY>(traced, ray, (primitive, shape)) & any;
+                    } else if self.waits_at(traced, ray, other) {
                         at_instances |= 1 << ray;
                     } else {
                         met |= u64::from(self.test_non_triangle::<S, ANY>(traced, ray, other) && ANY) << ray;
                     }
                 }
             }
+        }
+        if self.curved_pairs.count > 0 {
+            met |= self.test_curved::<S, ANY>(traced) & any;
         }
         (met, at_instances)
     }
@@ -161,7 +166,7 @@ impl WideTracer {
 
     /// One of the rays.
     #[inline(always)]
-    fn single<S: Simd>(&mut self, traced: &Traced<S>, ray: usize) -> Ray {
+    pub(super) fn single<S: Simd>(&mut self, traced: &Traced<S>, ray: usize) -> Ray {
         if self.has_single >> ray & 1 == 0 {
             self.has_single |= 1 << ray;
             let tree = Tree { scene: traced.scene };
@@ -172,7 +177,7 @@ impl WideTracer {
 
     /// The nearest hit of a ray that is decided, or one that any hit replaces.
     #[inline(always)]
-    fn nearest_of(&self, ray: usize, own: &Ray) -> Hit {
+    pub(super) fn nearest_of(&self, ray: usize, own: &Ray) -> Hit {
         self.hits.nearest(ray).copied().unwrap_or_else(|| nothing(own))
     }
 

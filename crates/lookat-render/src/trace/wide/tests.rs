@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3A};
 
 use super::slabs::FusedSlabs;
 use super::*;
-use crate::bvh::within_box;
+use crate::bvh::{Node, within_box};
 use crate::frame::Bounds;
 use crate::number::side_by_side;
 use crate::ray::Ray;
