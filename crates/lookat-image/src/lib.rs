@@ -44,7 +44,7 @@ pub use error::{ImageError, ImageFault, io_reason};
 pub use format::Format;
 pub use image::{Channel, Image, Placement, Precision, Window};
 pub use memory::{Charge, MemoryBudget, OutOfMemory, byte_words};
-pub use mip_map::{MipMap, Texel, Wrap, floor};
+pub use mip_map::{Level, MipMap, Texel, Wrap, floor};
 pub use picture_file::{PictureFile, open_file};
 pub use pixel_error::{PixelError, Shared};
 pub use raster::rgb_png;
