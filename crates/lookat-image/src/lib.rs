@@ -42,7 +42,7 @@ pub use color::{LUMINANCE, linear_from_srgb, luminance};
 pub use compare::*;
 pub use error::{ImageError, ImageFault, io_reason};
 pub use format::Format;
-pub use image::{Channel, Image, Placement, Precision, Window};
+pub use image::{ByteImage, Channel, Image, Pixels, Placement, Precision, Window};
 pub use memory::{Charge, MemoryBudget, OutOfMemory, byte_words};
 pub use mip_map::{Level, MipMap, Texel, Wrap, floor};
 pub use picture_file::{PictureFile, open_file};

@@ -25,19 +25,39 @@ pub enum Wrap {
 pub trait Texel:
     Copy + Default + fmt::Debug + PartialEq + Send + Sync + Add<Output = Self> + Mul<f32, Output = Self>
 {
+    /// The number of components.
+    const COMPONENTS: usize;
+
     /// Raises negative components to 0.
     fn not_negative(self) -> Self;
+
+    /// The texel at an index, in bytes of which each stands for a component with this value. `None` behind the last.
+    fn of_bytes(bytes: &[u8], index: usize, values: &[f32; 256]) -> Option<Self>;
 }
 
 impl Texel for f32 {
+    const COMPONENTS: usize = 1;
+
     fn not_negative(self) -> Self {
         self.max(0.0)
+    }
+
+    #[inline]
+    fn of_bytes(bytes: &[u8], index: usize, values: &[f32; 256]) -> Option<Self> {
+        bytes.get(index).map(|byte| values[usize::from(*byte)])
     }
 }
 
 impl Texel for Vec3 {
+    const COMPONENTS: usize = 3;
+
     fn not_negative(self) -> Self {
         self.max(Vec3::ZERO)
+    }
+
+    #[inline]
+    fn of_bytes(bytes: &[u8], index: usize, values: &[f32; 256]) -> Option<Self> {
+        bytes.as_chunks().0.get(index).map(|rgb: &[u8; 3]| rgb.map(|byte| values[usize::from(byte)]).into())
     }
 }
 
@@ -58,8 +78,19 @@ pub struct MipMap<T> {
 pub struct Level<T> {
     width: usize,
     height: usize,
-    /// Row by row.
-    texels: Vec<T>,
+    texels: Texels<T>,
+}
+
+/// Texels, row by row.
+#[derive(Clone, PartialEq)]
+enum Texels<T> {
+    Values(Vec<T>),
+    /// A byte for each component.
+    Bytes {
+        bytes: Vec<u8>,
+        /// What the bytes stand for.
+        values: Box<[f32; 256]>,
+    },
 }
 
 impl<T: Texel> MipMap<T> {
@@ -71,22 +102,54 @@ impl<T: Texel> MipMap<T> {
     /// If the number of texels is another one, or 0.
     pub fn new(width: usize, height: usize, texels: Vec<T>, wrap: Wrap) -> Self {
         assert!(!texels.is_empty() && texels.len() == width * height, "a picture of {width} x {height}");
-        let mut level = to_powers_of_two(Level { width, height, texels }, wrap);
+        let [full_width, full_height] = [width, height].map(usize::next_power_of_two);
+        let texels = Texels::Values(to_powers_of_two([width, height], texels, wrap));
+        MipMap::of_finest(Level { width: full_width, height: full_height, texels }, [width, height], wrap)
+    }
+
+    /// Makes the mip map of a picture with a byte for each component of a texel. `values`: what the bytes stand for. If both sides are
+    /// powers of two, the finest version stays as it is.
+    ///
+    /// # Panics
+    ///
+    /// If the number of bytes is another one, or 0.
+    pub fn of_bytes(
+        width: usize,
+        height: usize,
+        bytes: Vec<u8>,
+        values: Box<[f32; 256]>,
+        wrap: Wrap,
+    ) -> Self {
+        let count = width * height;
+        assert!(count > 0 && bytes.len() == count * T::COMPONENTS, "a picture of {width} x {height}");
+        if width.is_power_of_two() && height.is_power_of_two() {
+            let texels = Texels::Bytes { bytes, values };
+            return MipMap::of_finest(Level { width, height, texels }, [width, height], wrap);
+        }
+        let texel = |index| T::of_bytes(&bytes, index, &values).unwrap_or_default();
+        MipMap::new(width, height, (0..count).into_par_iter().map(texel).collect(), wrap)
+    }
+
+    fn of_finest(mut level: Level<T>, picture_size: [usize; 2], wrap: Wrap) -> Self {
         let mut levels = Vec::new();
-        while level.texels.len() > 1 {
+        while level.len() > 1 {
             let next = level.halved(wrap);
             levels.push(level);
             level = next;
         }
         levels.push(level);
-        MipMap { levels, wrap, picture_size: [width, height] }
+        MipMap { levels, wrap, picture_size }
     }
 
     /// The most bytes of a mip map of a picture of this size: the coarser versions add a third, or as much again where one side is 1.
-    pub fn bytes_of(width: u32, height: u32) -> u64 {
-        let [width, height] = [width, height].map(|side| u64::from(side).next_power_of_two());
-        let finest = width.saturating_mul(height).saturating_mul(size_of::<T>() as u64);
-        finest.saturating_add(if width.min(height) == 1 { finest } else { finest / 2 })
+    /// `of_bytes`: made by [`MipMap::of_bytes`].
+    pub fn bytes_of(width: u32, height: u32, of_bytes: bool) -> u64 {
+        let sides = [width, height].map(|side| u64::from(side).next_power_of_two());
+        let texels = sides[0].saturating_mul(sides[1]);
+        let values = texels.saturating_mul(size_of::<T>() as u64);
+        let is_kept = of_bytes && width.is_power_of_two() && height.is_power_of_two();
+        let finest = if is_kept { texels.saturating_mul(T::COMPONENTS as u64) } else { values };
+        finest.saturating_add(if width.min(height) == 1 { values } else { values / 2 })
     }
 
     /// The columns and rows of the picture that the map was made of.
@@ -115,18 +178,23 @@ impl<T: Texel> MipMap<T> {
     }
 
     /// The texels of the finest version, row by row.
-    pub fn texels(&self) -> &[T] {
-        &self.levels[0].texels
+    pub fn texels(&self) -> impl Iterator<Item = T> {
+        let finest = &self.levels[0];
+        (0..finest.len()).map(|index| finest.texel(index))
     }
 
     /// Bytes that the texels of all versions take.
     pub fn bytes(&self) -> usize {
-        self.levels.iter().map(|level| size_of_val(&level.texels[..])).sum()
+        let of = |level: &Level<T>| match &level.texels {
+            Texels::Values(values) => size_of_val(&values[..]),
+            Texels::Bytes { bytes, .. } => bytes.len(),
+        };
+        self.levels.iter().map(of).sum()
     }
 
     /// The mean of all texels.
     pub fn mean(&self) -> T {
-        self.levels[self.levels.len() - 1].texels[0]
+        self.levels[self.levels.len() - 1].texel(0)
     }
 
     /// Positions are clamped to this distance in texels: farther ones are not exact.
@@ -157,33 +225,37 @@ impl<T: Texel> Level<T> {
         self.height
     }
 
+    fn len(&self) -> usize {
+        self.width * self.height
+    }
+
     /// The texel at an index, row by row; black behind the last.
     #[inline]
     pub fn texel(&self, index: usize) -> T {
-        self.texels.get(index).copied().unwrap_or_default()
+        let texel = match &self.texels {
+            Texels::Values(values) => values.get(index).copied(),
+            Texels::Bytes { bytes, values } => T::of_bytes(bytes, index, values),
+        };
+        texel.unwrap_or_default()
     }
 
     /// Four texels: rows `t` and `t + 1`, columns `s` and `s + 1`. They may lie beyond the edges.
     #[inline]
     pub fn corners(&self, s: i64, t: i64, wrap: Wrap) -> [T; 4] {
-        let Level { width, height, ref texels } = *self;
+        let Level { width, height, .. } = *self;
         if s >= 0 && t >= 0 && s < width as i64 - 1 && t < height as i64 - 1 {
             let first = t as usize * width + s as usize;
-            return [texels[first], texels[first + 1], texels[first + width], texels[first + width + 1]];
+            return [first, first + 1, first + width, first + width + 1].map(|index| self.texel(index));
         }
         self.wrapped_corners(s, t, wrap)
     }
 
     #[inline(never)]
     fn wrapped_corners(&self, s: i64, t: i64, wrap: Wrap) -> [T; 4] {
-        let [low, high] = [t, t + 1].map(|t| self.row(t, wrap));
-        let texel = |row, s| texel(row, s, wrap);
-        [texel(low, s), texel(low, s + 1), texel(high, s), texel(high, s + 1)]
-    }
-
-    /// The row, which may lie beyond the edges; without texels where nothing is.
-    fn row(&self, t: i64, wrap: Wrap) -> &[T] {
-        wrapped(t, self.height, wrap).map_or(&[], |t| &self.texels[t * self.width..][..self.width])
+        [(s, t), (s + 1, t), (s, t + 1), (s + 1, t + 1)].map(|(s, t)| {
+            let (s, t) = (wrapped(s, self.width, wrap), wrapped(t, self.height, wrap));
+            s.zip(t).map_or(T::default(), |(s, t)| self.texel(t * self.width + s))
+        })
     }
 
     /// Each texel is the mean of four. As in pbrt-v3, where a side has one texel only, the other is beyond the edge.
@@ -198,16 +270,11 @@ impl<T: Texel> Level<T> {
                 *texel = ((a + b) + (c + d)) * 0.25;
             }
         });
-        Level { width, height, texels }
+        Level { width, height, texels: Texels::Values(texels) }
     }
 }
 
-/// The texel of a row, which may lie beyond the edges.
-fn texel<T: Texel>(row: &[T], s: i64, wrap: Wrap) -> T {
-    wrapped(s, row.len(), wrap).map_or(T::default(), |s| row[s])
-}
-
-/// The index among `count` texels; `None` for black beyond the edges. `count` is 0 only in a row of black.
+/// The index among `count` texels; `None` for black beyond the edges.
 #[inline]
 fn wrapped(index: i64, count: usize, wrap: Wrap) -> Option<usize> {
     let end = count as i64;
@@ -238,13 +305,12 @@ struct Weights {
     weights: [f32; 4],
 }
 
-/// The picture with both sides brought up to the next power of two; as it is where they are. First across, then down;
+/// The texels of a picture with both sides brought up to the next power of two; as they are where both are. First across, then down;
 /// what comes out below 0 is 0 (pbrt-v3's MIPMap constructor).
-fn to_powers_of_two<T: Texel>(level: Level<T>, wrap: Wrap) -> Level<T> {
-    let Level { width: old_width, height: old_height, texels } = level;
-    let (width, height) = (old_width.next_power_of_two(), old_height.next_power_of_two());
-    if (width, height) == (old_width, old_height) {
-        return Level { width, height, texels };
+fn to_powers_of_two<T: Texel>(old_size: [usize; 2], texels: Vec<T>, wrap: Wrap) -> Vec<T> {
+    let ([old_width, old_height], [width, height]) = (old_size, old_size.map(usize::next_power_of_two));
+    if [width, height] == old_size {
+        return texels;
     }
     let (across, down) = (weights(old_width, width), weights(old_height, height));
     let mut wide = vec![T::default(); width * old_height];
@@ -260,7 +326,7 @@ fn to_powers_of_two<T: Texel>(level: Level<T>, wrap: Wrap) -> Level<T> {
             *texel = weights.sum(old_height, wrap, |t| wide[t * width + s]).not_negative();
         }
     });
-    Level { width, height, texels }
+    texels
 }
 
 impl Weights {
@@ -352,6 +418,41 @@ mod tests {
         assert_eq!(level.texel(3), [10, 11, 14, 15].map(|i| texels[i]).iter().sum::<f32>() / 4.0);
     }
 
+    #[test]
+    fn bytes_are_the_values_that_they_stand_for() {
+        let values: Box<[f32; 256]> = Box::new(std::array::from_fn(|byte| byte as f32 * 0.37 - 1.0));
+        for (width, height) in [(8, 4), (1, 16), (5, 3), (1, 1)] {
+            let bytes: Vec<u8> = (0..width * height * 3).map(|i| (i * 89 % 256) as u8).collect();
+            let numbers = || bytes.iter().map(|byte| values[usize::from(*byte)]);
+            for wrap in [Wrap::Repeat, Wrap::Black, Wrap::Clamp] {
+                let colors: Vec<f32> = numbers().collect();
+                let colors = colors.as_chunks().0.iter().map(|rgb: &[f32; 3]| Vec3::from(*rgb)).collect();
+                let of_bytes = MipMap::<Vec3>::of_bytes(width, height, bytes.clone(), values.clone(), wrap);
+                let wide = MipMap::new(width, height, colors, wrap);
+                check_is_same(&of_bytes, &wide);
+                assert!(
+                    of_bytes.bytes() as u64 <= MipMap::<Vec3>::bytes_of(width as u32, height as u32, true)
+                );
+                let gray = MipMap::<f32>::of_bytes(width * 3, height, bytes.clone(), values.clone(), wrap);
+                check_is_same(&gray, &MipMap::new(width * 3, height, numbers().collect(), wrap));
+            }
+        }
+        let wide = MipMap::new(64, 64, vec![Vec3::ONE; 64 * 64], Wrap::Repeat).bytes();
+        let bytes = MipMap::<Vec3>::of_bytes(64, 64, vec![0; 64 * 64 * 3], values, Wrap::Repeat).bytes();
+        assert!(bytes * 16 <= wide * 7, "{bytes} {wide}");
+    }
+
+    fn check_is_same<T: Texel>(a: &MipMap<T>, b: &MipMap<T>) {
+        let sizes =
+            |map: &MipMap<T>| map.levels.iter().map(|level| [level.width, level.height]).collect::<Vec<_>>();
+        assert_eq!((sizes(a), a.picture_size), (sizes(b), b.picture_size));
+        for (a, own) in a.levels.iter().zip(&b.levels) {
+            assert!((0..=own.len()).all(|index| a.texel(index) == own.texel(index)));
+            let places = || (-3..12).flat_map(|s| (-3..12).map(move |t| (s, t)));
+            assert!(places().all(|(s, t)| a.corners(s, t, b.wrap) == own.corners(s, t, b.wrap)));
+        }
+    }
+
     /// A picture of one row, beyond which there is nothing, loses half of its light at each step, as in pbrt-v3.
     #[test]
     fn one_row_on_black_gets_darker() {
@@ -360,7 +461,7 @@ mod tests {
     }
 
     fn resampled<T: Texel>(width: usize, height: usize, texels: Vec<T>, wrap: Wrap) -> Vec<T> {
-        to_powers_of_two(Level { width, height, texels }, wrap).texels
+        to_powers_of_two([width, height], texels, wrap)
     }
 
     #[test]

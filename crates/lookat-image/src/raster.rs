@@ -2,6 +2,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+use std::array::from_fn;
 use std::error::Error;
 use std::io::{BufRead, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -9,12 +10,13 @@ use std::path::Path;
 use ::image::codecs::hdr::HdrDecoder;
 use ::image::codecs::tga::TgaEncoder;
 use ::image::{
-    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits,
+    ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageFormat,
+    ImageReader, Limits,
 };
 
-use crate::color::linear_from_srgb;
+use crate::color::{linear_from_srgb, of_byte};
 use crate::format::{Format, Input, METADATA, Opened};
-use crate::image::Placement;
+use crate::image::{ByteImage, Pixels, Placement};
 use crate::{Image, ImageFault, MemoryBudget, Precision, Window};
 
 /// The formats by their extensions, with a bound for the bytes of pixels that one byte of a file can stand for. PNG shrinks
@@ -95,21 +97,37 @@ pub(crate) fn open<'a>(
     if decoder.total_bytes() > length.saturating_mul(*densest) {
         return Err(ImageFault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
-    let read = move |memory: &MemoryBudget| {
-        let _decoder_charge = decoder_charge;
-        // As stored with the decoder's own copy of it, then as 32-bit float, then plane by plane.
-        let stored = 2 * u64::from(decoder.color_type().bytes_per_pixel());
-        let charge = window.reserve(PIXEL_BYTES + stored.max(PIXEL_BYTES), 0, memory)?;
-        let mut values = DynamicImage::from_decoder(decoder)?.into_rgb32f().into_raw();
-        if curve == Curve::Linear && !is_hdr {
-            for value in &mut values {
-                *value = linear_from_srgb(*value);
-            }
-        }
-        let image = Image::from_rgb(window, window, values.as_chunks().0);
-        Ok((Image { precision: Precision::Integer, has_windows: false, ..image }, charge))
+    let linear = move |value| if curve == Curve::Linear && !is_hdr { linear_from_srgb(value) } else { value };
+    let channels_of_bytes = match decoder.color_type() {
+        ColorType::L8 | ColorType::La8 => Some(1),
+        ColorType::Rgb8 | ColorType::Rgba8 => Some(3),
+        _ => None,
     };
-    Ok(Opened { placement: Placement::alone(window), metadata, read: Box::new(read) })
+    let read = move |memory: &MemoryBudget, keeps_bytes: bool| {
+        let _decoder_charge = decoder_charge;
+        // As stored with the decoder's own copy of it, then as bytes, or as 32-bit float and then plane by plane.
+        let stored = 2 * u64::from(decoder.color_type().bytes_per_pixel());
+        let own = match channels_of_bytes {
+            Some(channels) if keeps_bytes => channels as u64,
+            _ => PIXEL_BYTES + stored.max(PIXEL_BYTES),
+        };
+        let charge = window.reserve(own.max(stored), 0, memory)?;
+        let decoded = DynamicImage::from_decoder(decoder)?;
+        let Some(channels) = channels_of_bytes else {
+            let mut values = decoded.into_rgb32f().into_raw();
+            for value in &mut values {
+                *value = linear(*value);
+            }
+            let image = Image::from_rgb(window, window, values.as_chunks().0);
+            let image = Image { precision: Precision::Integer, has_windows: false, ..image };
+            return Ok((Pixels::Values(image), charge));
+        };
+        let bytes =
+            if channels == 1 { decoded.into_luma8().into_raw() } else { decoded.into_rgb8().into_raw() };
+        let values = from_fn(|byte| linear(of_byte(byte as u8)));
+        Ok((Pixels::Bytes(ByteImage { window, channels, bytes, values }), charge))
+    };
+    Ok(Opened { placement: Placement::alone(window), metadata, channels_of_bytes, read: Box::new(read) })
 }
 
 /// The text that lookat writes before the pixels. The decoder does not give it. The caller rewinds the file.

@@ -5,8 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::{ImageError, ImageFault, MipMap, PictureFile, Texel, Window, linear_from_srgb, luminance};
+use lookat_image::{
+    ByteImage, Image, ImageError, ImageFault, MipMap, PictureFile, Pixels, Texel, Window, linear_from_srgb,
+    luminance,
+};
 use lookat_syntax::{Diagnostic, Text};
+use rayon::prelude::*;
 
 use crate::cache::{PictureKey, PictureSettings};
 use crate::color;
@@ -145,13 +149,20 @@ pub(crate) trait FromColor: Texel + 'static {
     /// Converts a color of the file.
     fn from_color(color: Vec3, settings: &PictureSettings) -> Self;
 
+    /// Converts the equal channels of a gray of the file to a component of a texel.
+    fn component(gray: f32, settings: &PictureSettings) -> f32;
+
     /// The pictures of this type so far.
     fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<Self>>;
 }
 
 impl FromColor for Vec3 {
     fn from_color(color: Vec3, settings: &PictureSettings) -> Self {
-        Vec3::from_array(color.to_array().map(|value| texel_value(value, settings)))
+        Vec3::from_array(color.to_array().map(|value| Self::component(value, settings)))
+    }
+
+    fn component(gray: f32, settings: &PictureSettings) -> f32 {
+        texel_value(gray, settings)
     }
 
     fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<Vec3>> {
@@ -163,6 +174,10 @@ impl FromColor for f32 {
     /// The luminance, which pbrt-v3 computes before the sRGB conversion.
     fn from_color(color: Vec3, settings: &PictureSettings) -> Self {
         texel_value(luminance(color.to_array()), settings)
+    }
+
+    fn component(gray: f32, settings: &PictureSettings) -> f32 {
+        Self::from_color(Vec3::splat(gray), settings)
     }
 
     fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<f32>> {
@@ -197,14 +212,34 @@ pub(super) fn decode<T: FromColor>(
     let memory = &params.files.memory;
     let file = PictureFile::of_bytes(&shown, &bytes, memory).map_err(unreadable)?;
     let Window { width, height, .. } = file.placement().data_window;
-    let kept = MipMap::<T>::bytes_of(width, height);
+    let kept =
+        MipMap::<T>::bytes_of(width, height, file.channels_of_bytes().is_some_and(are_components::<T>));
     // Before any pixel is read. While the map is made, there are two versions of the finest level.
     let mut charge = memory.reserve(kept.saturating_mul(2)).map_err(|shortage| {
         let message = format!("cannot use {}, {width} x {height} pixels: {shortage}", shown.display());
         (message, SMALLER.into())
     })?;
-    let (image, image_charge) = file.read().map_err(unreadable)?;
+    let (pixels, pixels_charge) = file.read_pixels().map_err(unreadable)?;
     drop(bytes);
+    let map = match pixels {
+        Pixels::Bytes(image) => map_of_bytes(image, settings),
+        Pixels::Values(image) => map_of_values(params, name, &shown, image, settings)?,
+    };
+    drop(pixels_charge);
+    // Less than before, so it fits.
+    let _ = charge.resize(kept);
+    charge.keep();
+    Ok(Arc::new(map))
+}
+
+/// Warns of values that are not used as they are.
+fn map_of_values<T: FromColor>(
+    params: &mut Params,
+    name: &str,
+    shown: &Path,
+    image: Image,
+    settings: &PictureSettings,
+) -> Result<MipMap<T>, (String, String)> {
     let planes = image.rgb_planes().ok_or_else(|| {
         let message = format!("cannot use {}: it has neither the channels R, G and B nor Y", shown.display());
         (message, HELP.into())
@@ -220,18 +255,41 @@ pub(super) fn decode<T: FromColor>(
             "divide the values of the picture, and multiply the scale of the light".into(),
         ));
     }
-    let (texels, is_finite) = texels(planes, width as usize, settings);
+    let [width, height] = image.data_window.size().map(|side| side as usize);
+    let (texels, is_finite) = texels(planes, width, settings);
     if !is_finite {
         let message = "the picture contains infinite or NaN values; they are used as 0";
         params.warn(name, message, "render the picture again, or replace these pixels");
     }
     // Frees the memory of a large picture early.
-    drop((image, image_charge));
-    let map = MipMap::new(width as usize, height as usize, texels, settings.wrap);
-    // Less than before, so it fits.
-    let _ = charge.resize(kept);
-    charge.keep();
-    Ok(Arc::new(map))
+    drop(image);
+    Ok(MipMap::new(width, height, texels, settings.wrap))
+}
+
+/// True if each component of a texel depends on one byte of a picture with so many channels.
+fn are_components<T: Texel>(channels: usize) -> bool {
+    channels <= T::COMPONENTS
+}
+
+fn map_of_bytes<T: FromColor>(image: ByteImage, settings: &PictureSettings) -> MipMap<T> {
+    let ByteImage { window, channels, mut bytes, values } = image;
+    let [width, height] = window.size().map(|side| side as usize);
+    if settings.bottom_up {
+        let row = width * channels;
+        for y in 0..height / 2 {
+            let (top, bottom) = bytes.split_at_mut((height - 1 - y) * row);
+            top[y * row..][..row].swap_with_slice(&mut bottom[..row]);
+        }
+    }
+    if are_components::<T>(channels) {
+        if channels < T::COMPONENTS {
+            bytes = bytes.into_iter().flat_map(|gray| [gray; 3]).collect();
+        }
+        let values = Box::new(values.map(|value| T::component(value, settings)));
+        return MipMap::of_bytes(width, height, bytes, values, settings.wrap);
+    }
+    let texel = |rgb: &[u8; 3]| T::from_color(rgb.map(|byte| values[usize::from(byte)]).into(), settings);
+    MipMap::new(width, height, bytes.as_chunks().0.par_iter().map(texel).collect(), settings.wrap)
 }
 
 fn unreadable(error: ImageError) -> (String, String) {
