@@ -92,17 +92,17 @@ fn mean<S: Simd, T: Values<S>>(
         // The mean of all has no edges.
         let has_edges: [bool; LANES] = versions.map(|version| wrap == Wrap::Black && version <= last);
 
-        let rows =
-            [(t - half_height).ceil().reduce_min() as i32, (t + half_height).floor().reduce_max() as i32];
-        let columns = (half_width * 2.0).floor().reduce_max() as i32 + 1;
+        // The rows and columns of each ellipse, so that a lookup does not depend on those beside it.
+        let rows = [(t - half_height).ceil(), (t + half_height).floor()];
+        let columns = (half_width * 2.0).floor() + 1.0;
         let (mut sum, mut total) = (T::texels(simd, &[T::Texel::default(); LANES]), splat_f32(simd, 0.0));
-        for row in rows[0]..=rows[1] {
+        for row in rows[0].reduce_min() as i32..=rows[1].reduce_max() as i32 {
             let dt = row as f32 - t;
             let middle = s + shear * dt;
             let first = (middle - half_width).ceil();
             let (mut ds, mut at) = (first - middle, i32x8::truncate_from(first) + start_s);
             let row_start: [usize; LANES] = std::array::from_fn(|lane| {
-                let (t, end) = (start_t[lane].wrapping_add(row), levels[lane].height() as i32 - 1);
+                let (t, end) = (start_t[lane].wrapping_add(row), (levels[lane].height() - 1) as i32);
                 let wrapped = if is_repeated { t & end } else { t.clamp(0, end) };
                 // A row that no picture has.
                 if has_edges[lane] && wrapped != t {
@@ -112,9 +112,12 @@ fn mean<S: Simd, T: Values<S>>(
                 }
             });
             let y_squared = (dt * down) * (dt * down);
-            for _ in 0..columns {
+            let is_own = rows[0].simd_le(row as f32) & rows[1].simd_ge(row as f32);
+            let columns = is_own.select(columns, splat_f32(simd, 0.0));
+            for column in 0..columns.reduce_max() as i32 {
                 let x = ds * across;
-                let weight = weight(x * x + y_squared);
+                let is_own = columns.simd_gt(column as f32);
+                let weight = is_own.select(weight(x * x + y_squared), splat_f32(simd, 0.0));
                 let wrapped = if is_repeated { at & end_s } else { at.max(zero).min(end_s) };
                 let texels = std::array::from_fn(|lane| {
                     if has_edges[lane] && wrapped[lane] != at[lane] {
@@ -146,6 +149,6 @@ pub(super) fn weight<S: Simd>(squared_radius: f32x8<S>) -> f32x8<S> {
         * x
         + 1.0;
     let squared = root * root;
-    // What comes of 1, so that a lookup does not depend on how many texels the lookups beside it need.
+    // What comes of 1.
     (squared * squared - 0.135_335_3).max(0.0)
 }
