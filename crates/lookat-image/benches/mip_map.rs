@@ -1,4 +1,4 @@
-//! Means of a picture: `cargo bench -p lookat-image`.
+//! Lookups in a picture: `cargo bench -p lookat-image`.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
@@ -31,14 +31,6 @@ fn means(bencher: Bencher, mean: impl Fn(DVec2) -> Vec3) {
     bencher
         .counter(ItemsCount::new(places.len()))
         .bench_local(|| places.iter().map(|st| mean(black_box(*st))).sum::<Vec3>());
-}
-
-/// Over ellipses three times as long as wide. A width of less than a texel is a picture seen enlarged.
-#[divan::bench(args = [0.5, 1.5, 6.0])]
-fn ellipse(bencher: Bencher, width_in_texels: f64) {
-    let map = map(Wrap::Repeat);
-    let minor = DVec2::new(0.8, -0.6) * width_in_texels / SIDE as f64;
-    means(bencher, |st| map.ewa(st, minor.perp() * 3.0, minor, 8.0));
 }
 
 #[divan::bench(args = [Wrap::Repeat, Wrap::Black, Wrap::Clamp])]

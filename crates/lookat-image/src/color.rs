@@ -29,7 +29,7 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
 }
 
 /// The value that decoders give a byte.
-fn of_byte(byte: u8) -> f32 {
+pub(crate) fn of_byte(byte: u8) -> f32 {
     f32::from(byte) / 255.0
 }
 

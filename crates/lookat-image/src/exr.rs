@@ -20,7 +20,7 @@ use ::exr::prelude::f16;
 
 use crate::error::listed;
 use crate::format::{METADATA, Opened};
-use crate::image::Placement;
+use crate::image::{Pixels, Placement};
 use crate::{Channel, Image, ImageFault, MemoryBudget, Precision, Window};
 
 /// Reads the headers, and finds the layer with this name, or else the picture that the file shows first.
@@ -55,7 +55,7 @@ pub(crate) fn open<'a>(
             Some(AttributeValue::Text(text)) => Some(words(text)),
             _ => None,
         };
-        let read = move |memory: &MemoryBudget| {
+        let read = move |memory: &MemoryBudget, _: bool| {
             let header = &meta.headers[choice.part];
             let channel_bytes = 4 * choice.channels.len() as u64;
             let charge = data_window.reserve(channel_bytes, blocks::bytes(header), memory)?;
@@ -68,10 +68,11 @@ pub(crate) fn open<'a>(
                 })?;
                 let is_half = sources.iter().any(|(_, sample_type)| *sample_type == SampleType::F16);
                 let precision = if is_half { Precision::Half } else { Precision::Single };
-                Ok((Image { layers, precision, ..Image::new(placement, channels) }, charge))
+                let image = Image { layers, precision, ..Image::new(placement, channels) };
+                Ok((Pixels::Values(image), charge))
             })
         };
-        Ok(Opened { placement, metadata, read: Box::new(read) })
+        Ok(Opened { placement, metadata, channels_of_bytes: None, read: Box::new(read) })
     })
 }
 

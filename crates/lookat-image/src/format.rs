@@ -3,8 +3,8 @@
 use std::io::{BufRead, Seek};
 use std::path::Path;
 
-use crate::image::Placement;
-use crate::{Charge, Image, ImageFault, MemoryBudget};
+use crate::image::{Pixels, Placement};
+use crate::{Charge, ImageFault, MemoryBudget};
 
 /// A file format for pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,14 +54,16 @@ pub(crate) trait Input: BufRead + Seek {}
 
 impl<T: BufRead + Seek> Input for T {}
 
-/// Reads the pixels; the charge is for all memory that this takes.
-type ReadPixels<'a> = dyn FnOnce(&MemoryBudget) -> Result<(Image, Charge), ImageFault> + 'a;
+/// Reads the pixels; the charge is for all memory that this takes. True if pixels of 8 bits may stay so.
+type ReadPixels<'a> = dyn FnOnce(&MemoryBudget, bool) -> Result<(Pixels, Charge), ImageFault> + 'a;
 
 /// A picture of which the header has been read.
 pub(crate) struct Opened<'a> {
     pub placement: Placement,
     /// See [`Image::metadata`]. `read` does not set it.
     pub metadata: Option<String>,
+    /// See [`PictureFile::channels_of_bytes`](crate::PictureFile::channels_of_bytes).
+    pub channels_of_bytes: Option<usize>,
     pub read: Box<ReadPixels<'a>>,
 }
 

@@ -217,6 +217,42 @@ impl Image {
     }
 }
 
+/// The pixels of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pixels {
+    /// 32-bit float.
+    Values(Image),
+    /// 8 bits.
+    Bytes(ByteImage),
+}
+
+/// A picture of gray or of red, green and blue in 8 bits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ByteImage {
+    /// All pixels.
+    pub window: Window,
+    /// 1 or 3.
+    pub channels: usize,
+    /// All channels of the first pixel, then of the second, row by row, top row first.
+    pub bytes: Vec<u8>,
+    /// What the bytes stand for.
+    pub values: [f32; 256],
+}
+
+impl From<Pixels> for Image {
+    fn from(pixels: Pixels) -> Image {
+        let ByteImage { window, channels, bytes, values } = match pixels {
+            Pixels::Values(image) => return image,
+            Pixels::Bytes(bytes) => bytes,
+        };
+        let plane = |i: usize| {
+            bytes.iter().skip(i % channels).step_by(channels).map(|byte| values[usize::from(*byte)]).collect()
+        };
+        let image = Image::from_planes(window, window, [0, 1, 2].map(plane));
+        Image { precision: Precision::Integer, has_windows: false, ..image }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,12 +1,11 @@
-//! Pictures that can be looked up at any place and any size (PBR 10.4.3): mip maps, their Lanczos filter for sizes that are no
-//! powers of two, and elliptically weighted averages.
+//! Pictures that can be looked up at any place and any size (PBR 10.4.3): mip maps, and their Lanczos filter for sizes that are no
+//! powers of two.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 use std::f64::consts::PI;
 use std::fmt;
-use std::ops::{Add, Mul, Range};
-use std::sync::LazyLock;
+use std::ops::{Add, Mul};
 
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
@@ -26,19 +25,39 @@ pub enum Wrap {
 pub trait Texel:
     Copy + Default + fmt::Debug + PartialEq + Send + Sync + Add<Output = Self> + Mul<f32, Output = Self>
 {
+    /// The number of components.
+    const COMPONENTS: usize;
+
     /// Raises negative components to 0.
     fn not_negative(self) -> Self;
+
+    /// The texel at an index, in bytes of which each stands for a component with this value. `None` behind the last.
+    fn of_bytes(bytes: &[u8], index: usize, values: &[f32; 256]) -> Option<Self>;
 }
 
 impl Texel for f32 {
+    const COMPONENTS: usize = 1;
+
     fn not_negative(self) -> Self {
         self.max(0.0)
+    }
+
+    #[inline]
+    fn of_bytes(bytes: &[u8], index: usize, values: &[f32; 256]) -> Option<Self> {
+        bytes.get(index).map(|byte| values[usize::from(*byte)])
     }
 }
 
 impl Texel for Vec3 {
+    const COMPONENTS: usize = 3;
+
     fn not_negative(self) -> Self {
         self.max(Vec3::ZERO)
+    }
+
+    #[inline]
+    fn of_bytes(bytes: &[u8], index: usize, values: &[f32; 256]) -> Option<Self> {
+        bytes.as_chunks().0.get(index).map(|rgb: &[u8; 3]| rgb.map(|byte| values[usize::from(byte)]).into())
     }
 }
 
@@ -54,13 +73,24 @@ pub struct MipMap<T> {
     picture_size: [usize; 2],
 }
 
-/// One version of the picture.
+/// One version of a picture.
 #[derive(Clone, PartialEq)]
-struct Level<T> {
+pub struct Level<T> {
     width: usize,
     height: usize,
-    /// Row by row.
-    texels: Vec<T>,
+    texels: Texels<T>,
+}
+
+/// Texels, row by row.
+#[derive(Clone, PartialEq)]
+enum Texels<T> {
+    Values(Vec<T>),
+    /// A byte for each component.
+    Bytes {
+        bytes: Vec<u8>,
+        /// What the bytes stand for.
+        values: Box<[f32; 256]>,
+    },
 }
 
 impl<T: Texel> MipMap<T> {
@@ -72,22 +102,54 @@ impl<T: Texel> MipMap<T> {
     /// If the number of texels is another one, or 0.
     pub fn new(width: usize, height: usize, texels: Vec<T>, wrap: Wrap) -> Self {
         assert!(!texels.is_empty() && texels.len() == width * height, "a picture of {width} x {height}");
-        let mut level = to_powers_of_two(Level { width, height, texels }, wrap);
+        let [full_width, full_height] = [width, height].map(usize::next_power_of_two);
+        let texels = Texels::Values(to_powers_of_two([width, height], texels, wrap));
+        MipMap::of_finest(Level { width: full_width, height: full_height, texels }, [width, height], wrap)
+    }
+
+    /// Makes the mip map of a picture with a byte for each component of a texel. `values`: what the bytes stand for. If both sides are
+    /// powers of two, the finest version stays as it is.
+    ///
+    /// # Panics
+    ///
+    /// If the number of bytes is another one, or 0.
+    pub fn of_bytes(
+        width: usize,
+        height: usize,
+        bytes: Vec<u8>,
+        values: Box<[f32; 256]>,
+        wrap: Wrap,
+    ) -> Self {
+        let count = width * height;
+        assert!(count > 0 && bytes.len() == count * T::COMPONENTS, "a picture of {width} x {height}");
+        if width.is_power_of_two() && height.is_power_of_two() {
+            let texels = Texels::Bytes { bytes, values };
+            return MipMap::of_finest(Level { width, height, texels }, [width, height], wrap);
+        }
+        let texel = |index| T::of_bytes(&bytes, index, &values).unwrap_or_default();
+        MipMap::new(width, height, (0..count).into_par_iter().map(texel).collect(), wrap)
+    }
+
+    fn of_finest(mut level: Level<T>, picture_size: [usize; 2], wrap: Wrap) -> Self {
         let mut levels = Vec::new();
-        while level.texels.len() > 1 {
+        while level.len() > 1 {
             let next = level.halved(wrap);
             levels.push(level);
             level = next;
         }
         levels.push(level);
-        MipMap { levels, wrap, picture_size: [width, height] }
+        MipMap { levels, wrap, picture_size }
     }
 
     /// The most bytes of a mip map of a picture of this size: the coarser versions add a third, or as much again where one side is 1.
-    pub fn bytes_of(width: u32, height: u32) -> u64 {
-        let [width, height] = [width, height].map(|side| u64::from(side).next_power_of_two());
-        let finest = width.saturating_mul(height).saturating_mul(size_of::<T>() as u64);
-        finest.saturating_add(if width.min(height) == 1 { finest } else { finest / 2 })
+    /// `of_bytes`: made by [`MipMap::of_bytes`].
+    pub fn bytes_of(width: u32, height: u32, of_bytes: bool) -> u64 {
+        let sides = [width, height].map(|side| u64::from(side).next_power_of_two());
+        let texels = sides[0].saturating_mul(sides[1]);
+        let values = texels.saturating_mul(size_of::<T>() as u64);
+        let is_kept = of_bytes && width.is_power_of_two() && height.is_power_of_two();
+        let finest = if is_kept { texels.saturating_mul(T::COMPONENTS as u64) } else { values };
+        finest.saturating_add(if width.min(height) == 1 { values } else { values / 2 })
     }
 
     /// The columns and rows of the picture that the map was made of.
@@ -105,87 +167,95 @@ impl<T: Texel> MipMap<T> {
         self.levels[0].height
     }
 
+    /// All versions, from finest to coarsest.
+    pub fn levels(&self) -> &[Level<T>] {
+        &self.levels
+    }
+
+    /// The texels beyond the edges.
+    pub fn wrap(&self) -> Wrap {
+        self.wrap
+    }
+
     /// The texels of the finest version, row by row.
-    pub fn texels(&self) -> &[T] {
-        &self.levels[0].texels
+    pub fn texels(&self) -> impl Iterator<Item = T> {
+        let finest = &self.levels[0];
+        (0..finest.len()).map(|index| finest.texel(index))
     }
 
     /// Bytes that the texels of all versions take.
     pub fn bytes(&self) -> usize {
-        self.levels.iter().map(|level| size_of_val(&level.texels[..])).sum()
+        let of = |level: &Level<T>| match &level.texels {
+            Texels::Values(values) => size_of_val(&values[..]),
+            Texels::Bytes { bytes, .. } => bytes.len(),
+        };
+        self.levels.iter().map(of).sum()
     }
 
     /// The mean of all texels.
     pub fn mean(&self) -> T {
-        self.levels[self.levels.len() - 1].texels[0]
+        self.levels[self.levels.len() - 1].texel(0)
     }
 
     /// Positions are clamped to this distance in texels: farther ones are not exact.
     pub const FAR: f64 = 1e15;
 
-    /// Four texels of the finest version: rows `t` and `t + 1`, columns `s` and `s + 1`. They may lie beyond the edges.
-    #[inline]
-    pub fn corners(&self, s: i64, t: i64) -> [T; 4] {
-        let Level { width, height, ref texels } = self.levels[0];
-        if s >= 0 && t >= 0 && s < width as i64 - 1 && t < height as i64 - 1 {
-            let first = t as usize * width + s as usize;
-            return [texels[first], texels[first + 1], texels[first + width], texels[first + width + 1]];
-        }
-        self.wrapped_corners(s, t)
-    }
-
-    #[inline(never)]
-    fn wrapped_corners(&self, s: i64, t: i64) -> [T; 4] {
-        let [low, high] = [t, t + 1].map(|t| self.levels[0].row(t, self.wrap));
-        let texel = |row, s| texel(row, s, self.wrap);
-        [texel(low, s), texel(low, s + 1), texel(high, s), texel(high, s + 1)]
-    }
-
     /// The finest version at `st`, linear between the centers of texels.
     pub fn bilinear(&self, st: DVec2) -> T {
-        self.bilinear_at(0, st)
-    }
-
-    /// The mean around `st` over about `width`: linear between texels and between versions (PBR 10.4.4).
-    pub fn trilinear(&self, st: DVec2, width: f64) -> T {
-        let last = self.levels.len() - 1;
-        let level = last as f64 + libm::log2(width.max(1e-8));
-        if level >= last as f64 || level.is_nan() {
-            return self.mean();
-        }
-        if level < 0.0 {
-            return self.bilinear(st);
-        }
-        let finer = level as usize;
-        let share = (level - finer as f64) as f32;
-        lerp(share, self.bilinear_at(finer, st), self.bilinear_at(finer + 1, st))
-    }
-
-    fn bilinear_at(&self, level: usize, st: DVec2) -> T {
-        let level = &self.levels[level];
-        let position = level.position(st);
+        let level = &self.levels[0];
+        let far = DVec2::splat(Self::FAR);
+        let position = (st * DVec2::new(level.width as f64, level.height as f64) - 0.5).clamp(-far, far);
         let (s, t) = (floor(position.x), floor(position.y));
         let rest = (position - DVec2::new(s as f64, t as f64)).as_vec2();
-        let row = |t| lerp(rest.x, level.texel(s, t, self.wrap), level.texel(s + 1, t, self.wrap));
-        lerp(rest.y, row(t), row(t + 1))
+        let [a, b, c, d] = level.corners(s, t, self.wrap);
+        lerp(rest.y, lerp(rest.x, a, b), lerp(rest.x, c, d))
     }
 }
 
 impl<T: Texel> Level<T> {
-    /// The texel, which may lie beyond the edges.
-    fn texel(&self, s: i64, t: i64, wrap: Wrap) -> T {
-        texel(self.row(t, wrap), s, wrap)
+    /// Columns, a power of two.
+    #[inline]
+    pub fn width(&self) -> usize {
+        self.width
     }
 
-    /// The row, which may lie beyond the edges; without texels where nothing is.
-    fn row(&self, t: i64, wrap: Wrap) -> &[T] {
-        wrapped(t, self.height, wrap).map_or(&[], |t| &self.texels[t * self.width..][..self.width])
+    /// Rows, a power of two.
+    #[inline]
+    pub fn height(&self) -> usize {
+        self.height
     }
 
-    /// The position of `st` among the centers of texels.
-    fn position(&self, st: DVec2) -> DVec2 {
-        let far = DVec2::splat(MipMap::<T>::FAR);
-        (st * DVec2::new(self.width as f64, self.height as f64) - 0.5).clamp(-far, far)
+    fn len(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// The texel at an index, row by row; black behind the last.
+    #[inline]
+    pub fn texel(&self, index: usize) -> T {
+        let texel = match &self.texels {
+            Texels::Values(values) => values.get(index).copied(),
+            Texels::Bytes { bytes, values } => T::of_bytes(bytes, index, values),
+        };
+        texel.unwrap_or_default()
+    }
+
+    /// Four texels: rows `t` and `t + 1`, columns `s` and `s + 1`. They may lie beyond the edges.
+    #[inline]
+    pub fn corners(&self, s: i64, t: i64, wrap: Wrap) -> [T; 4] {
+        let Level { width, height, .. } = *self;
+        if s >= 0 && t >= 0 && s < width as i64 - 1 && t < height as i64 - 1 {
+            let first = t as usize * width + s as usize;
+            return [first, first + 1, first + width, first + width + 1].map(|index| self.texel(index));
+        }
+        self.wrapped_corners(s, t, wrap)
+    }
+
+    #[inline(never)]
+    fn wrapped_corners(&self, s: i64, t: i64, wrap: Wrap) -> [T; 4] {
+        [(s, t), (s + 1, t), (s, t + 1), (s + 1, t + 1)].map(|(s, t)| {
+            let (s, t) = (wrapped(s, self.width, wrap), wrapped(t, self.height, wrap));
+            s.zip(t).map_or(T::default(), |(s, t)| self.texel(t * self.width + s))
+        })
     }
 
     /// Each texel is the mean of four. As in pbrt-v3, where a side has one texel only, the other is beyond the edge.
@@ -196,20 +266,15 @@ impl<T: Texel> Level<T> {
             let t = 2 * t as i64;
             for (s, texel) in row.iter_mut().enumerate() {
                 let s = 2 * s as i64;
-                let pair = |t| self.texel(s, t, wrap) + self.texel(s + 1, t, wrap);
-                *texel = (pair(t) + pair(t + 1)) * 0.25;
+                let [a, b, c, d] = self.corners(s, t, wrap);
+                *texel = ((a + b) + (c + d)) * 0.25;
             }
         });
-        Level { width, height, texels }
+        Level { width, height, texels: Texels::Values(texels) }
     }
 }
 
-/// The texel of a row, which may lie beyond the edges.
-fn texel<T: Texel>(row: &[T], s: i64, wrap: Wrap) -> T {
-    wrapped(s, row.len(), wrap).map_or(T::default(), |s| row[s])
-}
-
-/// The index among `count` texels; `None` for black beyond the edges. `count` is 0 only in a row of black.
+/// The index among `count` texels; `None` for black beyond the edges.
 #[inline]
 fn wrapped(index: i64, count: usize, wrap: Wrap) -> Option<usize> {
     let end = count as i64;
@@ -234,120 +299,18 @@ impl<T: Texel> fmt::Debug for MipMap<T> {
     }
 }
 
-/// Steps of the squared radius in the table of EWA weights, as in pbrt-v3.
-const STEPS: usize = 128;
-
-/// A Gaussian that comes to 0 at radius 1: the last weight is 0.
-static WEIGHTS: LazyLock<[f32; STEPS]> = LazyLock::new(|| {
-    const ALPHA: f64 = 2.0;
-    std::array::from_fn(|i| {
-        let squared_radius = i as f64 / (STEPS - 1) as f64;
-        (libm::exp(-ALPHA * squared_radius) - libm::exp(-ALPHA)) as f32
-    })
-});
-
-/// The insides of an ellipse around the origin: `a s^2 + b s t + c t^2 < 1`, in texels.
-struct Ellipse {
-    a: f64,
-    b: f64,
-    c: f64,
-    /// Half the height of a parallelogram that touches the ellipse on all four sides. Two sides are along rows.
-    half_height: f64,
-    /// Half the length of the sides along rows.
-    half_width: f64,
-    /// The distance of the middle of a row of the parallelogram from the middle of the row before.
-    shear: f64,
-}
-
-impl<T: Texel> MipMap<T> {
-    /// The elliptically weighted average (PBR 10.4.5; Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989).
-    ///
-    /// The weighted mean over the ellipse around `st` with the axes `dst0` and `dst1`. If one is more than
-    /// `max_anisotropy` times as long as the other, the other is made longer: more blur for less work.
-    pub fn ewa(&self, st: DVec2, dst0: DVec2, dst1: DVec2, max_anisotropy: f64) -> T {
-        let (major, mut minor) =
-            if dst0.length_squared() < dst1.length_squared() { (dst1, dst0) } else { (dst0, dst1) };
-        let (major_length, mut minor_length) = (major.length(), minor.length());
-        if !major_length.is_finite() {
-            return self.mean();
-        }
-        if minor_length * max_anisotropy < major_length && minor_length > 0.0 {
-            let scale = major_length / (minor_length * max_anisotropy);
-            minor *= scale;
-            minor_length *= scale;
-        }
-        if minor_length == 0.0 {
-            return self.bilinear(st);
-        }
-        let last = self.levels.len() - 1;
-        let level = (last as f64 + libm::log2(minor_length)).max(0.0);
-        if level >= last as f64 + 1.0 {
-            return self.mean();
-        }
-        let finer = level as usize;
-        let at = |level| self.ewa_at(level, st, major, minor);
-        match (level - finer as f64) as f32 {
-            // Everywhere in an enlarged picture.
-            0.0 => at(finer),
-            share => lerp(share, at(finer), at(finer + 1)),
-        }
-    }
-
-    fn ewa_at(&self, level: usize, st: DVec2, dst0: DVec2, dst1: DVec2) -> T {
-        let Some(level) = self.levels.get(level) else { return self.mean() };
-        let size = DVec2::new(level.width as f64, level.height as f64);
-        Ellipse::new(dst0 * size, dst1 * size).mean(level, level.position(st), self.wrap)
-    }
-}
-
-impl Ellipse {
-    /// The ellipse with these axes, made wider by about one texel, so that there are always texels inside.
-    fn new(x: DVec2, y: DVec2) -> Self {
-        let a = x.y * x.y + y.y * y.y + 1.0;
-        let b = -2.0 * (x.x * x.y + y.x * y.y);
-        let c = x.x * x.x + y.x * y.x + 1.0;
-        let f = a * c - b * b * 0.25;
-        let (half_height, half_width) = (a.sqrt(), (f / a).sqrt());
-        Ellipse { a: a / f, b: b / f, c: c / f, half_height, half_width, shear: -0.5 * b / a }
-    }
-
-    fn mean<T: Texel>(&self, level: &Level<T>, center: DVec2, wrap: Wrap) -> T {
-        let weights = &*WEIGHTS;
-        let (mut sum, mut total) = (T::default(), 0.0);
-        for t in whole(center.y, self.half_height) {
-            let row = level.row(t, wrap);
-            let dt = t as f64 - center.y;
-            for s in whole(center.x + self.shear * dt, self.half_width) {
-                let ds = s as f64 - center.x;
-                let squared_radius = self.a * ds * ds + self.b * ds * dt + self.c * dt * dt;
-                // The last weight is for texels outside.
-                let weight = weights[((squared_radius * STEPS as f64) as i32 as usize).min(STEPS - 1)];
-                sum = sum + texel(row, s, wrap) * weight;
-                total += weight;
-            }
-        }
-        if total > 0.0 { sum * (1.0 / total) } else { level.texel(center.x as i64, center.y as i64, wrap) }
-    }
-}
-
-/// The whole numbers that are not farther than `reach` from `middle`.
-fn whole(middle: f64, reach: f64) -> Range<i64> {
-    -floor(reach - middle)..floor(middle + reach) + 1
-}
-
 /// The texels that one new texel is made of.
 struct Weights {
     first: i64,
     weights: [f32; 4],
 }
 
-/// The picture with both sides brought up to the next power of two; as it is where they are. First across, then down;
+/// The texels of a picture with both sides brought up to the next power of two; as they are where both are. First across, then down;
 /// what comes out below 0 is 0 (pbrt-v3's MIPMap constructor).
-fn to_powers_of_two<T: Texel>(level: Level<T>, wrap: Wrap) -> Level<T> {
-    let Level { width: old_width, height: old_height, texels } = level;
-    let (width, height) = (old_width.next_power_of_two(), old_height.next_power_of_two());
-    if (width, height) == (old_width, old_height) {
-        return Level { width, height, texels };
+fn to_powers_of_two<T: Texel>(old_size: [usize; 2], texels: Vec<T>, wrap: Wrap) -> Vec<T> {
+    let ([old_width, old_height], [width, height]) = (old_size, old_size.map(usize::next_power_of_two));
+    if [width, height] == old_size {
+        return texels;
     }
     let (across, down) = (weights(old_width, width), weights(old_height, height));
     let mut wide = vec![T::default(); width * old_height];
@@ -363,7 +326,7 @@ fn to_powers_of_two<T: Texel>(level: Level<T>, wrap: Wrap) -> Level<T> {
             *texel = weights.sum(old_height, wrap, |t| wide[t * width + s]).not_negative();
         }
     });
-    Level { width, height, texels }
+    texels
 }
 
 impl Weights {
@@ -447,13 +410,47 @@ mod tests {
         let map = MipMap::new(4, 4, numbers(16), Wrap::Clamp);
         let mean = numbers(16).iter().sum::<f32>() / 16.0;
         assert!((map.mean() - mean).abs() < 1e-5);
-        // A width of 1/2 is the version with two texels a side, whose middle is the mean; that of 1/4 the finest.
-        let st = DVec2::splat(0.5);
-        assert!((map.trilinear(st, 0.5) - mean).abs() < 1e-5);
-        assert_eq!(map.trilinear(DVec2::splat(0.375), 0.25), map.bilinear(DVec2::splat(0.375)));
-        let both = (map.bilinear(st) + map.trilinear(st, 0.5)) * 0.5;
-        assert!((map.trilinear(st, 0.5 / f64::sqrt(2.0)) - both).abs() < 1e-5);
-        assert_eq!(map.trilinear(st, f64::INFINITY), map.mean());
+        let sizes = map.levels().iter().map(|level| [level.width(), level.height()]);
+        assert_eq!(sizes.collect::<Vec<_>>(), [[4, 4], [2, 2], [1, 1]]);
+        let [_, level, _] = map.levels() else { unreachable!() };
+        let (texels, first) = (numbers(16), [0, 1, 4, 5].map(|i| numbers(16)[i]));
+        assert_eq!(level.texel(0), first.iter().sum::<f32>() / 4.0);
+        assert_eq!(level.texel(3), [10, 11, 14, 15].map(|i| texels[i]).iter().sum::<f32>() / 4.0);
+    }
+
+    #[test]
+    fn bytes_are_the_values_that_they_stand_for() {
+        let values: Box<[f32; 256]> = Box::new(std::array::from_fn(|byte| byte as f32 * 0.37 - 1.0));
+        for (width, height) in [(8, 4), (1, 16), (5, 3), (1, 1)] {
+            let bytes: Vec<u8> = (0..width * height * 3).map(|i| (i * 89 % 256) as u8).collect();
+            let numbers = || bytes.iter().map(|byte| values[usize::from(*byte)]);
+            for wrap in [Wrap::Repeat, Wrap::Black, Wrap::Clamp] {
+                let colors: Vec<f32> = numbers().collect();
+                let colors = colors.as_chunks().0.iter().map(|rgb: &[f32; 3]| Vec3::from(*rgb)).collect();
+                let of_bytes = MipMap::<Vec3>::of_bytes(width, height, bytes.clone(), values.clone(), wrap);
+                let wide = MipMap::new(width, height, colors, wrap);
+                check_is_same(&of_bytes, &wide);
+                assert!(
+                    of_bytes.bytes() as u64 <= MipMap::<Vec3>::bytes_of(width as u32, height as u32, true)
+                );
+                let gray = MipMap::<f32>::of_bytes(width * 3, height, bytes.clone(), values.clone(), wrap);
+                check_is_same(&gray, &MipMap::new(width * 3, height, numbers().collect(), wrap));
+            }
+        }
+        let wide = MipMap::new(64, 64, vec![Vec3::ONE; 64 * 64], Wrap::Repeat).bytes();
+        let bytes = MipMap::<Vec3>::of_bytes(64, 64, vec![0; 64 * 64 * 3], values, Wrap::Repeat).bytes();
+        assert!(bytes * 16 <= wide * 7, "{bytes} {wide}");
+    }
+
+    fn check_is_same<T: Texel>(a: &MipMap<T>, b: &MipMap<T>) {
+        let sizes =
+            |map: &MipMap<T>| map.levels.iter().map(|level| [level.width, level.height]).collect::<Vec<_>>();
+        assert_eq!((sizes(a), a.picture_size), (sizes(b), b.picture_size));
+        for (a, own) in a.levels.iter().zip(&b.levels) {
+            assert!((0..=own.len()).all(|index| a.texel(index) == own.texel(index)));
+            let places = || (-3..12).flat_map(|s| (-3..12).map(move |t| (s, t)));
+            assert!(places().all(|(s, t)| a.corners(s, t, b.wrap) == own.corners(s, t, b.wrap)));
+        }
     }
 
     /// A picture of one row, beyond which there is nothing, loses half of its light at each step, as in pbrt-v3.
@@ -463,68 +460,8 @@ mod tests {
         assert_eq!(map.mean(), 0.25);
     }
 
-    fn map() -> MipMap<f32> {
-        let texels = (0..64 * 32).map(|i| (i * 7919 % 251) as f32).collect();
-        MipMap::new(64, 32, texels, Wrap::Repeat)
-    }
-
-    /// pbrt-v3's loop over the box around the ellipse finds the same texels as the loop over rows.
-    #[test]
-    fn the_mean_is_that_over_the_whole_box() {
-        let map = map();
-        let level = &map.levels[0];
-        for (x, y) in [((3.0, 1.0), (-0.5, 1.5)), ((0.2, 0.1), (0.0, 0.3)), ((9.0, 8.0), (1.0, -1.0))] {
-            let ellipse = Ellipse::new(x.into(), y.into());
-            let center = DVec2::new(17.3, 11.8);
-            let (mut sum, mut total) = (0.0, 0.0);
-            for t in -30..60 {
-                for s in -30..60 {
-                    let (ds, dt) = (f64::from(s) - center.x, f64::from(t) - center.y);
-                    let squared_radius = ellipse.a * ds * ds + ellipse.b * ds * dt + ellipse.c * dt * dt;
-                    if squared_radius < 1.0 {
-                        let weight = WEIGHTS[(squared_radius * 128.0) as usize];
-                        sum += level.texel(s.into(), t.into(), Wrap::Repeat) * weight;
-                        total += weight;
-                    }
-                }
-            }
-            assert!((ellipse.mean(level, center, Wrap::Repeat) - sum / total).abs() < 1e-3);
-        }
-    }
-
-    #[test]
-    fn a_point_is_the_finest_version_and_all_is_the_mean() {
-        let map = map();
-        let st = DVec2::new(0.3, 0.7);
-        assert_eq!(map.ewa(st, DVec2::ZERO, DVec2::ZERO, 8.0), map.bilinear(st));
-        assert_eq!(map.ewa(st, DVec2::X, DVec2::ZERO, 8.0), map.bilinear(st));
-        assert_eq!(map.ewa(st, DVec2::X * 2.0, DVec2::Y * 3.0, 8.0), map.mean());
-        assert_eq!(map.ewa(st, DVec2::X * f64::INFINITY, DVec2::Y, 8.0), map.mean());
-        // Either axis may be the longer one.
-        let (x, y) = (DVec2::new(0.1, 0.02), DVec2::new(0.0, 0.05));
-        assert_eq!(map.ewa(st, x, y, 8.0), map.ewa(st, y, x, 8.0));
-    }
-
-    /// Of a ramp the mean over any ellipse is the value at its center.
-    #[test]
-    fn a_ramp_stays() {
-        let ramp = MipMap::new(64, 64, (0..64 * 64).map(|i| (i % 64) as f32).collect(), Wrap::Clamp);
-        for (x, y) in [((0.05, 0.02), (0.0, 0.03)), ((0.01, 0.0), (0.1, 0.1))] {
-            let value = ramp.ewa(DVec2::new(0.5, 0.5), DVec2::from(x), DVec2::from(y), 8.0);
-            assert!((value - 31.5).abs() < 0.3, "{value}");
-        }
-    }
-
-    /// A thin ellipse is widened: across, then, it covers more.
-    #[test]
-    fn anisotropy_is_limited() {
-        let stripes = MipMap::new(64, 64, (0..64 * 64).map(|i| (i / 64 % 2) as f32).collect(), Wrap::Repeat);
-        let at = |limit| stripes.ewa(DVec2::new(0.5, 0.5078125), DVec2::X * 0.9, DVec2::Y * 0.001, limit);
-        assert!((at(4.0) - 0.5).abs() < 0.01 && (at(1e4) - 0.5).abs() > 0.1);
-    }
-
     fn resampled<T: Texel>(width: usize, height: usize, texels: Vec<T>, wrap: Wrap) -> Vec<T> {
-        to_powers_of_two(Level { width, height, texels }, wrap).texels
+        to_powers_of_two([width, height], texels, wrap)
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::io::{BufRead, Read, Write};
 
 use crate::format::Opened;
-use crate::image::Placement;
+use crate::image::{Pixels, Placement};
 use crate::{Channel, Image, ImageFault, MemoryBudget, Window};
 
 /// Writes little-endian numbers: three for each pixel ("PF") or one ("Pf").
@@ -37,7 +37,7 @@ pub(crate) fn open<'a>(mut file: impl BufRead + 'a) -> Result<Opened<'a>, ImageF
         return Err(ImageFault::Damaged(format!("its scale is {scale}")));
     }
     let placement = Placement::alone(Window { x: 0, y: 0, width, height }.not_empty()?);
-    let read = move |memory: &MemoryBudget| {
+    let read = move |memory: &MemoryBudget, _: bool| {
         let row_bytes = 4 * names.len() * width as usize;
         let charge = placement.data_window.reserve(4 * names.len() as u64, row_bytes as u64, memory)?;
         let decode = if scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
@@ -53,9 +53,9 @@ pub(crate) fn open<'a>(mut file: impl BufRead + 'a) -> Result<Opened<'a>, ImageF
                 }
             }
         }
-        Ok((Image::new(placement, channels), charge))
+        Ok((Pixels::Values(Image::new(placement, channels)), charge))
     };
-    Ok(Opened { placement, metadata: None, read: Box::new(read) })
+    Ok(Opened { placement, metadata: None, channels_of_bytes: None, read: Box::new(read) })
 }
 
 /// The characters up to the next white space, which is consumed.
@@ -83,8 +83,8 @@ mod tests {
 
     fn read_bytes(bytes: &[u8]) -> Result<Image, String> {
         open(bytes)
-            .and_then(|file| (file.read)(&MemoryBudget::new(1 << 30)))
-            .map(|(image, _)| image)
+            .and_then(|file| (file.read)(&MemoryBudget::new(1 << 30), false))
+            .map(|(pixels, _)| pixels.into())
             .map_err(|fault| format!("{fault:?}"))
     }
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use ::image::ImageFormat;
 
 use crate::format::{Format, Input, Opened};
-use crate::image::Placement;
+use crate::image::{Pixels, Placement};
 use crate::raster::{self, Curve};
 use crate::replace::replace;
 use crate::{Channel, Charge, Image, ImageError, ImageFault, MemoryBudget, Window, exr, pfm};
@@ -213,6 +213,11 @@ impl<'a> PictureFile<'a> {
         self.opened.metadata.clone()
     }
 
+    /// 1 or 3 for gray or color in 8 bits, which [`PictureFile::read_pixels`] gives as bytes.
+    pub fn channels_of_bytes(&self) -> Option<usize> {
+        self.opened.channels_of_bytes
+    }
+
     /// Reads the pixels. The charge is for the picture.
     ///
     /// # Errors
@@ -220,11 +225,26 @@ impl<'a> PictureFile<'a> {
     /// [`ImageFault::TooLarge`] if the memory budget has no room for the pixels; none is decoded then. [`ImageFault::Damaged`] for
     /// wrong contents.
     pub fn read(self) -> Result<(Image, Charge), ImageError> {
-        let PictureFile { path, opened: Opened { read, metadata, .. }, memory } = self;
-        let (image, mut charge) = read(&memory).map_err(|fault| ImageError::reading(&path, fault))?;
+        let metadata = self.metadata();
+        let (pixels, mut charge) = self.pixels(false)?;
+        let image = Image { metadata, ..pixels.into() };
         // Less than for reading, so it fits.
         let _ = charge.resize(image.bytes());
-        Ok((Image { metadata, ..image }, charge))
+        Ok((image, charge))
+    }
+
+    /// Reads the pixels without metadata; those of 8 bits stay so. The charge is for reading them.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`PictureFile::read`].
+    pub fn read_pixels(self) -> Result<(Pixels, Charge), ImageError> {
+        self.pixels(true)
+    }
+
+    fn pixels(self, keeps_bytes: bool) -> Result<(Pixels, Charge), ImageError> {
+        let PictureFile { path, opened, memory } = self;
+        (opened.read)(&memory, keeps_bytes).map_err(|fault| ImageError::reading(&path, fault))
     }
 }
 

@@ -2,6 +2,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+use std::array::from_fn;
 use std::error::Error;
 use std::io::{BufRead, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -9,12 +10,13 @@ use std::path::Path;
 use ::image::codecs::hdr::HdrDecoder;
 use ::image::codecs::tga::TgaEncoder;
 use ::image::{
-    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits,
+    ColorType, DynamicImage, ExtendedColorType, GrayImage, ImageDecoder, ImageEncoder, ImageError,
+    ImageFormat, ImageReader, Limits,
 };
 
-use crate::color::linear_from_srgb;
+use crate::color::{linear_from_srgb, of_byte};
 use crate::format::{Format, Input, METADATA, Opened};
-use crate::image::Placement;
+use crate::image::{ByteImage, Pixels, Placement};
 use crate::{Image, ImageFault, MemoryBudget, Precision, Window};
 
 /// The formats by their extensions, with a bound for the bytes of pixels that one byte of a file can stand for. PNG shrinks
@@ -95,21 +97,45 @@ pub(crate) fn open<'a>(
     if decoder.total_bytes() > length.saturating_mul(*densest) {
         return Err(ImageFault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
-    let read = move |memory: &MemoryBudget| {
-        let _decoder_charge = decoder_charge;
-        // As stored with the decoder's own copy of it, then as 32-bit float, then plane by plane.
-        let stored = 2 * u64::from(decoder.color_type().bytes_per_pixel());
-        let charge = window.reserve(PIXEL_BYTES + stored.max(PIXEL_BYTES), 0, memory)?;
-        let mut values = DynamicImage::from_decoder(decoder)?.into_rgb32f().into_raw();
-        if curve == Curve::Linear && !is_hdr {
-            for value in &mut values {
-                *value = linear_from_srgb(*value);
-            }
-        }
-        let image = Image::from_rgb(window, window, values.as_chunks().0);
-        Ok((Image { precision: Precision::Integer, has_windows: false, ..image }, charge))
+    let linear = move |value| if curve == Curve::Linear && !is_hdr { linear_from_srgb(value) } else { value };
+    let channels_of_bytes = match decoder.color_type() {
+        ColorType::L8 | ColorType::La8 => Some(1),
+        ColorType::Rgb8 | ColorType::Rgba8 => Some(3),
+        _ => None,
     };
-    Ok(Opened { placement: Placement::alone(window), metadata, read: Box::new(read) })
+    let read = move |memory: &MemoryBudget, keeps_bytes: bool| {
+        let _decoder_charge = decoder_charge;
+        // As stored with the decoder's own copy of it, then as bytes, or as 32-bit float and then plane by plane.
+        let stored = 2 * u64::from(decoder.color_type().bytes_per_pixel());
+        let own = match channels_of_bytes {
+            Some(channels) if keeps_bytes => channels as u64,
+            _ => PIXEL_BYTES + stored.max(PIXEL_BYTES),
+        };
+        let charge = window.reserve(own.max(stored), 0, memory)?;
+        let decoded = DynamicImage::from_decoder(decoder)?;
+        let Some(channels) = channels_of_bytes else {
+            let mut values = decoded.into_rgb32f().into_raw();
+            for value in &mut values {
+                *value = linear(*value);
+            }
+            let image = Image::from_rgb(window, window, values.as_chunks().0);
+            let image = Image { precision: Precision::Integer, has_windows: false, ..image };
+            return Ok((Pixels::Values(image), charge));
+        };
+        let bytes =
+            if channels == 1 { decoded.into_luma8().into_raw() } else { decoded.into_rgb8().into_raw() };
+        let values = if channels == 1 { grays() } else { from_fn(|byte| of_byte(byte as u8)) }.map(linear);
+        Ok((Pixels::Bytes(ByteImage { window, channels, bytes, values }), charge))
+    };
+    Ok(Opened { placement: Placement::alone(window), metadata, channels_of_bytes, read: Box::new(read) })
+}
+
+/// The values that the decoders' crate gives gray bytes as colors: some are a rounding error away from a fraction of 255.
+fn grays() -> [f32; 256] {
+    let bytes = (0..=255).collect();
+    let picture = GrayImage::from_raw(256, 1, bytes).map(DynamicImage::ImageLuma8);
+    let colors = picture.unwrap_or_default().into_rgb32f();
+    from_fn(|byte| colors.get_pixel(byte as u32, 0).0[0])
 }
 
 /// The text that lookat writes before the pixels. The decoder does not give it. The caller rewinds the file.
@@ -259,6 +285,48 @@ fn ascii(json: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ::image::{GrayAlphaImage, RgbImage, RgbaImage};
+    use std::io::Cursor;
+
+    /// Bytes stand for what the decoders' crate makes of them.
+    #[test]
+    fn bytes_have_the_values_of_floats() {
+        let bytes = |channels: u32| {
+            (0..256 * channels).map(|i| (i / channels * (1 + i % channels) % 256) as u8).collect()
+        };
+        let all = [
+            DynamicImage::ImageLuma8(GrayImage::from_raw(16, 16, bytes(1)).unwrap()),
+            DynamicImage::ImageLumaA8(GrayAlphaImage::from_raw(16, 16, bytes(2)).unwrap()),
+            DynamicImage::ImageRgb8(RgbImage::from_raw(16, 16, bytes(3)).unwrap()),
+            DynamicImage::ImageRgba8(RgbaImage::from_raw(16, 16, bytes(4)).unwrap()),
+        ];
+        for picture in all {
+            let mut file = Cursor::new(Vec::new());
+            picture.write_to(&mut file, ImageFormat::Png).unwrap();
+            let memory = MemoryBudget::new(1 << 30);
+            for curve in [Curve::Stored, Curve::Linear] {
+                let opened = || {
+                    open(Box::new(Cursor::new(file.get_ref())), Path::new("a.png"), curve, &memory).unwrap()
+                };
+                let pixels = (opened().read)(&memory, true).unwrap().0;
+                assert!(
+                    matches!(&pixels, Pixels::Bytes(image) if Some(image.channels) == opened().channels_of_bytes)
+                );
+                let bits = |of: &mut dyn Iterator<Item = f32>| of.map(f32::to_bits).collect::<Vec<_>>();
+                let expected = picture.to_rgb32f().into_raw().into_iter();
+                let found = Image::from(pixels).rgb().unwrap();
+                assert_eq!(
+                    bits(&mut found.as_flattened().iter().copied()),
+                    bits(&mut expected.map(|value| if curve == Curve::Linear {
+                        linear_from_srgb(value)
+                    } else {
+                        value
+                    })),
+                );
+            }
+        }
+    }
+
     use crate::PictureFile;
 
     const WINDOW: Window = Window { x: 5, y: -3, width: 2, height: 2 };
@@ -315,7 +383,7 @@ mod tests {
         let image = Image { metadata, ..Image::from_rgb(WINDOW, WINDOW, &PIXELS) };
         let mut file = Vec::new();
         write_png(&image, &mut file).unwrap();
-        let reader = png::Decoder::new(std::io::Cursor::new(&file)).read_info().unwrap();
+        let reader = png::Decoder::new(Cursor::new(&file)).read_info().unwrap();
         let text = &reader.info().uncompressed_latin1_text[0];
         assert_eq!(text.keyword, "lookat");
         assert_eq!(text.text, r#"{"scene": "K\u00fcche \ud83d\ude00"}"#);

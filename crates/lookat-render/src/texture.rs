@@ -1,6 +1,7 @@
 //! Evaluates textures at points of surfaces (PBR 10): values, mappings, and the footprints of camera rays on them (PBR 10.2).
 
 mod checkerboard;
+mod ellipse;
 pub(crate) mod imagemap;
 mod noise;
 

@@ -187,6 +187,11 @@ impl Reuse<'_> {
         kept.downcast().ok()
     }
 
+    /// True if the last load has kept a picture of this file.
+    pub fn has_picture(&self, path: &Path) -> bool {
+        self.old.pictures.keys().any(|((known, _), ..)| known == path)
+    }
+
     pub fn keep_picture<T: Any + Send + Sync>(&self, key: &PictureKey, picture: &Arc<T>) {
         if let Some(stamp) = (self.stamp)(&key.0) {
             let key = (key.clone(), stamp, TypeId::of::<T>());

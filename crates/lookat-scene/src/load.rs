@@ -9,7 +9,8 @@ use std::sync::Arc;
 use bytes::Bytes;
 use lookat_image::{Charge, MemoryBudget, byte_words, io_reason};
 use lookat_syntax::{
-    Diagnostic, Directive, EntityKind, FileId, Param, Parsed, Parser, Span, Statement, Text, number_bytes,
+    Diagnostic, Directive, EntityKind, FileId, Param, Parsed, Parser, Span, Statement, Text, Values,
+    number_bytes,
 };
 
 use crate::advice::{Summary, advise};
@@ -162,6 +163,16 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
     }
 }
 
+/// The name of the picture of a texture.
+fn picture_name(statement: &Statement) -> Option<&Text> {
+    let Directive::Texture { entity, .. } = &statement.directive else { return None };
+    let params = entity.params.iter().filter(|_| entity.name.value == "imagemap");
+    params.filter(|param| param.name.value == "filename").find_map(|param| match &param.values.value {
+        Values::Strings(names) => names.first(),
+        _ => None,
+    })
+}
+
 /// The result for a file that is not a scene.
 fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
     let (sources, inputs, memory) = files.into_parts();
@@ -207,6 +218,7 @@ impl Loader<'_> {
                 self.append(std::mem::take(&mut rest), parsed.statements.last_mut());
             }
             directives += parsed.statements.len();
+            self.resolver.draft.pictures.expect(parsed.statements.iter().filter_map(picture_name));
             for mut statement in parsed.statements {
                 let is_shape = matches!(statement.directive, Directive::Entity(EntityKind::Shape, _));
                 if let Some(params) = statement.directive.params_mut().filter(|_| !is_shape) {

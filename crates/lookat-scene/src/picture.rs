@@ -5,8 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::{ImageError, ImageFault, MipMap, PictureFile, Texel, Window, linear_from_srgb, luminance};
+use lookat_image::{
+    ByteImage, Charge, Image, ImageError, ImageFault, MemoryBudget, MipMap, PictureFile, Pixels, Texel,
+    Window, linear_from_srgb, luminance,
+};
 use lookat_syntax::{Diagnostic, Text};
+use rayon::prelude::*;
 
 use crate::cache::{PictureKey, PictureSettings};
 use crate::color;
@@ -22,6 +26,10 @@ pub(crate) struct Pictures {
     pub unread: usize,
     /// The file found for the first path tried.
     found: HashMap<PathBuf, PathBuf>,
+    /// The names of pictures in the directives that come next, from last to first.
+    next: Vec<Text>,
+    /// Pictures that were read beside others and are not used yet.
+    ahead: HashMap<PathBuf, ReadPixels>,
     colors: HashMap<PictureKey, Made<Vec3>>,
     numbers: HashMap<PictureKey, Made<f32>>,
 }
@@ -60,6 +68,11 @@ impl Pictures {
         })
     }
 
+    /// Notes the names of pictures in the directives that come next: some are read beside the first ones.
+    pub fn expect<'t>(&mut self, names: impl DoubleEndedIterator<Item = &'t Text>) {
+        self.next = if self.fast { Vec::new() } else { names.rev().cloned().collect() };
+    }
+
     /// The path found, and the picture.
     fn decoded<T: FromColor>(
         &mut self,
@@ -78,7 +91,8 @@ impl Pictures {
                 let reuse = params.files.reuse;
                 let is_kept = |path: &Path| {
                     let key = (path.to_owned(), settings);
-                    reuse.is_some_and(|reuse| reuse.picture::<MipMap<T>>(&key).is_some())
+                    self.ahead.contains_key(path)
+                        || reuse.is_some_and(|reuse| reuse.picture::<MipMap<T>>(&key).is_some())
                 };
                 let (path, bytes) =
                     params.file(file, |files, name, at| files.read_unless(name, at, is_kept))?;
@@ -93,12 +107,13 @@ impl Pictures {
         let made = match kept(params, &key) {
             Some(map) => Ok(map),
             None => {
-                let bytes = match bytes {
-                    Some(bytes) => bytes,
-                    None => params.file(file, Files::read_named)?.1,
-                };
                 let reported = params.reported();
-                let made = decode(params, name, &path, bytes, &settings);
+                let read = match (self.ahead.remove(&path), bytes) {
+                    (Some(read), _) => Ok(read),
+                    (None, Some(bytes)) => self.read(params.files, &path, bytes),
+                    (None, None) => self.read(params.files, &path, params.file(file, Files::read_named)?.1),
+                };
+                let made = read.and_then(|read| self.map(params, name, &path, read, &settings));
                 // Warnings are given when the picture is decoded.
                 if let (Some(reuse), Ok(map)) = (params.files.reuse, &made)
                     && reported.is_some_and(|reported| params.reported() == Some(reported))
@@ -111,6 +126,85 @@ impl Pictures {
         T::made(self).insert(key, made.clone());
         Some((path, made))
     }
+
+    /// Reads the pixels of a file, and beside it those of the pictures that come next, one for each other thread.
+    fn read(&mut self, files: &Files, path: &Path, bytes: Charged) -> Fallible<ReadPixels> {
+        let mut others: Vec<(PathBuf, Charged)> = Vec::new();
+        while others.len() + 1 < rayon::current_num_threads()
+            && let Some(name) = self.next.pop()
+        {
+            let is_known = |other: &Path| {
+                let is_other = others.iter().any(|(known, _)| known == other);
+                let is_kept = files.reuse.is_some_and(|reuse| reuse.has_picture(other));
+                other == path || is_other || is_kept || self.ahead.contains_key(other)
+            };
+            // What is wrong with it is reported at its directive.
+            if !self.found.contains_key(&files.beside(&name.value, name.span))
+                && let Ok((other, Some(bytes))) = files.read_unless(&name.value, name.span, is_known)
+            {
+                others.push((other, bytes));
+            }
+        }
+        let memory = &files.memory;
+        let (own, others) = rayon::join(
+            || pixels(path, &bytes, memory),
+            || {
+                let read =
+                    |(path, bytes): (PathBuf, Charged)| Some((pixels(&path, &bytes, memory).ok()?, path));
+                others.into_par_iter().filter_map(read).collect::<Vec<_>>()
+            },
+        );
+        if own.is_err() && !others.is_empty() {
+            // They may take the memory that this one needs.
+            drop(others);
+            return pixels(path, &bytes, memory);
+        }
+        self.ahead.extend(others.into_iter().map(|(read, path)| (path, read)));
+        own
+    }
+
+    /// The map of the pixels of a file. `name` is the parameter that names it, for warnings.
+    fn map<T: FromColor>(
+        &mut self,
+        params: &mut Params,
+        name: &str,
+        path: &Path,
+        (pixels, pixels_charge): ReadPixels,
+        settings: &PictureSettings,
+    ) -> Made<T> {
+        let (window, of_bytes) = match &pixels {
+            Pixels::Values(image) => (image.data_window, false),
+            Pixels::Bytes(image) => (image.window, are_components::<T>(image.channels)),
+        };
+        let Window { width, height, .. } = window;
+        let kept = MipMap::<T>::bytes_of(width, height, of_bytes);
+        // While the map is made, there are two versions of the finest level.
+        let reserve = || params.files.memory.reserve(kept.saturating_mul(2));
+        let reserved = reserve().or_else(|_| {
+            self.ahead.clear();
+            reserve()
+        });
+        let mut charge = reserved.map_err(|shortage| {
+            let message = format!("cannot use {}, {width} x {height} pixels: {shortage}", shown_path(path));
+            (message, SMALLER.into())
+        })?;
+        let map = match pixels {
+            Pixels::Bytes(image) => map_of_bytes(image, settings),
+            Pixels::Values(image) => map_of_values(params, name, path, image, settings)?,
+        };
+        drop(pixels_charge);
+        // Less than before, so it fits.
+        let _ = charge.resize(kept);
+        charge.keep();
+        Ok(Arc::new(map))
+    }
+}
+
+/// The pixels of a file.
+fn pixels(path: &Path, bytes: &[u8], memory: &MemoryBudget) -> Fallible<ReadPixels> {
+    // Escaped for messages.
+    let shown = PathBuf::from(shown_path(path));
+    PictureFile::of_bytes(&shown, bytes, memory).and_then(PictureFile::read_pixels).map_err(unreadable)
 }
 
 /// The map in place of a picture that cannot be read, as in pbrt-v3.
@@ -137,13 +231,21 @@ fn warn_of_format(params: &mut Params, name: &str, path: &Path, instead: &str) {
     params.warn(name, &message, "convert the picture to .exr, which both programs read");
 }
 
-/// A picture, or an error message and help.
-type Made<T> = Result<Arc<MipMap<T>>, (String, String)>;
+/// The pixels of a file, and the charge for them.
+type ReadPixels = (Pixels, Charge);
+
+/// Something, or an error message and help.
+type Fallible<T> = Result<T, (String, String)>;
+
+type Made<T> = Fallible<Arc<MipMap<T>>>;
 
 /// Converts a color to a texel.
 pub(crate) trait FromColor: Texel + 'static {
     /// Converts a color of the file.
     fn from_color(color: Vec3, settings: &PictureSettings) -> Self;
+
+    /// Converts the equal channels of a gray of the file to a component of a texel.
+    fn component(gray: f32, settings: &PictureSettings) -> f32;
 
     /// The pictures of this type so far.
     fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<Self>>;
@@ -151,7 +253,11 @@ pub(crate) trait FromColor: Texel + 'static {
 
 impl FromColor for Vec3 {
     fn from_color(color: Vec3, settings: &PictureSettings) -> Self {
-        Vec3::from_array(color.to_array().map(|value| texel_value(value, settings)))
+        Vec3::from_array(color.to_array().map(|value| Self::component(value, settings)))
+    }
+
+    fn component(gray: f32, settings: &PictureSettings) -> f32 {
+        texel_value(gray, settings)
     }
 
     fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<Vec3>> {
@@ -163,6 +269,10 @@ impl FromColor for f32 {
     /// The luminance, which pbrt-v3 computes before the sRGB conversion.
     fn from_color(color: Vec3, settings: &PictureSettings) -> Self {
         texel_value(luminance(color.to_array()), settings)
+    }
+
+    fn component(gray: f32, settings: &PictureSettings) -> f32 {
+        Self::from_color(Vec3::splat(gray), settings)
     }
 
     fn made(pictures: &mut Pictures) -> &mut HashMap<PictureKey, Made<f32>> {
@@ -184,29 +294,17 @@ fn texel_value(value: f32, settings: &PictureSettings) -> f32 {
     if scaled.is_nan() { 0.0 } else { scaled.clamp(least, LARGEST) }
 }
 
-/// Decodes a picture. `name` is the parameter that names it, for warnings.
-pub(super) fn decode<T: FromColor>(
+/// Warns of values that are not used as they are.
+fn map_of_values<T: FromColor>(
     params: &mut Params,
     name: &str,
     path: &Path,
-    bytes: Charged,
+    image: Image,
     settings: &PictureSettings,
-) -> Made<T> {
-    // Escaped for messages.
-    let shown = PathBuf::from(shown_path(path));
-    let memory = &params.files.memory;
-    let file = PictureFile::of_bytes(&shown, &bytes, memory).map_err(unreadable)?;
-    let Window { width, height, .. } = file.placement().data_window;
-    let kept = MipMap::<T>::bytes_of(width, height);
-    // Before any pixel is read. While the map is made, there are two versions of the finest level.
-    let mut charge = memory.reserve(kept.saturating_mul(2)).map_err(|shortage| {
-        let message = format!("cannot use {}, {width} x {height} pixels: {shortage}", shown.display());
-        (message, SMALLER.into())
-    })?;
-    let (image, image_charge) = file.read().map_err(unreadable)?;
-    drop(bytes);
+) -> Fallible<MipMap<T>> {
     let planes = image.rgb_planes().ok_or_else(|| {
-        let message = format!("cannot use {}: it has neither the channels R, G and B nor Y", shown.display());
+        let message =
+            format!("cannot use {}: it has neither the channels R, G and B nor Y", shown_path(path));
         (message, HELP.into())
     })?;
     if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| *value < 0.0)) {
@@ -214,24 +312,47 @@ pub(super) fn decode<T: FromColor>(
         params.warn(name, message, "set them to 0 in the picture: lookat and pbrt-v3 then agree");
     }
     if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| is_too_bright(*value))) {
-        let message = format!("{} is too bright; the limit is {:e}", shown.display(), color::LARGEST);
+        let message = format!("{} is too bright; the limit is {:e}", shown_path(path), color::LARGEST);
         return Err((
             message,
             "divide the values of the picture, and multiply the scale of the light".into(),
         ));
     }
-    let (texels, is_finite) = texels(planes, width as usize, settings);
+    let [width, height] = image.data_window.size().map(|side| side as usize);
+    let (texels, is_finite) = texels(planes, width, settings);
     if !is_finite {
         let message = "the picture contains infinite or NaN values; they are used as 0";
         params.warn(name, message, "render the picture again, or replace these pixels");
     }
     // Frees the memory of a large picture early.
-    drop((image, image_charge));
-    let map = MipMap::new(width as usize, height as usize, texels, settings.wrap);
-    // Less than before, so it fits.
-    let _ = charge.resize(kept);
-    charge.keep();
-    Ok(Arc::new(map))
+    drop(image);
+    Ok(MipMap::new(width, height, texels, settings.wrap))
+}
+
+/// True if each component of a texel depends on one byte of a picture with so many channels.
+fn are_components<T: Texel>(channels: usize) -> bool {
+    channels <= T::COMPONENTS
+}
+
+fn map_of_bytes<T: FromColor>(image: ByteImage, settings: &PictureSettings) -> MipMap<T> {
+    let ByteImage { window, channels, mut bytes, values } = image;
+    let [width, height] = window.size().map(|side| side as usize);
+    if settings.bottom_up {
+        let row = width * channels;
+        for y in 0..height / 2 {
+            let (top, bottom) = bytes.split_at_mut((height - 1 - y) * row);
+            top[y * row..][..row].swap_with_slice(&mut bottom[..row]);
+        }
+    }
+    if are_components::<T>(channels) {
+        if channels < T::COMPONENTS {
+            bytes = bytes.into_iter().flat_map(|gray| [gray; 3]).collect();
+        }
+        let values = Box::new(values.map(|value| T::component(value, settings)));
+        return MipMap::of_bytes(width, height, bytes, values, settings.wrap);
+    }
+    let texel = |rgb: &[u8; 3]| T::from_color(rgb.map(|byte| values[usize::from(byte)]).into(), settings);
+    MipMap::new(width, height, bytes.as_chunks().0.par_iter().map(texel).collect(), settings.wrap)
 }
 
 fn unreadable(error: ImageError) -> (String, String) {

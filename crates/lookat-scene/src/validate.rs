@@ -135,7 +135,7 @@ fn is_light(light: &Light) -> bool {
 
 /// True if no texel is negative, infinite or no number.
 fn is_map(map: &MipMap<Vec3>) -> bool {
-    map.mean().is_finite() && map.texels().iter().all(|texel| texel.min_element() >= 0.0)
+    map.mean().is_finite() && map.texels().all(|texel| texel.min_element() >= 0.0)
 }
 
 /// Adds the promises that a view breaks.

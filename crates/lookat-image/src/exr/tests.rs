@@ -17,7 +17,7 @@ fn sample() -> Image {
 
 fn read(file: impl Read + Seek, layer: Option<&str>) -> Result<Image, ImageFault> {
     let Opened { metadata, read, .. } = open(file, layer)?;
-    Ok(Image { metadata, ..read(&MemoryBudget::new(1 << 32))?.0 })
+    Ok(Image { metadata, ..read(&MemoryBudget::new(1 << 32), false)?.0.into() })
 }
 
 fn bytes(image: &Image) -> Vec<u8> {

@@ -1,15 +1,15 @@
 //! The value of a picture on a surface (PBR 10.4).
 
-use fearless_simd::{Simd, f32x8, mask64x8, prelude::*};
-use glam::DVec2;
-use lookat_image::MipMap;
-use lookat_scene::{ImageFilter, ImageMap, Value};
+use std::array::from_fn;
 
-use super::{TexturePoint, Values};
-use crate::number::{LANES, Vec2x8, set_lanes, to_f32, vectorized};
-use crate::texture::{changes, coordinates};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
+use lookat_image::{Level, MipMap};
+use lookat_scene::{ImageFilter, ImageMap};
 
-/// With neighbors one by one, by the filter; else bilinear.
+use super::{TexturePoint, Values, changes, coordinates, ellipse};
+use crate::number::{LANES, Vec2x8, set_lanes, to_f32, vectorized, widen};
+
+/// With neighbors by the filter; else bilinear.
 #[inline(never)]
 pub(super) fn value<S: Simd, T: Values<S>>(
     image: &ImageMap<T>,
@@ -17,33 +17,112 @@ pub(super) fn value<S: Simd, T: Values<S>>(
     active: mask64x8<S>,
 ) -> T::Wide {
     vectorized!(active.token(), {
-        let st = coordinates(&image.mapping, at, active);
+        let (map, st) = (&*image.map, coordinates(&image.mapping, at, active));
         let Some(footprint) = &at.footprint else {
-            return T::from_texels(bilinear::<S, T>(&image.map, st, active));
+            return T::from_texels(bilinear::<S, T>(map, st, active));
         };
-        let [x, y] = changes(&image.mapping, at, footprint, active);
-        let is_still = x[0].simd_eq(0.0) & x[1].simd_eq(0.0) & y[0].simd_eq(0.0) & y[1].simd_eq(0.0);
-        let mut filtered = [T::Texel::default(); LANES];
-        for lane in set_lanes(active & !is_still) {
-            let of = |v: &Vec2x8<S>| DVec2::new(v[0][lane], v[1][lane]);
-            filtered[lane] = one(image, of(&st), [of(&x), of(&y)]);
-        }
-        let filtered = T::from_texels(T::texels(active.token(), &filtered));
-        if (active & is_still).any_true() {
-            T::keep_where(T::from_texels(bilinear::<S, T>(&image.map, st, active)), is_still, filtered)
-        } else {
-            filtered
+        let ends @ [x, y] = changes(&image.mapping, at, footprint, active);
+        match image.filter {
+            ImageFilter::Trilinear => {
+                let width = x[0].abs().max(x[1].abs()).max(y[0].abs().max(y[1].abs()));
+                T::from_texels(trilinear::<S, T>(map, st, width, active))
+            }
+            ImageFilter::Ellipse { max_anisotropy } => {
+                let (means, is_point) = ellipse::means::<S, T>(map, st, ends, max_anisotropy, active);
+                let (means, is_point) = (T::from_texels(means), widen(is_point) & active);
+                if is_point.any_true() {
+                    T::keep_where(T::from_texels(bilinear::<S, T>(map, st, is_point)), is_point, means)
+                } else {
+                    means
+                }
+            }
         }
     })
 }
 
-fn one<T: Value>(image: &ImageMap<T>, st: DVec2, [dst0, dst1]: [DVec2; 2]) -> T::Texel {
-    match image.filter {
-        ImageFilter::Trilinear => {
-            image.map.trilinear(st, dst0.abs().max_element().max(dst1.abs().max_element()))
+/// Two versions of a picture for each of eight lookups.
+pub(super) struct Versions<S: Simd> {
+    finer: [usize; LANES],
+    /// The share of the coarser version, the one after.
+    share: f32x8<S>,
+}
+
+impl<S: Simd> Versions<S> {
+    /// The versions whose texels are as wide as so many of the finest: at least 1.
+    #[inline(always)]
+    pub fn new(widths: f32x8<S>) -> Self {
+        let bits: [u32; LANES] = from_fn(|lane| widths[lane].to_bits());
+        let x =
+            f32x8::from_fn(widths.token(), |lane| f32::from_bits(bits[lane] & 0x7f_ffff | 0x3f80_0000)) - 1.0;
+        // log2(1 + x) from 0 to 1, to 2e-7.
+        const FACTORS: [f32; 8] = [
+            -0.042_687_185,
+            0.113_051_97,
+            -0.197_285_2,
+            0.275_719_67,
+            -0.358_428_48,
+            0.480_695_49,
+            -0.721_340_36,
+            1.442_695,
+        ];
+        let mut share = x * 0.007_579_135_7;
+        for factor in FACTORS {
+            share = (share + factor) * x;
         }
-        ImageFilter::Ellipse { max_anisotropy } => image.map.ewa(st, dst0, dst1, max_anisotropy),
+        Versions { finer: bits.map(|bits| (bits >> 23) as usize - 127), share }
     }
+
+    /// The means between both versions.
+    #[inline(always)]
+    pub fn mean<T: Values<S>>(&self, of: impl Fn(&[usize; LANES]) -> T::Texels) -> T::Texels {
+        let finer = of(&self.finer);
+        // It is 0 everywhere in an enlarged picture.
+        if self.share.simd_eq(0.0).all_true() {
+            return finer;
+        }
+        lerp::<S, T>(self.share, finer, of(&self.finer.map(|version| version + 1)))
+    }
+}
+
+/// The means around `st` over about `width`: linear between texels and between versions (PBR 10.4.4).
+#[inline(always)]
+fn trilinear<S: Simd, T: Values<S>>(
+    map: &MipMap<T::Texel>,
+    st: Vec2x8<S>,
+    width: f64x8<S>,
+    active: mask64x8<S>,
+) -> T::Texels {
+    let (side, levels) = (map.width().max(map.height()) as f64, map.levels());
+    let mut versions = Versions::new(to_f32((width * side).max(1.0).min(side)));
+    // Over all of the picture, it is the mean, even where it is dark beyond the edges.
+    versions.finer =
+        versions.finer.map(|version| if version + 1 == levels.len() { version + 1 } else { version });
+    versions.mean::<T>(
+        #[inline(always)]
+        |versions| {
+            let own = versions.map(|version| &levels[version.min(levels.len() - 1)]);
+            let [width, height] = sizes(active.token(), &own);
+            between_texels::<S, T>([st[0] * width, st[1] * height], active, |lane, s, t| {
+                if versions[lane] < levels.len() {
+                    own[lane].corners(s, t, map.wrap())
+                } else {
+                    [map.mean(); 4]
+                }
+            })
+        },
+    )
+}
+
+/// Columns and rows.
+#[inline(always)]
+pub(super) fn sizes<S: Simd, T>(simd: S, levels: &[&Level<T>; LANES]) -> Vec2x8<S>
+where
+    T: lookat_image::Texel,
+{
+    [
+        f64x8::from_fn(simd, |lane| levels[lane].width() as f64),
+        f64x8::from_fn(simd, |lane| levels[lane].height() as f64),
+    ]
 }
 
 /// Bilinear lookups in eight lanes, like [`MipMap::bilinear`].
@@ -53,13 +132,29 @@ pub(crate) fn bilinear<S: Simd, T: Values<S>>(
     st: Vec2x8<S>,
     active: mask64x8<S>,
 ) -> T::Texels {
-    let place = [st[0] * map.width() as f64 - 0.5, st[1] * map.height() as f64 - 0.5];
+    let place = [st[0] * map.width() as f64, st[1] * map.height() as f64];
+    between_texels::<S, T>(place, active, |_, s, t| map.levels()[0].corners(s, t, map.wrap()))
+}
+
+/// Places in texels, from the center of the first.
+#[inline(always)]
+pub(super) fn place<S: Simd, T: Values<S>>([s, t]: Vec2x8<S>) -> Vec2x8<S> {
     let far = MipMap::<T::Texel>::FAR;
-    let place = [place[0].max(-far).min(far), place[1].max(-far).min(far)];
+    [(s - 0.5).max(-far).min(far), (t - 0.5).max(-far).min(far)]
+}
+
+/// Linear between the centers of the texels around places, in texels.
+#[inline(always)]
+fn between_texels<S: Simd, T: Values<S>>(
+    st: Vec2x8<S>,
+    active: mask64x8<S>,
+    corners_at: impl Fn(usize, i64, i64) -> [T::Texel; 4],
+) -> T::Texels {
+    let place = place::<S, T>(st);
     let (s, t) = (place[0].floor(), place[1].floor());
     let mut corners = [[T::Texel::default(); LANES]; 4];
     for lane in set_lanes(active) {
-        let own = map.corners(s[lane] as i64, t[lane] as i64);
+        let own = corners_at(lane, s[lane] as i64, t[lane] as i64);
         for (corner, texel) in corners.iter_mut().zip(own) {
             corner[lane] = texel;
         }
@@ -79,3 +174,6 @@ pub(crate) fn bilinear<S: Simd, T: Values<S>>(
 fn lerp<S: Simd, T: Values<S>>(x: f32x8<S>, a: T::Texels, b: T::Texels) -> T::Texels {
     a * (1.0 - x) + b * x
 }
+
+#[cfg(test)]
+mod tests;

@@ -88,7 +88,7 @@ pub(super) fn indices(summary: &Summary, report: &mut Report) {
     for material in used.flat_map(|primitive| primitive.material.all()) {
         let Some(Texture::Varying(node)) = material.kind.index() else { continue };
         let (Varying::ImageMap(image), Some(at)) = (&node.texture, material.span) else { continue };
-        if reported.insert(ptr::from_ref(material)) && image.map.texels().iter().any(|index| *index <= 0.0) {
+        if reported.insert(ptr::from_ref(material)) && image.map.texels().any(|index| index <= 0.0) {
             let message =
                 "the picture of the index of refraction has values of 0 or less: they are used as 0.001";
             warn(report, at, message, "use a picture of values above 0, such as 1.5 for glass");

@@ -24,7 +24,7 @@ fn loaded(world: &str, options: &LoadOptions) -> (Loaded, Vec<PathBuf>) {
         Ok(match path.to_str() {
             Some("a.ply") => PLY.into(),
             // A picture of 2 x 1 pixels.
-            Some("a.pfm") => [b"Pf\n2 1\n-1\n".as_slice(), &[0; 8]].concat(),
+            Some("a.pfm" | "b.pfm" | "c.pfm") => [b"Pf\n2 1\n-1\n".as_slice(), &[0; 8]].concat(),
             _ => Vec::new(),
         })
     };
@@ -88,6 +88,24 @@ fn pictures_are_shared() {
     assert_eq!(image.map.picture_size(), [2, 1]);
     let Light::Projection { half_size, .. } = &world.lights[1] else { panic!("{:?}", world.lights) };
     assert!((half_size.x / half_size.y - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn pictures_are_read_ahead_as_if_one_by_one() {
+    let texture =
+        |name: &str| format!("Texture \"{name}\" \"float\" \"imagemap\" \"string filename\" \"{name}\" ");
+    let names = ["a.pfm", "bad.pfm", "b.pfm", "a.pfm", "none.txt", "c.pfm", "b.pfm"];
+    let world = names.map(texture).concat();
+    let [one, many] = [1, 4].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let (loaded, _) = pool.install(|| loaded(&world, &LoadOptions::default()));
+        (loaded.diagnostics, loaded.inputs)
+    });
+    assert_eq!(one, many);
+    assert_eq!(
+        one.0.iter().filter(|diagnostic| diagnostic.severity == lookat_syntax::Severity::Error).count(),
+        2
+    );
 }
 
 /// As in pbrt-v3.
