@@ -306,7 +306,8 @@ impl<'s> Elements<'s> {
     pub fn group(mut self) -> Group {
         let mut references = std::mem::take(&mut self.references);
         let tree = build(&mut references);
-        let sorted: Vec<u32> = references.iter().filter(|it| it.is_triangle).map(|it| it.number).collect();
+        let sorted: Vec<u32> =
+            references.iter().filter(|it| it.is_triangle()).map(Reference::number).collect();
         drop(references);
         let triangles: Vec<Triangle> = sorted.par_iter().map(|number| self.triangle(*number)).collect();
         let mut end = 0;
