@@ -7,7 +7,7 @@ mod reinsertion;
 
 use glam::{Vec3A, Vec4};
 
-use super::{Bvh, Child, Leaf};
+use super::{Bvh, Child};
 use crate::frame::Bounds;
 
 /// An element to be sorted into a tree: its box, and which it is.
@@ -42,6 +42,11 @@ impl Reference {
         self.max.w == 1.0
     }
 
+    /// True if its box is.
+    pub fn is_empty(&self) -> bool {
+        self.bounds().is_empty()
+    }
+
     #[inline(always)]
     fn bounds(&self) -> Bounds {
         Bounds { min: Vec3A::from_vec4(self.min), max: Vec3A::from_vec4(self.max) }
@@ -60,12 +65,33 @@ pub(crate) struct Tree {
     pub blocks: Vec<u8>,
 }
 
-/// A node of a binary tree. A tree is a list in which the first child of each node follows it.
+/// A node of a binary tree.
 #[derive(Debug, Clone, Copy)]
 struct BinaryNode {
-    bounds: Bounds,
-    /// A leaf or, as if it were a node, how far away the second child is in the list. The number of a block is that of its first element.
-    child: Child,
+    min: [f32; 3],
+    max: [f32; 3],
+    /// Of a leaf, [`NONE`] and the leaf. The number of a block is that of its first element until all blocks are known.
+    children: [u32; 2],
+    parent: u32,
+}
+
+/// No node.
+const NONE: u32 = u32::MAX;
+
+impl BinaryNode {
+    #[inline(always)]
+    fn bounds(&self) -> Bounds {
+        Bounds { min: self.min.into(), max: self.max.into() }
+    }
+
+    #[inline(always)]
+    fn set_bounds(&mut self, bounds: Bounds) {
+        (self.min, self.max) = (bounds.min.into(), bounds.max.into());
+    }
+
+    fn leaf(&self) -> Option<Child> {
+        (self.children[0] == NONE).then_some(Child(self.children[1]))
+    }
 }
 
 /// Compares surfaces in the range of `f32`.
@@ -93,24 +119,12 @@ pub(crate) fn build(references: &mut [Reference]) -> Tree {
         let bvh = Bvh { nodes: Vec::new(), root: Child::EMPTY, bounds: Bounds::EMPTY };
         return Tree { bvh, blocks: Vec::new() };
     }
-    let mut blocks = vec![0; references.len()];
-    let mut binary = binary::build(references, &mut blocks);
-    number_blocks(&mut binary, &mut blocks);
-    let binary = reinsertion::optimized(binary);
-    let (nodes, root) = collapse::collapse(&binary);
-    let bounds = binary[0].bounds;
-    Tree { bvh: Bvh { nodes, root, bounds }, blocks }
-}
-
-/// Numbers the blocks. `lengths`: the number of triangles of the block that starts at each element, or 0; it becomes that of each block.
-fn number_blocks(nodes: &mut [BinaryNode], lengths: &mut Vec<u8>) {
-    // Blocks are in the order of their elements.
-    let mut next = 0;
-    for node in nodes {
-        if node.child.as_inner().is_none() && matches!(node.child.as_leaf(), Leaf::Block(_)) {
-            node.child = Child::leaf(Leaf::Block(next));
-            next += 1;
-        }
-    }
-    lengths.retain(|length| *length > 0);
+    let (mut binary, mut blocks) = binary::build(references);
+    reinsertion::optimize(&mut binary);
+    let collapsed = collapse::collapse(&binary);
+    let (nodes, root) = collapsed.unwrap_or_else(|| {
+        (binary, blocks) = binary::build(references);
+        collapse::collapse(&binary).expect("elements are halved before a tree is too deep")
+    });
+    Tree { bvh: Bvh { nodes, root, bounds: binary[0].bounds() }, blocks }
 }

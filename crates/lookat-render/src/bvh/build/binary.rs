@@ -3,16 +3,39 @@
 use glam::Vec3A;
 use rayon::prelude::*;
 
-use super::{BinaryNode, Reference, Size};
+use super::{BinaryNode, NONE, Reference, Size};
 use crate::bvh::{Child, Leaf, WIDTH};
 use crate::frame::Bounds;
 
-/// Sorts elements into a tree. Sets the number of triangles of each block in `lengths`, at the first of them.
-pub(super) fn build(references: &mut [Reference], lengths: &mut [u8]) -> Vec<BinaryNode> {
-    let extent = Extent::of(references);
-    let mut nodes = Vec::new();
-    Part { references, lengths, first: 0, extent, depth: 0 }.build(&mut nodes, &mut Bins::empty());
-    nodes
+/// Sorts elements into a tree. Returns the nodes, the root first, and the number of triangles of each block.
+pub(super) fn build(references: &mut [Reference]) -> (Vec<BinaryNode>, Vec<u8>) {
+    let (extent, mut lengths, mut nodes) = (Extent::of(references), vec![0; references.len()], Vec::new());
+    let part = Part { references, lengths: &mut lengths, first: 0, extent, depth: 0 };
+    part.build(&mut nodes, &mut Bins::empty());
+    lengths.retain(|length| *length > 0);
+    link(&mut nodes);
+    (nodes, lengths)
+}
+
+/// Numbers the blocks, in the order of their elements, and links nodes, whose second children are given by their distance.
+fn link(nodes: &mut [BinaryNode]) {
+    let mut blocks = 0;
+    for at in 0..nodes.len() {
+        match nodes[at].leaf().map(Child::as_leaf) {
+            None => {
+                let children = [at + 1, at + nodes[at].children[1] as usize];
+                nodes[at].children = children.map(|child| child as u32);
+                for child in children {
+                    nodes[child].parent = at as u32;
+                }
+            }
+            Some(Leaf::Block(_)) => {
+                nodes[at].children[1] = Child::leaf(Leaf::Block(blocks)).0;
+                blocks += 1;
+            }
+            Some(Leaf::NonTriangle(_)) => {}
+        }
+    }
 }
 
 /// The elements below a node.
@@ -20,7 +43,7 @@ struct Part<'e> {
     references: &'e mut [Reference],
     /// The number of triangles of the block that starts at each element.
     lengths: &'e mut [u8],
-    /// The number of the first element among all.
+    /// The number of the first element among all, which stands for the number of its block.
     first: usize,
     extent: Extent,
     /// Splits on the way to it.
@@ -31,12 +54,13 @@ struct Part<'e> {
 const PARALLEL_PART: usize = 1 << 12;
 
 impl Part<'_> {
-    /// Appends its nodes.
+    /// Appends its nodes, each followed by its first child.
     fn build(self, nodes: &mut Vec<BinaryNode>, bins: &mut Bins) {
         let at = nodes.len();
-        nodes.push(BinaryNode { bounds: self.extent.bounds, child: Child::EMPTY });
+        let Bounds { min, max } = self.extent.bounds;
+        nodes.push(BinaryNode { min: min.into(), max: max.into(), children: [NONE; 2], parent: NONE });
         let Some((middle, extents)) = split(self.references, &self.extent, self.depth, bins) else {
-            nodes[at].child = self.leaf();
+            nodes[at].children[1] = self.leaf().0;
             return;
         };
         let count = self.references.len();
@@ -44,11 +68,11 @@ impl Part<'_> {
         let mut others = Vec::new();
         if count < PARALLEL_PART {
             first.build(nodes, bins);
-            nodes[at].child = Child::inner(nodes.len() - at);
+            nodes[at].children = [0, (nodes.len() - at) as u32];
             second.build(nodes, bins);
         } else {
             rayon::join(|| first.build(nodes, bins), || second.build(&mut others, &mut Bins::empty()));
-            nodes[at].child = Child::inner(nodes.len() - at);
+            nodes[at].children = [0, (nodes.len() - at) as u32];
             nodes.append(&mut others);
         }
     }
@@ -113,7 +137,7 @@ struct Binning {
     half_low: Vec3A,
     scale: Vec3A,
     count: usize,
-    /// Axes along which the middles differ.
+    /// Axes along which the middles differ, which are tried.
     is_wide: [bool; 3],
 }
 
@@ -128,7 +152,9 @@ impl Binning {
         let extent = centers.max * 0.5 - centers.min * 0.5;
         // Just less than the number of bins, so that the greatest falls into the last.
         let scale = Vec3A::splat(count as f32 * 0.999_999) / extent;
-        let is_wide = [0, 1, 2].map(|axis| extent[axis] > 0.0 && scale[axis].is_finite());
+        // For what nearly always is one block, one axis is enough.
+        let least = if elements > WIDTH { f32::MIN_POSITIVE } else { extent.max_element() };
+        let is_wide = [0, 1, 2].map(|axis| extent[axis] >= least && scale[axis].is_finite());
         Binning { half_low: centers.min * 0.5, scale, count, is_wide }
     }
 

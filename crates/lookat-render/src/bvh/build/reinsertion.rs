@@ -1,9 +1,7 @@
 //! Improves a binary tree: takes out large subtrees one by one, and puts each where the surfaces of all nodes sum up to the least (Meister and
 //! Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", 2018).
 
-use super::{BinaryNode, Size};
-use crate::bvh::{Child, MAX_DEPTH};
-use crate::frame::Bounds;
+use super::{BinaryNode, NONE, Size};
 
 /// The share of subtrees that are tried, the largest ones, and how many at most: small ones gain little.
 const SHARE: usize = 20;
@@ -11,78 +9,45 @@ const MOST: usize = 4096;
 /// How often all that is done.
 const PASSES: usize = 2;
 
-/// A better tree.
-pub(super) fn optimized(binary: Vec<BinaryNode>) -> Vec<BinaryNode> {
-    let count = (binary.len() / SHARE).min(MOST);
+/// Makes a tree better.
+pub(super) fn optimize(nodes: &mut [BinaryNode]) {
+    let (count, size) = ((nodes.len() / SHARE).min(MOST), Size::of(&nodes[0].bounds()));
     if count == 0 {
-        return binary;
+        return;
     }
-    let mut links = Links::new(&binary);
-    let mut has_moved = false;
+    let mut links = Links { nodes, size, waiting: Vec::new() };
     for _ in 0..PASSES {
-        let nodes = (1..).zip(&links.nodes[1..]);
-        let mut largest: Vec<(f32, u32)> = nodes.map(|(at, node)| (node.area, at)).collect();
+        let mut largest: Vec<(f32, u32)> =
+            (1..links.nodes.len() as u32).map(|at| (links.area(at), at)).collect();
         let is_larger = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
         largest.select_nth_unstable_by(count, is_larger);
         largest.truncate(count);
         largest.sort_unstable_by(is_larger);
         for (_, at) in largest {
-            has_moved |= links.reinsert(at);
+            links.reinsert(at);
         }
     }
-    has_moved.then(|| links.list()).flatten().unwrap_or(binary)
 }
 
-/// No node.
-const NONE: u32 = u32::MAX;
-
-/// A node of a tree that changes.
-#[derive(Debug, Clone, Copy)]
-struct Linked {
-    bounds: Bounds,
-    /// Half the surface.
-    area: f32,
-    parent: u32,
-    /// The children, or [`NONE`].
-    children: [u32; 2],
-    /// A leaf, if it has no children.
-    leaf: Child,
-}
-
-struct Links {
+/// A tree that changes.
+struct Links<'b> {
     /// The root first.
-    nodes: Vec<Linked>,
+    nodes: &'b mut [BinaryNode],
     size: Size,
     /// Subtrees that wait for a search, and what is gained above them.
     waiting: Vec<(f32, u32)>,
 }
 
-impl Links {
-    fn new(binary: &[BinaryNode]) -> Self {
-        let size = Size::of(&binary[0].bounds);
-        let node = |BinaryNode { bounds, child }: &BinaryNode| Linked {
-            bounds: *bounds,
-            area: size.area(*bounds),
-            parent: NONE,
-            children: [NONE; 2],
-            leaf: *child,
-        };
-        let mut nodes: Vec<Linked> = binary.iter().map(node).collect();
-        for at in 0..nodes.len() {
-            if let Some(second) = binary[at].child.as_inner() {
-                let children = [at + 1, at + second];
-                nodes[at].children = children.map(|child| child as u32);
-                for child in children {
-                    nodes[child].parent = at as u32;
-                }
-            }
-        }
-        Links { nodes, size, waiting: Vec::new() }
+impl Links<'_> {
+    #[inline(always)]
+    fn node(&self, at: u32) -> &BinaryNode {
+        &self.nodes[at as usize]
     }
 
+    /// Half the surface of a node.
     #[inline(always)]
-    fn node(&self, at: u32) -> &Linked {
-        &self.nodes[at as usize]
+    fn area(&self, at: u32) -> f32 {
+        self.size.area(self.node(at).bounds())
     }
 
     /// The other child of a node.
@@ -91,13 +56,10 @@ impl Links {
         if first == child { second } else { first }
     }
 
-    /// Puts a subtree where it fits best. True if that is another place.
-    fn reinsert(&mut self, subtree: u32) -> bool {
+    /// Puts a subtree where it fits best.
+    fn reinsert(&mut self, subtree: u32) {
         let parent = self.node(subtree).parent;
-        if parent == 0 {
-            return false;
-        }
-        let Some(place) = self.best_place(subtree, parent) else { return false };
+        let Some(place) = self.best_place(subtree, parent).filter(|_| parent != 0) else { return };
         // The parent goes along, and becomes that of the place.
         let (sibling, above) = (self.sibling(parent, subtree), self.node(parent).parent);
         self.replace(above, parent, sibling);
@@ -106,36 +68,37 @@ impl Links {
         self.nodes[parent as usize].children = [place, subtree];
         self.nodes[place as usize].parent = parent;
         self.fit(parent);
-        true
     }
 
     /// The node that a subtree is to be the sibling of. `None` if that is its sibling.
     fn best_place(&mut self, subtree: u32, parent: u32) -> Option<u32> {
-        let (own, sibling) = (*self.node(subtree), self.sibling(parent, subtree));
+        let (own, sibling) = (self.node(subtree).bounds(), self.sibling(parent, subtree));
+        let own_area = self.size.area(own);
         let (mut best, mut place) = (0.0, None);
         // Going up: what is gained where the subtree is taken out, and what is left there.
-        let (mut gained, mut left) = (self.node(parent).area, self.node(sibling).bounds);
+        let (mut gained, mut left) = (self.area(parent), self.node(sibling).bounds());
         let (mut top, mut beside) = (parent, sibling);
         loop {
             self.waiting.push((gained, beside));
             while let Some((above, at)) = self.waiting.pop() {
                 // No node around the subtree is smaller than it.
-                if above - own.area <= best {
+                if above - own_area <= best {
                     continue;
                 }
                 let node = self.node(at);
-                let gain = above - self.size.area(node.bounds.union(own.bounds));
+                let gain = above - self.size.area(node.bounds().union(own));
                 if gain > best && at != sibling {
                     (best, place) = (gain, Some(at));
                 }
-                let (below, children) = (gain + node.area, node.children);
-                if children[0] != NONE && below - own.area > best {
-                    self.waiting.extend(children.map(|child| (below, child)));
+                let below = gain + self.area(at);
+                if node.leaf().is_none() && below - own_area > best {
+                    let children = node.children.map(|child| (below, child));
+                    self.waiting.extend(children);
                 }
             }
             if top != parent {
-                left = left.union(self.node(beside).bounds);
-                gained += self.node(top).area - self.size.area(left);
+                left = left.union(self.node(beside).bounds());
+                gained += self.area(top) - self.size.area(left);
             }
             let above = self.node(top).parent;
             if above == NONE {
@@ -157,32 +120,10 @@ impl Links {
     fn fit(&mut self, mut at: u32) {
         while at != NONE {
             let [first, second] = self.node(at).children;
-            let bounds = self.node(first).bounds.union(self.node(second).bounds);
-            let (area, node) = (self.size.area(bounds), &mut self.nodes[at as usize]);
-            (node.bounds, node.area) = (bounds, area);
-            at = node.parent;
+            let bounds = self.node(first).bounds().union(self.node(second).bounds());
+            self.nodes[at as usize].set_bounds(bounds);
+            at = self.node(at).parent;
         }
-    }
-
-    /// The tree as a list. `None` if it is too deep.
-    fn list(&self) -> Option<Vec<BinaryNode>> {
-        let mut list = Vec::with_capacity(self.nodes.len());
-        self.append(0, 0, &mut list).then_some(list)
-    }
-
-    /// Appends a subtree. False if it is too deep.
-    fn append(&self, at: u32, depth: usize, list: &mut Vec<BinaryNode>) -> bool {
-        let (node, own) = (self.node(at), list.len());
-        list.push(BinaryNode { bounds: node.bounds, child: node.leaf });
-        let [first, second] = node.children;
-        if first == NONE {
-            return true;
-        }
-        if depth == MAX_DEPTH || !self.append(first, depth + 1, list) {
-            return false;
-        }
-        list[own].child = Child::inner(list.len() - own);
-        self.append(second, depth + 1, list)
     }
 }
 
@@ -192,22 +133,21 @@ mod tests {
 
     use super::*;
     use crate::bvh::build::{Reference, binary};
+    use crate::frame::Bounds;
     use crate::testing::noise;
 
-    /// The sum of the surfaces of all nodes, once each node is found to be around its children, and the leaves, sorted.
-    fn cost(binary: &[BinaryNode]) -> (f64, Vec<u32>) {
-        let (mut sum, mut leaves) = (0.0, Vec::new());
-        for (at, node) in binary.iter().enumerate() {
-            match node.child.as_inner() {
-                Some(second) => {
-                    assert_eq!(node.bounds, binary[at + 1].bounds.union(binary[at + second].bounds));
-                    sum += node.bounds.half_area();
-                }
-                None => leaves.push(node.child.0),
-            }
+    /// The sum of the surfaces of all nodes below one, once each is found to be around its children, and the leaves.
+    fn cost(binary: &[BinaryNode], at: u32) -> (f64, Vec<u32>) {
+        let node = &binary[at as usize];
+        if let Some(leaf) = node.leaf() {
+            return (0.0, vec![leaf.0]);
         }
-        leaves.sort_unstable();
-        (sum, leaves)
+        let [first, second] = node.children.map(|child| &binary[child as usize]);
+        assert_eq!(node.bounds(), first.bounds().union(second.bounds()));
+        assert_eq!([first.parent, second.parent], [at; 2]);
+        let [(first, mut leaves), (second, others)] = node.children.map(|child| cost(binary, child));
+        leaves.extend(others);
+        (node.bounds().half_area() + first + second, leaves)
     }
 
     #[test]
@@ -222,21 +162,13 @@ mod tests {
         });
         let mut references: Vec<Reference> =
             small.chain(beams).zip(0..).map(|(bounds, i)| Reference::non_triangle(bounds, i)).collect();
-        let mut lengths = vec![0; references.len()];
-        let before = binary::build(&mut references, &mut lengths);
-        let ((cost_before, leaves_before), (cost, leaves)) = (cost(&before), cost(&optimized(before)));
+        let (mut binary, _) = binary::build(&mut references);
+        let (cost_before, mut leaves_before) = cost(&binary, 0);
+        optimize(&mut binary);
+        let (cost, mut leaves) = cost(&binary, 0);
+        leaves_before.sort_unstable();
+        leaves.sort_unstable();
         assert_eq!(leaves, leaves_before);
         assert!(cost < 0.98 * cost_before, "{cost} {cost_before}");
-    }
-
-    #[test]
-    fn trees_that_are_too_deep_are_told() {
-        let leaf = BinaryNode { bounds: Bounds::EMPTY, child: Child(Child::LEAF) };
-        let chain = |depth: usize| {
-            let node = [BinaryNode { child: Child::inner(2), ..leaf }, leaf];
-            let list: Vec<BinaryNode> = node.into_iter().cycle().take(2 * depth).chain([leaf]).collect();
-            Links::new(&list).list().is_some()
-        };
-        assert!(chain(MAX_DEPTH) && !chain(MAX_DEPTH + 1));
     }
 }
