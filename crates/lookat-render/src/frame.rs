@@ -113,13 +113,6 @@ impl Bounds {
         Bounds { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Half the surface; 0 for an empty box.
-    #[inline(always)]
-    pub fn half_area(&self) -> f64 {
-        let side = (self.max.min(Vec3A::MAX) - self.min.max(Vec3A::MIN)).as_dvec3();
-        if side.x < 0.0 { 0.0 } else { side.x * side.y + side.y * side.z + side.z * side.x }
-    }
-
     /// The middle, within the finite numbers.
     #[inline(always)]
     pub fn center(&self) -> Vec3A {

@@ -137,7 +137,7 @@ mod tests {
     use crate::testing::noise;
 
     /// The sum of the surfaces of all nodes below one, once each is found to be around its children, and the leaves.
-    fn cost(binary: &[BinaryNode], at: u32) -> (f64, Vec<u32>) {
+    fn cost(binary: &[BinaryNode], at: u32) -> (f32, Vec<u32>) {
         let node = &binary[at as usize];
         if let Some(leaf) = node.leaf() {
             return (0.0, vec![leaf.0]);
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!([first.parent, second.parent], [at; 2]);
         let [(first, mut leaves), (second, others)] = node.children.map(|child| cost(binary, child));
         leaves.extend(others);
-        (node.bounds().half_area() + first + second, leaves)
+        (Size(1.0).area(node.bounds()) + first + second, leaves)
     }
 
     #[test]
