@@ -113,13 +113,6 @@ impl Bounds {
         Bounds { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Half the surface; 0 for an empty box.
-    #[inline(always)]
-    pub fn half_area(&self) -> f64 {
-        let side = (self.max.min(Vec3A::MAX) - self.min.max(Vec3A::MIN)).as_dvec3();
-        if side.x < 0.0 { 0.0 } else { side.x * side.y + side.y * side.z + side.z * side.x }
-    }
-
     /// The middle, within the finite numbers.
     #[inline(always)]
     pub fn center(&self) -> Vec3A {
@@ -132,9 +125,14 @@ impl Bounds {
     }
 }
 
+/// Without branches: what is rounded up cannot be foretold.
+#[inline(always)]
 pub(crate) fn round_down(x: f64) -> f32 {
     let rounded = x as f32;
-    if f64::from(rounded) > x { rounded.next_down() } else { rounded }
+    let is_above = i32::from(f64::from(rounded) > x);
+    // Negative numbers are in the order of their bits, too, if all but the sign are inverted.
+    let ordered = |bits: i32| bits ^ (bits >> 31 & i32::MAX);
+    f32::from_bits(ordered(ordered(rounded.to_bits() as i32) - is_above) as u32)
 }
 
 pub(crate) fn round_up(x: f64) -> f32 {

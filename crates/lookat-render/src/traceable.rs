@@ -291,14 +291,17 @@ impl<'s> Elements<'s> {
         let first = self.meshes.last().map_or(0, |(.., range)| range.end);
         let origin = self.origin;
         let reference = |index: usize| {
+            let Extent { low, high, .. } = Extent::new(&corners(mesh, index, origin));
             // Triangles without area cannot be seen.
-            mesh.has_area(index).then(|| {
-                let Extent { low, high, .. } = Extent::new(&corners(mesh, index, origin));
-                Reference::triangle(Bounds::new(low, high), (first + index) as u32)
-            })
+            let bounds = if mesh.has_area(index) { Bounds::new(low, high) } else { Bounds::EMPTY };
+            Reference::triangle(bounds, (first + index) as u32)
         };
+        let before = self.references.len();
         self.references
-            .par_extend((0..mesh.triangles()).into_par_iter().with_min_len(1 << 12).filter_map(reference));
+            .par_extend((0..mesh.triangles()).into_par_iter().with_min_len(1 << 12).map(reference));
+        if self.references[before..].iter().any(Reference::is_empty) {
+            self.references.retain(|reference| !reference.is_empty());
+        }
         self.meshes.push((mesh, primitive, first..first + mesh.triangles()));
     }
 
@@ -306,7 +309,8 @@ impl<'s> Elements<'s> {
     pub fn group(mut self) -> Group {
         let mut references = std::mem::take(&mut self.references);
         let tree = build(&mut references);
-        let sorted: Vec<u32> = references.iter().filter(|it| it.is_triangle).map(|it| it.number).collect();
+        let sorted: Vec<u32> =
+            references.iter().filter(|it| it.is_triangle()).map(Reference::number).collect();
         drop(references);
         let triangles: Vec<Triangle> = sorted.par_iter().map(|number| self.triangle(*number)).collect();
         let mut end = 0;

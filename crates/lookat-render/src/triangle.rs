@@ -216,6 +216,7 @@ pub(crate) fn holds_end(ray: &Ray, corners: &[DVec3; 3]) -> bool {
 }
 
 /// The corners of a triangle relative to the origin.
+#[inline(always)]
 pub(crate) fn corners(mesh: &Mesh, index: usize, origin: DVec3) -> [DVec3; 3] {
     mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]) - origin)
 }

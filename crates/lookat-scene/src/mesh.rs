@@ -161,6 +161,7 @@ impl Mesh {
     }
 
     /// True if a triangle has an area. Otherwise it is invisible.
+    #[inline]
     pub fn has_area(&self, index: usize) -> bool {
         self.spans_area(self.triangle(index))
     }

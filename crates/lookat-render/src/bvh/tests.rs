@@ -104,7 +104,7 @@ fn leaves<const ANY: bool>(bvh: &Bvh, ray: &Ray) -> Vec<Leaf> {
 
 /// The numbers of the triangles in each block.
 fn in_blocks(tree: &Tree, references: &[Reference]) -> Vec<Vec<u32>> {
-    let mut triangles = references.iter().filter(|it| it.is_triangle).map(|it| it.number);
+    let mut triangles = references.iter().filter(|it| it.is_triangle()).map(Reference::number);
     let blocks = tree.blocks.iter().map(|length| triangles.by_ref().take(usize::from(*length)).collect());
     blocks.collect()
 }
