@@ -41,11 +41,11 @@ fn world() -> Result<World, Box<dyn Error>> {
     let above = DVec3::new(4.0, 5.0, -3.0);
     let spot_from_world = Transform::look_at(above, above - DVec3::Y, DVec3::Z)?;
     let lamp = Quadric::sphere(0.5, Transform::translate(DVec3::new(-2.5, 4.0, -2.0)));
-    let lamp = Primitive::new(Shape::Quadric(Box::new(lamp)), Arc::new(matte(gray(0.0))));
+    let lamp = Primitive::new(Shape::Quadric(Arc::new(lamp)), Arc::new(matte(gray(0.0))));
     Ok(World {
         primitives: vec![
             Primitive::new(Shape::TriangleMesh(Arc::new(floor)), Arc::new(matte(checkers()))),
-            Primitive::new(Shape::Quadric(Box::new(ball)), Arc::new(Material::new(glossy, None))),
+            Primitive::new(Shape::Quadric(Arc::new(ball)), Arc::new(Material::new(glossy, None))),
             lamp.with_emission(Emission::new(Vec3::splat(40.0))),
         ],
         lights: vec![

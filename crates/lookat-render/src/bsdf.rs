@@ -339,7 +339,7 @@ pub(crate) struct LobeSlots<S: Simd>(SmallVec<[LobeSlot<S>; 6]>);
 
 /// The lobes of a material at a point.
 #[derive(Debug, Default)]
-pub(crate) struct PointLobes(SmallVec<[PointLobe; 8]>);
+pub(crate) struct PointLobes(Box<[PointLobe]>);
 
 impl<S: Simd> LobeSlots<S> {
     /// An empty list of lobes.

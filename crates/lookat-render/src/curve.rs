@@ -9,7 +9,7 @@ mod tests;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use lookat_scene::{Curve, CurveKind};
 
 use crate::number::prefetch;
@@ -27,18 +27,23 @@ pub(crate) struct Curves {
 /// A curve in its place. Its own space is that of the object, about its first point.
 struct PlacedCurve {
     curve: Arc<Curve>,
-    /// The origin of the own space: in the object, and relative to the origin of the world.
-    origin: DVec3,
+    /// The origin of the own space, relative to the origin of the world.
     anchor: DVec3,
-    object_from_world: DMat3,
-    world_from_object: DMat3,
 }
 
-/// The part of a segment that an element of the tree holds.
+/// The part of a segment that an element of the tree holds. Its control points are computed when a ray comes near it: that takes less time
+/// than to fetch them.
 struct Piece {
     curve: u32,
+    /// Its number in the curve.
+    number: u32,
+}
+
+/// A part of a segment.
+#[derive(Clone, Copy)]
+struct Part {
     segment: u32,
-    /// The first and last parameter of the piece in its segment.
+    /// The first and last parameter.
     range: [f64; 2],
     /// Control points, in the curve's own space.
     points: [DVec3; 4],
@@ -65,20 +70,13 @@ impl Curves {
     /// Takes a curve in. Gives the number of each of its pieces, with two corners of the box around it and the largest
     /// coordinate that they were computed from.
     pub fn add(&mut self, curve: &Arc<Curve>, world_origin: DVec3) -> Vec<(u32, [DVec3; 2], f64)> {
-        let number = self.curves.len() as u32;
         let placed = PlacedCurve::new(curve, world_origin);
-        let (parts, magnitude) = (1 << curve.split_depth, placed.magnitude());
-        let mut added = Vec::new();
-        for (segment, points) in curve.segments.iter().enumerate() {
-            let points = points.map(|p| p - placed.origin);
-            for part in 0..parts {
-                let share = |at: u32, more: f64| (f64::from(at) / f64::from(parts) + more).clamp(0.0, 1.0);
-                let range = [share(part, -OVERLAP), share(part + 1, OVERLAP)];
-                let points = subcurve(&points, range[0], range[1]);
-                let piece = Piece { curve: number, segment: segment as u32, range, points };
-                added.push((self.pieces.len() as u32, placed.corners(&piece), magnitude));
-                self.pieces.push(piece);
-            }
+        let magnitude = placed.magnitude();
+        let count = (curve.segments.len() as u32) << curve.split_depth;
+        let mut added = Vec::with_capacity(count as usize);
+        for number in 0..count {
+            added.push((self.pieces.len() as u32, placed.corners(&placed.part(number)), magnitude));
+            self.pieces.push(Piece { curve: self.curves.len() as u32, number });
         }
         self.curves.push(placed);
         added
@@ -87,7 +85,7 @@ impl Curves {
     /// Asks for the memory of a piece.
     #[inline(always)]
     pub fn prefetch(&self, piece: u32) {
-        prefetch(&raw const self.pieces[piece as usize], 0..3);
+        prefetch(&raw const self.pieces[piece as usize], 0..1);
     }
 
     /// The nearest meeting of a ray with a piece, at more than 0 and at most `t_max`. A ray that leaves the same curve, at
@@ -95,27 +93,29 @@ impl Curves {
     pub fn meet(&self, piece: u32, ray: &Ray, t_max: f64, leaving: Option<u32>) -> Option<Meeting> {
         let piece = &self.pieces[piece as usize];
         let placed = &self.curves[piece.curve as usize];
-        let view = placed.view(ray, piece.points[3] - piece.points[0]);
-        let seen = piece.points.map(|p| view.see(p));
-        if !may_meet(&seen, placed.widest(piece) * 0.5, t_max * view.length) {
+        let part = placed.part(piece.number);
+        let Part { segment, range, points } = part;
+        let view = placed.view(ray, points[3] - points[0]);
+        let seen = points.map(|p| view.see(p));
+        if !may_meet(&seen, placed.widest(&part) * 0.5, t_max * view.length) {
             return None;
         }
         let flat = seen.map(|p| p.with_z(0.0));
         let mut nearest: Option<(f64, f64)> = None;
         falls(&approach(&flat), &mut |at| {
-            let u = piece.range[0] + (piece.range[1] - piece.range[0]) * at;
+            let u = range[0] + (range[1] - range[0]) * at;
             let p = evaluate(&seen, at).0;
             let t = p.z / view.length;
-            let width = placed.width(piece.segment, u) * placed.facing(piece.segment, u, view.z);
+            let width = placed.width(segment, u) * placed.facing(segment, u, view.z);
             let hit = p.truncate().length() <= 0.5 * width && t > 0.0 && t <= t_max;
-            let inside = || leaving.is_some_and(|left| self.is_inside(placed, &view, piece, u, left));
+            let inside = || leaving.is_some_and(|left| self.is_inside(placed, &view, (segment, u), left));
             if hit && nearest.is_none_or(|(_, least)| t < least) && !inside() {
                 nearest = Some((at, t));
             }
         });
         let (at, t) = nearest?;
-        let u = piece.range[0] + (piece.range[1] - piece.range[0]) * at;
-        let width = placed.width(piece.segment, u) * placed.facing(piece.segment, u, view.z);
+        let u = range[0] + (range[1] - range[0]) * at;
+        let width = placed.width(segment, u) * placed.facing(segment, u, view.z);
         let (p, along) = evaluate(&seen, at);
         let side = p.truncate().perp_dot(along.truncate());
         let v = 0.5 + (p.truncate().length() / width).copysign(side);
@@ -124,63 +124,93 @@ impl Curves {
 
     /// True if a ray that leaves the curve at the piece `left` is, up to a meeting with it, still within half a width of
     /// it: that is where the ray came from, not where it goes to.
-    fn is_inside(&self, placed: &PlacedCurve, view: &View, piece: &Piece, u: f64, left: u32) -> bool {
+    fn is_inside(&self, placed: &PlacedCurve, view: &View, (segment, u): (u32, f64), left: u32) -> bool {
         const STEPS: u32 = 8;
-        let left = self.pieces[left as usize].segment;
+        let left = self.at(left).1;
         let start = f64::from(left) + placed.nearest(left, view);
-        let end = f64::from(piece.segment) + u;
-        let steps = STEPS * (1 + left.abs_diff(piece.segment)).min(STEPS);
+        let end = f64::from(segment) + u;
+        let steps = STEPS * (1 + left.abs_diff(segment)).min(STEPS);
         (0..steps).all(|step| {
             let at = start + (end - start) * f64::from(step) / f64::from(steps);
-            let segment = (at as usize).min(placed.curve.segments.len() - 1);
-            let u = at - segment as f64;
+            let segment = (at as u32).min(placed.curve.segments.len() as u32 - 1);
+            let u = at - f64::from(segment);
             let p = evaluate(&placed.seen(segment, view), u).0;
-            p.truncate().length() <= 0.5 * placed.width(segment as u32, u) * (1.0 + 1e-6)
+            p.truncate().length() <= 0.5 * placed.width(segment, u) * (1.0 + 1e-6)
         })
+    }
+
+    /// The curve of a piece, and its segment there.
+    fn at(&self, piece: u32) -> (&PlacedCurve, u32) {
+        let Piece { curve, number, .. } = self.pieces[piece as usize];
+        let placed = &self.curves[curve as usize];
+        (placed, number >> placed.curve.split_depth)
     }
 
     /// The coordinates where a ray of direction `d` has met a curve.
     pub fn parametric(&self, piece: u32, d: DVec3, uv: DVec2) -> Parametric {
-        let Piece { curve, segment, .. } = self.pieces[piece as usize];
-        let placed = &self.curves[curve as usize];
-        let direction = (placed.object_from_world * d).normalize_or(DVec3::Z);
-        let [dpdu, dpdv] = placed.tangents(segment, direction, uv).map(|v| placed.world_from_object * v);
+        let (placed, segment) = self.at(piece);
+        let transform = &placed.curve.world_from_object;
+        let direction = (*transform.inverse_linear() * d).normalize_or(DVec3::Z);
+        let [dpdu, dpdv] = placed.tangents(segment, direction, uv).map(|v| *transform.linear() * v);
         Parametric { uv, dpdu, dpdv, dndu: DVec3::ZERO, dndv: DVec3::ZERO }
     }
 
     /// The unit normal where a ray has met a curve, on the side of `dpdu` times `dpdv` before the curve was placed.
     pub fn normal(&self, piece: u32, ray: &Ray, uv: DVec2) -> DVec3 {
-        let Piece { curve, segment, .. } = self.pieces[piece as usize];
-        let placed = &self.curves[curve as usize];
-        let direction = (placed.object_from_world * ray.d).normalize_or(DVec3::Z);
+        let (placed, segment) = self.at(piece);
+        let object_from_world = *placed.curve.world_from_object.inverse_linear();
+        let direction = (object_from_world * ray.d).normalize_or(DVec3::Z);
         let [dpdu, dpdv] = placed.tangents(segment, direction, uv);
         let normal = dpdu.normalize_or_zero().cross(dpdv.normalize_or_zero());
-        (placed.object_from_world.transpose() * normal).normalize_or(DVec3::Z)
+        (object_from_world.transpose() * normal).normalize_or(DVec3::Z)
     }
 }
 
 impl PlacedCurve {
     fn new(curve: &Arc<Curve>, world_origin: DVec3) -> Self {
-        let (m, inv) = (curve.world_from_object.matrix(), curve.world_from_object.inverse_matrix());
-        let (world_from_object, object_from_world) = (DMat3::from_mat4(m), DMat3::from_mat4(inv));
-        let origin = curve.segments.first().map_or(DVec3::ZERO, |segment| segment[0]);
-        let anchor = world_from_object * origin + (m.w_axis.truncate() - world_origin);
-        PlacedCurve { curve: curve.clone(), origin, anchor, object_from_world, world_from_object }
+        let mut placed = PlacedCurve { curve: curve.clone(), anchor: DVec3::ZERO };
+        let transform = &curve.world_from_object;
+        let offset = transform.matrix().w_axis.truncate() - world_origin;
+        placed.anchor = *transform.linear() * placed.origin() + offset;
+        placed
+    }
+
+    /// The origin of the own space, in the object.
+    fn origin(&self) -> DVec3 {
+        self.curve.segments.first().map_or(DVec3::ZERO, |segment| segment[0])
+    }
+
+    /// The control points of a segment, in the own space.
+    fn own_points(&self, segment: u32) -> [DVec3; 4] {
+        let origin = self.origin();
+        self.curve.segments[segment as usize].map(|p| p - origin)
+    }
+
+    /// The part that is a piece.
+    fn part(&self, number: u32) -> Part {
+        let depth = self.curve.split_depth;
+        let parts = 1 << depth;
+        let at = number & (parts - 1);
+        let share = |at: u32, more: f64| (f64::from(at) / f64::from(parts) + more).clamp(0.0, 1.0);
+        let (segment, range) = (number >> depth, [share(at, -OVERLAP), share(at + 1, OVERLAP)]);
+        let points = subcurve(&self.own_points(segment), range[0], range[1]);
+        Part { segment, range, points }
     }
 
     /// The box around a piece, relative to the origin of the world: all that is within half a width of it, in object space.
-    fn corners(&self, piece: &Piece) -> [DVec3; 2] {
-        let rows = self.world_from_object.transpose();
+    fn corners(&self, part: &Part) -> [DVec3; 2] {
+        let world_from_object = *self.curve.world_from_object.linear();
+        let rows = world_from_object.transpose();
         let round = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
-        let half = round * (0.5 * self.widest(piece));
-        let [a, b, c, d] = piece.points.map(|p| self.anchor + self.world_from_object * p);
+        let half = round * (0.5 * self.widest(part));
+        let [a, b, c, d] = part.points.map(|p| self.anchor + world_from_object * p);
         [a.min(b).min(c).min(d) - half, a.max(b).max(c).max(d) + half]
     }
 
     fn magnitude(&self) -> f64 {
-        let m = &self.world_from_object;
+        let (m, origin) = (self.curve.world_from_object.linear(), self.origin());
         let rows = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
-        let own = self.curve.segments.as_flattened().iter().map(|p| (*p - self.origin).abs().max_element());
+        let own = self.curve.segments.as_flattened().iter().map(|p| (*p - origin).abs().max_element());
         let widest = self.curve.widths[0].max(self.curve.widths[1]);
         (rows * (own.fold(0.0, f64::max) + widest) + self.anchor.abs()).max_element()
     }
@@ -192,8 +222,8 @@ impl PlacedCurve {
         first + (last - first) * share
     }
 
-    fn widest(&self, piece: &Piece) -> f64 {
-        piece.range.map(|u| self.width(piece.segment, u)).into_iter().fold(0.0, f64::max)
+    fn widest(&self, part: &Part) -> f64 {
+        part.range.map(|u| self.width(part.segment, u)).into_iter().fold(0.0, f64::max)
     }
 
     /// The share of the width that is seen from a direction: all, except of a ribbon.
@@ -223,8 +253,9 @@ impl PlacedCurve {
 
     /// The view along a ray, with `along` about in the direction of x.
     fn view(&self, ray: &Ray, along: DVec3) -> View {
-        let o = self.object_from_world * (ray.o - self.anchor);
-        let d = self.object_from_world * ray.d;
+        let object_from_world = *self.curve.world_from_object.inverse_linear();
+        let o = object_from_world * (ray.o - self.anchor);
+        let d = object_from_world * ray.d;
         let length = d.length();
         let z = d / length;
         let y = z.cross(along).try_normalize().unwrap_or_else(|| z.any_orthonormal_vector());
@@ -232,13 +263,13 @@ impl PlacedCurve {
     }
 
     /// The control points of a segment as a view shows them.
-    fn seen(&self, segment: usize, view: &View) -> [DVec3; 4] {
-        self.curve.segments[segment].map(|p| view.see(p - self.origin))
+    fn seen(&self, segment: u32, view: &View) -> [DVec3; 4] {
+        self.own_points(segment).map(|p| view.see(p))
     }
 
     /// The place on a segment that is nearest to the start of the ray.
     fn nearest(&self, segment: u32, view: &View) -> f64 {
-        let seen = self.seen(segment as usize, view);
+        let seen = self.seen(segment, view);
         let distance = |u: f64| evaluate(&seen, u).0.length_squared();
         let mut nearest = if distance(0.0) <= distance(1.0) { 0.0 } else { 1.0 };
         falls(&approach(&seen), &mut |u| {

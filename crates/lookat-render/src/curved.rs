@@ -5,6 +5,8 @@ pub(crate) mod sphere;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Quadric, QuadricForm};
 
@@ -20,20 +22,19 @@ pub(crate) use sphere::Sphere;
 ///
 /// Its own space is object space, moved along z to the middle of the form, and scaled by a power of two that brings the
 /// size of the form to about one, so that products of its measures are finite.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Curved {
     form: UnitShape,
     /// The origin of its own space.
     pub center: DVec3,
     /// Takes offsets from the center to its own space.
     pub own_from_world: DMat3,
-    /// The transformation from its own space to the world.
-    pub world_from_own: DMat3,
-    /// The largest distance from the axis, and half the height; in its own space.
+    /// The largest distance from the axis, in its own space.
     radius: f64,
-    half_height: f64,
     /// The length of 1 of its own space, in object space.
     unit: f64,
+    /// Has what is rarely needed.
+    quadric: Arc<Quadric>,
 }
 
 /// The largest squared distance, relative to the squared radius, at which a hit may be the origin of its ray.
@@ -42,43 +43,49 @@ pub(crate) const AT_ORIGIN: f64 = f64::EPSILON;
 /// A bound of the rounding error of a coordinate, relative to half of its size.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// The shape in its own space.
-#[derive(Debug, Clone, Copy)]
+/// The shape in its own space. Spheres, of which scenes have many, are small.
+#[derive(Debug, Clone)]
 enum UnitShape {
     Sphere(Sphere),
     Disk(Disk),
-    TurnedSegment(TurnedSegment),
-    Paraboloid(Paraboloid),
+    TurnedSegment(Box<TurnedSegment>),
+    Paraboloid(Box<Paraboloid>),
 }
 
 impl Curved {
-    pub fn new(quadric: &Quadric, origin: DVec3) -> Self {
-        let (m, inv) = (quadric.world_from_object.matrix(), quadric.world_from_object.inverse_matrix());
-        let (low, high, radius) = quadric.extent();
-        let middle = low + 0.5 * (high - low);
+    pub fn new(quadric: &Arc<Quadric>, origin: DVec3) -> Self {
+        let transform = &quadric.world_from_object;
+        let (m, (low, high, radius)) = (transform.matrix(), quadric.extent());
         let half_height = 0.5 * (high - low);
+        let middle = low + half_height;
         let unit = match quadric.form {
             QuadricForm::Sphere(_) => 1.0,
             _ => power_of_two(radius.max(half_height)),
         };
-        let world_from_own = DMat3::from_mat4(m) * unit;
         Curved {
-            form: UnitShape::new(quadric, middle, unit, world_from_own),
+            form: UnitShape::new(quadric, middle, unit),
             center: m.w_axis.truncate() - origin + m.z_axis.truncate() * middle,
-            own_from_world: DMat3::from_mat4(inv) * unit.recip(),
-            world_from_own,
+            own_from_world: *transform.inverse_linear() * unit.recip(),
             radius: radius / unit,
-            half_height: half_height / unit,
             unit,
+            quadric: quadric.clone(),
         }
+    }
+
+    /// The transformation from its own space to the world.
+    #[inline]
+    pub fn world_from_own(&self) -> DMat3 {
+        *self.quadric.world_from_object.linear() * self.unit
     }
 
     /// Half the extent of the uncut form along each axis of the world.
     pub fn half_extent(&self) -> DVec3 {
-        let rows = self.world_from_own.transpose();
+        let rows = self.world_from_own().transpose();
+        let (low, high, _) = self.quadric.extent();
+        let half_height = 0.5 * (high - low) / self.unit;
         let along = |row: DVec3| match self.form {
             UnitShape::Sphere(_) => row.length() * self.radius,
-            _ => row.truncate().length() * self.radius + row.z.abs() * self.half_height,
+            _ => row.truncate().length() * self.radius + row.z.abs() * half_height,
         };
         DVec3::new(along(rows.x_axis), along(rows.y_axis), along(rows.z_axis))
     }
@@ -104,7 +111,7 @@ impl Curved {
     /// The axes of a whole disk in the world, the last one its normal, and its radius; if it is a circle there.
     pub fn whole_disk(&self) -> Option<([DVec3; 3], f64)> {
         let UnitShape::Disk(disk) = &self.form else { return None };
-        let [x, y] = [DVec3::X, DVec3::Y].map(|axis| self.world_from_own * axis);
+        let [x, y] = [DVec3::X, DVec3::Y].map(|axis| self.world_from_own() * axis);
         let scale = x.length();
         let is_round = (y.length() / scale - 1.0).abs() < 1e-12 && (x.dot(y) / (scale * scale)).abs() < 1e-12;
         let n = self.placed(DVec3::ZERO).1;
@@ -178,7 +185,7 @@ impl Curved {
     /// Position and unit normal of a point of its own space that is on the shape.
     pub fn placed(&self, own: DVec3) -> (DVec3, DVec3) {
         let normal = self.own_from_world.transpose() * self.form.gradient(own);
-        (self.center + self.world_from_own * own, normal.normalize_or(DVec3::Z))
+        (self.center + self.world_from_own() * own, normal.normalize_or(DVec3::Z))
     }
 
     /// The point of the shape nearest to a point of the world that is near it; in its own space.
@@ -205,7 +212,7 @@ impl Curved {
             UnitShape::TurnedSegment(segment) => segment.parametric(own),
             UnitShape::Paraboloid(paraboloid) => paraboloid.parametric(own),
         };
-        local.placed(self.world_from_own, self.own_from_world.transpose() * self.unit)
+        local.placed(self.world_from_own(), self.own_from_world.transpose() * self.unit)
     }
 
     /// A point of the shape for one of the unit square; in its own space. Spheres are sampled by their light.
@@ -233,7 +240,7 @@ impl Curved {
         };
         // The cofactors of the transformation, applied to the normal.
         let normal = self.form.gradient(own).normalize_or(DVec3::Z);
-        area * self.world_from_own.determinant().abs() * (self.own_from_world.transpose() * normal).length()
+        area * self.world_from_own().determinant().abs() * (self.own_from_world.transpose() * normal).length()
     }
 
     /// A grid over the shape: of each cell a point, the normal there, as [`Curved::project`] has it, and the area, about.
@@ -249,14 +256,16 @@ impl Curved {
 }
 
 impl UnitShape {
-    fn new(quadric: &Quadric, middle: f64, unit: f64, world_from_own: DMat3) -> UnitShape {
+    fn new(quadric: &Quadric, middle: f64, unit: f64) -> UnitShape {
         let sweep = Sweep::new(quadric.phi_max);
         let segment = |p1: DVec3, p2: DVec3| {
             let own = |p: DVec3| (p - DVec3::Z * middle) / unit;
-            UnitShape::TurnedSegment(TurnedSegment::new([own(p1), own(p2)], sweep))
+            UnitShape::TurnedSegment(Box::new(TurnedSegment::new([own(p1), own(p2)], sweep)))
         };
         match quadric.form {
-            QuadricForm::Sphere(sphere) => UnitShape::Sphere(Sphere::new(sphere, sweep, world_from_own)),
+            QuadricForm::Sphere(sphere) => {
+                UnitShape::Sphere(Sphere::new(sphere, sweep, quadric.world_from_object.linear()))
+            }
             QuadricForm::Disk(disk) => {
                 UnitShape::Disk(Disk::new(disk.radius / unit, disk.inner_radius / unit, sweep))
             }
@@ -268,7 +277,7 @@ impl UnitShape {
             }
             QuadricForm::Hyperboloid(form) => segment(form.p1, form.p2),
             QuadricForm::Paraboloid(form) => {
-                UnitShape::Paraboloid(Paraboloid::new(&form, middle, unit, sweep))
+                UnitShape::Paraboloid(Box::new(Paraboloid::new(&form, middle, unit, sweep)))
             }
         }
     }

@@ -73,10 +73,11 @@ impl LightTable {
         let origin = traceable.origin;
         let all = source.lights.iter().map(|light| SceneLight::new(light, origin));
         let (mut skies, mut lights): (Vec<SceneLight>, Vec<SceneLight>) = all.partition(SceneLight::is_sky);
-        let mut of_primitive = vec![None; source.primitives.len()];
+        let mut of_primitive = Vec::new();
         for (number, primitive) in source.primitives.iter().enumerate() {
             if let Some(light) = SurfaceLight::new(number as u32, primitive, traceable) {
-                of_primitive[number] = Some(lights.len());
+                of_primitive.resize(number, None);
+                of_primitive.push(Some(lights.len()));
                 lights.push(SceneLight::Surface(Box::new(light)));
             }
         }

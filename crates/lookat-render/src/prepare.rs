@@ -266,8 +266,8 @@ fn is_geometry(a: &World, b: &World) -> bool {
 /// True if worlds of the same geometry have the same light tables.
 fn are_lights(a: &World, b: &World) -> bool {
     // Its place in the text makes no difference.
-    let light = |shape: &Primitive| shape.emission.map(|emission| Emission { span: None, ..emission });
-    let is_emitter = |(a, b): (&Primitive, &Primitive)| match a.emission {
+    let light = |shape: &Primitive| shape.emission.as_deref().map(|own| Emission { span: None, ..*own });
+    let is_emitter = |(a, b): (&Primitive, &Primitive)| match &a.emission {
         // Textures are not compared, and a table keeps its mesh.
         Some(_) => {
             let has_cutout = a.cutout.is_some() || b.cutout.is_some();
@@ -364,7 +364,8 @@ pub(crate) struct Brightest {
 
 impl Brightest {
     pub fn new(world: &World) -> Brightest {
-        let surfaces = world.shapes().filter_map(|shape| shape.emission).map(|emission| emission.radiance);
+        let surfaces =
+            world.shapes().filter_map(|shape| shape.emission.as_ref()).map(|emission| emission.radiance);
         let mut brightest = Brightest { emitted: surfaces.map(most).fold(0.0, f64::max), intensity: 0.0 };
         for light in &world.lights {
             match light {

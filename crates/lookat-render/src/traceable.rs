@@ -176,7 +176,7 @@ impl Traceable {
     #[inline(always)]
     pub fn prefetch(&self, other: NonTriangle) {
         match other {
-            NonTriangle::Curved { shape, .. } => prefetch(&raw const self.curved[shape as usize], 0..4),
+            NonTriangle::Curved { shape, .. } => prefetch(&raw const self.curved[shape as usize], 0..3),
             NonTriangle::Curve { piece, .. } => self.curves.prefetch(piece),
             NonTriangle::Instance { instance } => {
                 prefetch(&raw const self.instances[instance as usize], 0..4)
@@ -348,9 +348,9 @@ impl PlacedInstance {
         let (m, inv) = (world_from_object.matrix(), world_from_object.inverse_matrix());
         PlacedInstance {
             object,
-            object_from_world: DMat3::from_mat4(inv),
+            object_from_world: *world_from_object.inverse_linear(),
             offset: inv.transform_point3(world_origin),
-            world_from_object: DMat3::from_mat4(m),
+            world_from_object: *world_from_object.linear(),
             origin: m.w_axis.truncate() - world_origin,
         }
     }

@@ -80,7 +80,7 @@ impl Summary<'_> {
     }
 
     /// The shapes of the world that are lights, with the places of their types.
-    fn shape_lights(&self) -> impl Iterator<Item = (&Primitive, Emission, Span)> {
+    fn shape_lights(&self) -> impl Iterator<Item = (&Primitive, &Emission, Span)> {
         let of_world = self.built.world.primitives.iter();
         let lights = of_world.filter_map(|primitive| Some((primitive, primitive.light()?, primitive.span?)));
         lights.filter(|(primitive, ..)| !primitive.shape.is_invisible())

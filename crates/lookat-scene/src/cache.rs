@@ -72,7 +72,7 @@ pub(crate) enum List {
 }
 
 /// The bits of a transformation and of its inverse.
-pub(crate) type TransformBits = [[u64; 16]; 2];
+pub(crate) type TransformBits = [[u64; 12]; 2];
 
 /// A mesh, and what is reported about it.
 #[derive(Debug, Clone)]

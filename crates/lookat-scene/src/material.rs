@@ -245,8 +245,8 @@ pub(crate) struct MaterialInstance {
     /// Its type and parameters as written.
     pub entity: Option<Entity>,
     /// The names and types of its parameters. `None` after an error in its type.
-    pub known: Option<Vec<(&'static str, ParamType)>>,
-    /// For each parameter the definition of the texture or material that it names.
+    pub known: Option<Rc<[(&'static str, ParamType)]>>,
+    /// For each parameter the definition of the texture or material that it names. Empty if none does.
     pub definitions: Vec<Option<SymbolId>>,
 }
 
@@ -285,13 +285,13 @@ impl Default for MaterialInstance {
             material: Arc::new(Material::DEFAULT),
             entity: None,
             definitions: Vec::new(),
-            known: Some(vec![
+            known: Some(Rc::new([
                 ("Kd", ParamType::Texture),
                 ("Kd", ParamType::Rgb),
                 ("sigma", ParamType::Texture),
                 ("sigma", ParamType::Float),
                 ("bumpmap", ParamType::Texture),
-            ]),
+            ])),
         }
     }
 }

@@ -13,15 +13,26 @@ use crate::schema::{Effect, Key, Keys, Kind, Unit};
 use crate::texture::Texture;
 use crate::transform::{LARGEST, in_range};
 
-/// Triangles with shared vertices. Arrays other than those of positions and indices are empty if the mesh has no such
-/// data.
+/// Triangles with shared vertices.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     pub(crate) positions: Vec<[f64; 3]>,
     pub(crate) indices: Vec<i32>,
-    pub(crate) normals: Vec<[f64; 3]>,
-    pub(crate) tangents: Vec<[f64; 3]>,
-    pub(crate) uvs: Vec<[f64; 2]>,
+    /// In a box, because many small meshes have none.
+    pub(crate) shading: Option<Box<VertexShading>>,
+}
+
+/// What the vertices of a mesh have besides positions. Arrays are empty if the mesh has no such data.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct VertexShading {
+    pub normals: Vec<[f64; 3]>,
+    pub tangents: Vec<[f64; 3]>,
+    pub uvs: Vec<[f64; 2]>,
+}
+
+impl VertexShading {
+    const NONE: &VertexShading =
+        &VertexShading { normals: Vec::new(), tangents: Vec::new(), uvs: Vec::new() };
 }
 
 /// Why arrays are no [`Mesh`].
@@ -79,9 +90,10 @@ impl Mesh {
     /// # Errors
     ///
     /// See [`MeshError`].
-    pub fn with_normals(self, normals: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
+    pub fn with_normals(mut self, normals: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
         check_array(&normals, self.positions.len(), in_range)?;
-        Ok(Mesh { normals, ..self })
+        self.shading.get_or_insert_default().normals = normals;
+        Ok(self)
     }
 
     /// The mesh with a shading tangent for each vertex, of any length.
@@ -89,9 +101,10 @@ impl Mesh {
     /// # Errors
     ///
     /// See [`MeshError`].
-    pub fn with_tangents(self, tangents: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
+    pub fn with_tangents(mut self, tangents: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
         check_array(&tangents, self.positions.len(), in_range)?;
-        Ok(Mesh { tangents, ..self })
+        self.shading.get_or_insert_default().tangents = tangents;
+        Ok(self)
     }
 
     /// The mesh with texture coordinates for each vertex.
@@ -99,9 +112,20 @@ impl Mesh {
     /// # Errors
     ///
     /// See [`MeshError`].
-    pub fn with_uvs(self, uvs: Vec<[f64; 2]>) -> Result<Mesh, MeshError> {
+    pub fn with_uvs(mut self, uvs: Vec<[f64; 2]>) -> Result<Mesh, MeshError> {
         check_array(&uvs, self.positions.len(), |uvs| uvs.iter().all(|x| x.is_finite()))?;
-        Ok(Mesh { uvs, ..self })
+        self.shading.get_or_insert_default().uvs = uvs;
+        Ok(self)
+    }
+
+    pub(crate) fn with_shading(self, shading: VertexShading) -> Mesh {
+        let has_any = shading != *VertexShading::NONE;
+        Mesh { shading: has_any.then(|| Box::new(shading)), ..self }
+    }
+
+    #[inline]
+    fn shading(&self) -> &VertexShading {
+        self.shading.as_deref().unwrap_or(VertexShading::NONE)
     }
 
     /// Vertex positions in world space, or in the space of the containing object. Finite (`P`).
@@ -119,19 +143,19 @@ impl Mesh {
     /// A shading normal for each vertex, of any length (`N`), or none.
     #[inline]
     pub fn normals(&self) -> &[[f64; 3]] {
-        &self.normals
+        &self.shading().normals
     }
 
     /// A shading tangent for each vertex, of any length (`S`), or none.
     #[inline]
     pub fn tangents(&self) -> &[[f64; 3]] {
-        &self.tangents
+        &self.shading().tangents
     }
 
     /// Texture coordinates for each vertex (`uv` or `st`), or none.
     #[inline]
     pub fn uvs(&self) -> &[[f64; 2]] {
-        &self.uvs
+        &self.shading().uvs
     }
 
     /// The mesh in place of a file that is only checked: a triangle, because a mesh without triangles would be invisible.
@@ -149,9 +173,9 @@ impl Mesh {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.positions[..])
             + size_of_val(&self.indices[..])
-            + size_of_val(&self.normals[..])
-            + size_of_val(&self.tangents[..])
-            + size_of_val(&self.uvs[..])
+            + size_of_val(self.normals())
+            + size_of_val(self.tangents())
+            + size_of_val(self.uvs())
     }
 
     /// The three vertex indices of a triangle.
@@ -181,13 +205,15 @@ impl Mesh {
     /// Transforms the arrays from object space to world space, in place.
     fn transformed(mut self, transform: Transform) -> Self {
         if transform != Transform::IDENTITY {
+            let mut none = VertexShading::default();
             for p in &mut self.positions {
                 *p = transform.point(DVec3::from(*p)).into();
             }
-            for n in &mut self.normals {
+            let VertexShading { normals, tangents, .. } = self.shading.as_deref_mut().unwrap_or(&mut none);
+            for n in normals {
                 *n = transform.normal(DVec3::from(*n)).into();
             }
-            for s in &mut self.tangents {
+            for s in tangents {
                 *s = transform.vector(DVec3::from(*s)).into();
             }
         }
@@ -250,11 +276,10 @@ pub(crate) fn triangle_mesh(
     let indices = params.take(&INDICES);
     let positions = params.take(&POSITIONS);
     let (uv, uvs) = texture_coordinates(params);
-    let mut mesh = Mesh {
+    let mut shading = VertexShading {
         normals: params.take(&NORMALS).unwrap_or_default(),
         tangents: params.take(&TANGENTS).unwrap_or_default(),
         uvs,
-        ..Mesh::default()
     };
     // Only Ptex uses face indices, and lookat does not support Ptex.
     params.take(&FACE_INDICES);
@@ -266,10 +291,11 @@ pub(crate) fn triangle_mesh(
         note_flat(params, "indices", flat, mesh.triangles());
         return Some(mesh);
     }
-    (mesh.indices, mesh.positions) = (indices?, positions?);
+    let mesh = Mesh { indices: indices?, positions: positions?, shading: None };
     check_indices(params, &mesh);
-    check_lengths(params, &mesh, uv);
-    mesh.uvs.truncate(mesh.positions.len());
+    check_lengths(params, mesh.positions.len(), &shading, uv);
+    shading.uvs.truncate(mesh.positions.len());
+    let mesh = mesh.with_shading(shading);
     let mesh = Arc::new(to_world_space(params, mesh, world_from_object)?);
     let flat = mesh.without_area();
     // Other messages are given when the mesh is made.
@@ -300,7 +326,7 @@ pub(crate) fn to_world_space(params: &mut Params, mesh: Mesh, world_from_object:
     let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
     params.reserve(name, mesh.bytes())?.keep();
     let mesh = mesh.transformed(world_from_object);
-    for (name, values) in [("P", &mesh.positions), ("N", &mesh.normals), ("S", &mesh.tangents)] {
+    for (name, values) in [("P", mesh.positions()), ("N", mesh.normals()), ("S", mesh.tangents())] {
         if !in_range(values.as_flattened()) {
             let at = if params.kind() == "plymesh" { "filename" } else { name };
             params.reject(at, format!("{name} has values above {LARGEST:e} in world space"), None);
@@ -386,8 +412,7 @@ pub(crate) fn check_indices(params: &mut Params, mesh: &Mesh) {
 }
 
 /// Checks the lengths of vertex arrays. `uv` is the name of the texture coordinates.
-fn check_lengths(params: &mut Params, mesh: &Mesh, uv: &'static str) {
-    let vertices = mesh.positions.len();
+fn check_lengths(params: &mut Params, vertices: usize, shading: &VertexShading, uv: &'static str) {
     let mut check = |name: &str, length: usize| {
         if length != 0 && length != vertices {
             params.reject(
@@ -397,10 +422,10 @@ fn check_lengths(params: &mut Params, mesh: &Mesh, uv: &'static str) {
             );
         }
     };
-    check("N", mesh.normals.len());
-    check("S", mesh.tangents.len());
+    check("N", shading.normals.len());
+    check("S", shading.tangents.len());
     // pbrt-v3 accepts surplus texture coordinates with a warning.
-    let uvs = mesh.uvs.len();
+    let uvs = shading.uvs.len();
     if uvs < vertices {
         check(uv, uvs);
     } else if uvs > vertices {
@@ -428,10 +453,10 @@ const SHADOW_ALPHA: Key<FloatTexture> =
 const CUTOUT: Keys = &[&ALPHA, &SHADOW_ALPHA];
 
 /// The alpha masks of a mesh, if given.
-pub(crate) fn cutout(params: &mut Params) -> Option<Cutout> {
+pub(crate) fn cutout(params: &mut Params) -> Option<Box<Cutout>> {
     let [alpha, shadow_alpha] = [&ALPHA, &SHADOW_ALPHA].map(|key| {
         // A constant other than 0 is opaque and needs no mask.
         Some(params.take(key)).filter(|alpha| alpha.constant().is_none_or(|alpha| alpha == 0.0))
     });
-    (alpha.is_some() || shadow_alpha.is_some()).then_some(Cutout { alpha, shadow_alpha })
+    (alpha.is_some() || shadow_alpha.is_some()).then(|| Box::new(Cutout { alpha, shadow_alpha }))
 }

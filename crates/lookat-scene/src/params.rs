@@ -334,8 +334,8 @@ impl<'a> Params<'a> {
     }
 
     /// The registered names and types. `None` if the rest is ignored.
-    pub fn known(&self) -> Option<Vec<(&'static str, ParamType)>> {
-        (!self.rest_ignored).then(|| self.registered.clone())
+    pub fn known(&self) -> Option<&[(&'static str, ParamType)]> {
+        (!self.rest_ignored).then_some(&self.registered)
     }
 
     /// Warns about unused parameters. True if the result of the constructor is usable.

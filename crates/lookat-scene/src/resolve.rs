@@ -3,10 +3,14 @@
 mod blocks;
 mod world;
 
+use std::collections::HashSet;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::{DMat4, DVec4};
-use lookat_syntax::{ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Statement};
+use lookat_syntax::{
+    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, ParamType, Span, Statement,
+};
 
 use crate::camera::{CameraPlacement, look_at};
 use crate::draft::Draft;
@@ -33,6 +37,8 @@ pub(crate) struct Resolver<'a> {
     block: Block,
     blocks: Blocks,
     state: GraphicsState,
+    /// The names and types of the parameters of materials, which those of one kind share.
+    known_parameters: HashSet<Rc<[(&'static str, ParamType)]>>,
     definitions: Definitions,
     options: Options,
     /// The options at `WorldBegin`.
@@ -50,6 +56,7 @@ impl<'a> Resolver<'a> {
             block: Block::Options,
             blocks: Blocks::default(),
             state: GraphicsState::new(),
+            known_parameters: HashSet::new(),
             definitions: Definitions {
                 objects: Names::new(SymbolKind::Object),
                 media: Names::new(SymbolKind::Medium),
@@ -89,14 +96,14 @@ impl<'a> Resolver<'a> {
             Directive::ConcatTransform(m) => self.concat(matrix(&m, "ConcatTransform", &span)?, at)?,
             Directive::CoordinateSystem(name) => {
                 self.use_transform();
-                self.definitions.coordinate_systems.define(&name, self.state.ctm, &mut self.report);
+                self.definitions.coordinate_systems.define(&name, *self.state.ctm, &mut self.report);
             }
             Directive::CoordSysTransform(name) => {
                 self.facts.uses_camera_space |= self.block == Block::World && name.value == "camera";
                 // Applies to both times.
                 let known = self.definitions.coordinate_systems.find(&name, &mut self.report);
                 if let Some(known) = known {
-                    self.state.ctm = *known;
+                    self.state.ctm = Arc::new(*known);
                 }
                 self.facts.placed = None;
             }
@@ -146,7 +153,8 @@ impl<'a> Resolver<'a> {
                 if emission.is_some_and(|emission| !emission.is_black()) {
                     self.facts.emissions.push(at);
                 }
-                self.state.emission = emission.map(|emission| Emission { span: Some(at), ..emission });
+                self.state.emission =
+                    emission.map(|emission| Arc::new(Emission { span: Some(at), ..emission }));
             }
             EntityKind::MakeNamedMedium => {
                 self.definitions.media.define(&entity.name, (), &mut self.report);
@@ -186,7 +194,7 @@ impl<'a> Resolver<'a> {
 
 impl Resolver<'_> {
     pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
-        self.set_ctm(self.state.ctm * transform, at)?;
+        self.set_ctm(*self.state.ctm * transform, at)?;
         if let Some(placement) = self.facts.placed.as_mut().filter(|_| self.state.at_start) {
             placement.after = placement.after * transform;
         }
@@ -203,12 +211,12 @@ impl Resolver<'_> {
             let help = "transformations accumulate: check the ones before it, too";
             return Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help).fail();
         }
-        if self.block == Block::Options && ctm != self.state.ctm {
+        if self.block == Block::Options && ctm != *self.state.ctm {
             self.facts.idle_transform.get_or_insert(at);
         }
         // Transformations of the end time only add motion.
         if self.state.at_start {
-            self.state.ctm = ctm;
+            self.state.ctm = Arc::new(ctm);
         }
         Ok(())
     }
@@ -226,7 +234,7 @@ impl Resolver<'_> {
         }
         match look_at(points) {
             Ok(transform) => {
-                let before = self.state.ctm;
+                let before = *self.state.ctm;
                 self.concat(transform, span)?;
                 if self.state.at_start {
                     let after = Transform::IDENTITY;
@@ -289,12 +297,12 @@ pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transf
 #[derive(Clone)]
 pub(crate) struct GraphicsState {
     /// The current transformation matrix (CTM).
-    pub ctm: Transform,
+    pub ctm: Arc<Transform>,
     /// True if transformations apply to the start time. Without motion, only these transformations count.
     pub at_start: bool,
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
-    pub emission: Option<Emission>,
+    pub emission: Option<Arc<Emission>>,
     pub materials: Names<Rc<MaterialInstance>>,
     pub textures: Textures,
 }
@@ -310,7 +318,7 @@ pub(crate) struct Definitions {
 impl GraphicsState {
     pub fn new() -> Self {
         GraphicsState {
-            ctm: Transform::IDENTITY,
+            ctm: Arc::new(Transform::IDENTITY),
             at_start: true,
             reverse_orientation: false,
             material: Rc::new(MaterialInstance::default()),

@@ -85,7 +85,7 @@ impl Primitive {
 
     /// This shape as an area light.
     pub fn with_emission(self, emission: Emission) -> Primitive {
-        Primitive { emission: Some(emission), ..self }
+        Primitive { emission: Some(Arc::new(emission)), ..self }
     }
 
     /// The alpha masks of the shape.
@@ -95,8 +95,8 @@ impl Primitive {
     }
 
     /// The emission of the shape. `None` if it is black.
-    pub(crate) fn light(&self) -> Option<Emission> {
-        self.emission.filter(|emission| !emission.is_black())
+    pub(crate) fn light(&self) -> Option<&Emission> {
+        self.emission.as_deref().filter(|emission| !emission.is_black())
     }
 }
 
@@ -114,9 +114,9 @@ pub struct Primitive {
     /// The material.
     pub material: Arc<Material>,
     /// The alpha mask. Only meshes have one.
-    pub cutout: Option<Cutout>,
+    pub cutout: Option<Box<Cutout>>,
     /// The emitted light.
-    pub emission: Option<Emission>,
+    pub emission: Option<Arc<Emission>>,
 }
 
 /// The shapes between `ObjectBegin` and `ObjectEnd`. As in pbrt-v3, an emissive shape of an object is visible but is

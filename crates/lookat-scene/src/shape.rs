@@ -11,7 +11,7 @@ use lookat_syntax::{ParamType, Text};
 
 use crate::Transform;
 use crate::cache::KeptMesh;
-use crate::mesh::{self, Mesh, finish, grid, triangle_mesh};
+use crate::mesh::{self, Mesh, VertexShading, finish, grid, triangle_mesh};
 use crate::params::Params;
 use crate::params::value::{Floats, OptionalInteger};
 use crate::schema::{Key, Kind, Range};
@@ -26,7 +26,7 @@ pub use crate::shape::quadric::{
 #[derive(Debug, Clone)]
 pub enum Shape {
     /// A surface of revolution around the z axis of object space.
-    Quadric(Box<Quadric>),
+    Quadric(Arc<Quadric>),
     /// Triangles.
     TriangleMesh(Arc<Mesh>),
     /// A curve with a width.
@@ -78,15 +78,12 @@ pub(crate) enum Geometry {
 
 /// pbrt-v3's MakeShapes. The remaining parameters belong to the material or are unknown. `kept` is the mesh, if an earlier load has
 /// made it.
-pub(crate) fn shape(
-    params: &mut Params,
-    kept: Option<KeptMesh>,
-    world_from_object: Transform,
-) -> Option<Geometry> {
+pub(crate) fn shape(params: &mut Params, kept: Option<KeptMesh>, ctm: &Arc<Transform>) -> Option<Geometry> {
+    let world_from_object = **ctm;
     let shape = match params.kind() {
         "plymesh" => return params.take(&mesh::FILE_NAME).map(Geometry::PlyFile),
         "trianglemesh" => triangle_mesh(params, kept, world_from_object).map(Shape::TriangleMesh),
-        "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Arc::new(curve))),
+        "curve" => curve::curve(params, ctm).map(|curve| Shape::Curve(Arc::new(curve))),
         "heightfield" => heightfield(params, world_from_object).map(triangles),
         "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(triangles),
         "nurbs" => nurbs::nurbs(params, world_from_object).map(triangles),
@@ -94,7 +91,7 @@ pub(crate) fn shape(
             params.ignore_rest();
             return params.reject_unknown_type(KINDS);
         }
-        _ => quadric::quadric(params, world_from_object).map(|quadric| Shape::Quadric(Box::new(quadric))),
+        _ => quadric::quadric(params, world_from_object).map(|quadric| Shape::Quadric(Arc::new(quadric))),
     };
     shape.map(Geometry::Shape)
 }
@@ -130,7 +127,8 @@ pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> 
     let uvs: Vec<[f64; 2]> =
         (0..nv).flat_map(|v| (0..nu).map(move |u| [share(u, nu), share(v, nv)])).collect();
     let positions = uvs.iter().zip(heights).map(|([x, y], z)| [*x, *y, z]).collect();
-    let mesh = Mesh { positions, indices: grid(nu, nv), uvs, ..Mesh::default() };
+    let mesh = Mesh { positions, indices: grid(nu, nv), ..Mesh::default() }
+        .with_shading(VertexShading { uvs, ..VertexShading::default() });
     finish(params, mesh, world_from_object)
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Mul;
 
-use glam::{DMat3, DMat4, DVec3, DVec4};
+use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 use lookat_syntax::Severity;
 
 /// An affine transformation with its inverse, as in pbrt. Its constructors make both. Points placed by exact numbers, such as the eye of a
@@ -11,8 +11,8 @@ use lookat_syntax::Severity;
 /// `a * b` applies `b` first. The name `b_from_a` of a value gives both spaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transform {
-    m: DMat4,
-    inv: DMat4,
+    m: DAffine3,
+    inv: DAffine3,
 }
 
 /// The largest coordinate, and the largest entry of a transformation and its inverse. It is far above any use, and
@@ -43,18 +43,18 @@ pub enum LookAtError {
 
 impl Transform {
     /// The identity.
-    pub const IDENTITY: Transform = Transform { m: DMat4::IDENTITY, inv: DMat4::IDENTITY };
+    pub const IDENTITY: Transform = Transform { m: DAffine3::IDENTITY, inv: DAffine3::IDENTITY };
 
     /// A translation.
     pub fn translate(by: DVec3) -> Self {
-        Transform { m: DMat4::from_translation(by), inv: DMat4::from_translation(-by) }
+        Transform { m: DAffine3::from_translation(by), inv: DAffine3::from_translation(-by) }
     }
 
     /// A scale along the axes. `None` if a factor is zero, or too small or large to invert.
     pub fn scale(by: DVec3) -> Option<Self> {
         let inv = by.recip();
         (by.is_finite() && inv.is_finite())
-            .then(|| Transform { m: DMat4::from_scale(by), inv: DMat4::from_scale(inv) })
+            .then(|| Transform { m: DAffine3::from_scale(by), inv: DAffine3::from_scale(inv) })
     }
 
     /// A rotation by `degrees` about `axis`: counterclockwise in a right-handed system with the axis pointing at the
@@ -65,15 +65,14 @@ impl Transform {
         let (sin, cos) = sin_cos_degrees(degrees);
         let along = |v: DVec3| {
             let parallel = axis * v.dot(axis);
-            (parallel + (v - parallel) * cos + axis.cross(v) * sin).extend(0.0)
+            parallel + (v - parallel) * cos + axis.cross(v) * sin
         };
-        let m = DMat4::from_cols(along(DVec3::X), along(DVec3::Y), along(DVec3::Z), DVec4::W);
-        Some(Transform { m, inv: m.transpose() })
+        Some(Transform::to_frame(DMat3::from_cols(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))))
     }
 
     /// A rotation that takes the axes to the unit vectors of a frame.
     pub(crate) fn to_frame(frame: DMat3) -> Self {
-        Transform { m: DMat4::from_mat3(frame), inv: DMat4::from_mat3(frame.transpose()) }
+        Transform { m: DAffine3::from_mat3(frame), inv: DAffine3::from_mat3(frame.transpose()) }
     }
 
     /// The viewing transformation of `LookAt`: camera from world space, left-handed, +z forward, +y up.
@@ -100,8 +99,8 @@ impl Transform {
         let up = cross_exact(forward, right).normalize();
         let rotation = DMat3::from_cols(right, up, forward);
         let to_camera = rotation.transpose();
-        let m = DMat4::from_mat3_translation(to_camera, -(to_camera * eye));
-        let placed = Transform { m, inv: DMat4::from_mat3_translation(rotation, eye) };
+        let m = DAffine3::from_mat3_translation(to_camera, -(to_camera * eye));
+        let placed = Transform { m, inv: DAffine3::from_mat3_translation(rotation, eye) };
         placed.in_range().then_some(placed).ok_or(LookAtError::OutOfRange)
     }
 
@@ -121,8 +120,8 @@ impl Transform {
         }
         let inverse = linear.inverse() * (1.0 / size);
         let translation = -(inverse * m.w_axis.truncate());
-        let inv = DMat4::from_mat3_translation(inverse, translation);
-        inv.is_finite().then_some(Transform { m, inv })
+        let inv = DAffine3::from_mat3_translation(inverse, translation);
+        inv.is_finite().then_some(Transform { m: DAffine3::from_mat4(m), inv })
     }
 
     /// True if all entries, also of the inverse, can be multiplied a few times without overflow.
@@ -132,16 +131,28 @@ impl Transform {
 
     /// The matrix, for column vectors.
     pub fn matrix(&self) -> DMat4 {
-        self.m
+        self.m.into()
     }
 
     /// The inverse of the matrix, except for rounding.
     pub fn inverse_matrix(&self) -> DMat4 {
-        self.inv
+        self.inv.into()
+    }
+
+    /// The linear part of the matrix.
+    #[inline]
+    pub fn linear(&self) -> &DMat3 {
+        &self.m.matrix3
+    }
+
+    /// The linear part of the inverse.
+    #[inline]
+    pub fn inverse_linear(&self) -> &DMat3 {
+        &self.inv.matrix3
     }
 
     /// The bits of the matrix and of its inverse.
-    pub(crate) fn bits(&self) -> [[u64; 16]; 2] {
+    pub(crate) fn bits(&self) -> [[u64; 12]; 2] {
         [self.m, self.inv].map(|matrix| matrix.to_cols_array().map(f64::to_bits))
     }
 
@@ -164,7 +175,7 @@ impl Transform {
 
     /// Transforms a surface normal by the inverse transpose. Does not normalize.
     pub fn normal(&self, n: DVec3) -> DVec3 {
-        DMat3::from_mat4(self.inv).transpose() * n
+        self.inv.matrix3.transpose() * n
     }
 
     /// The vectors that the axes become.
@@ -194,7 +205,9 @@ impl Mul for Transform {
     type Output = Transform;
 
     fn mul(self, other: Transform) -> Transform {
-        Transform { m: self.m * other.m, inv: other.inv * self.inv }
+        // Sums of four products: those of three may be -0 in place of 0.
+        let product = |a: DAffine3, b: DAffine3| DAffine3::from_mat4(DMat4::from(a) * DMat4::from(b));
+        Transform { m: product(self.m, other.m), inv: product(other.inv, self.inv) }
     }
 }
 
@@ -319,7 +332,7 @@ mod tests {
             ];
             let product = all.into_iter().reduce(|a, b| a * b).unwrap();
             for Transform { m, inv } in all.into_iter().chain([product, product.inverse()]) {
-                assert!((m * inv).abs_diff_eq(DMat4::IDENTITY, 1e-12), "{m} {inv}");
+                assert!((m * inv).abs_diff_eq(DAffine3::IDENTITY, 1e-12), "{m:?} {inv:?}");
             }
         }
 

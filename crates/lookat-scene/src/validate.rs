@@ -104,8 +104,8 @@ fn primitive_faults(primitive: &Primitive, place: &str, found: &mut InvalidScene
         found.check(material.textures().all(are_textures), &field, TEXTURE);
     }
     found.check(primitive.masks().all(are_textures), &format!("{place}.cutout"), TEXTURE);
-    let is_light = |light: Emission| color::is_in_range(light.radiance) && SAMPLES.contains(&light.samples);
-    let is_right = primitive.emission.is_none_or(is_light);
+    let is_light = |light: &Emission| color::is_in_range(light.radiance) && SAMPLES.contains(&light.samples);
+    let is_right = primitive.emission.as_deref().is_none_or(is_light);
     found.check(is_right, &format!("{place}.emission"), "its numbers are out of range");
 }
 

@@ -12,7 +12,7 @@ const POINTS: [DVec3; 4] = [
 fn curve(kind: CurveKind, transform: Transform) -> Curve {
     let further = [POINTS[3], POINTS[3] * 2.0 - POINTS[2], DVec3::new(1.5, 0.1, 1.0), DVec3::X * 2.0];
     let segments = vec![POINTS, further];
-    Curve { segments, kind, widths: [0.2, 0.05], split_depth: 3, world_from_object: transform }
+    Curve { segments, kind, widths: [0.2, 0.05], split_depth: 3, world_from_object: transform.into() }
 }
 
 fn straight(width: f64, length: f64) -> Curve {
@@ -23,7 +23,7 @@ fn straight(width: f64, length: f64) -> Curve {
         kind: CurveKind::Flat,
         widths: [width; 2],
         split_depth: 2,
-        world_from_object,
+        world_from_object: world_from_object.into(),
     }
 }
 
@@ -164,7 +164,13 @@ fn a_ray_meets_the_far_side_of_a_bend_that_it_leaves() {
     let points = [DVec3::ZERO, DVec3::X * 4.0, DVec3::new(4.0, 0.0, 1.0), DVec3::Z];
     let kind = CurveKind::Flat;
     let world_from_object = Transform::IDENTITY;
-    let curve = Curve { segments: vec![points], kind, widths: [0.1; 2], split_depth: 3, world_from_object };
+    let curve = Curve {
+        segments: vec![points],
+        kind,
+        widths: [0.1; 2],
+        split_depth: 3,
+        world_from_object: world_from_object.into(),
+    };
     let mut curves = Curves::default();
     curves.add(&Arc::new(curve.clone()), DVec3::ZERO);
     let ray = Ray::new(DVec3::new(1.0, 0.0, -1.0), DVec3::Z);

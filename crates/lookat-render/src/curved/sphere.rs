@@ -1,5 +1,7 @@
 //! Rays against spheres, one ray or eight, by the point of the ray that is closest to the center.
 
+use std::f64::consts::{PI, TAU};
+
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use twofloat::TwoFloat;
@@ -11,24 +13,41 @@ use crate::parametric::Local;
 use crate::warp::at_angle;
 
 /// A sphere around the origin, or part of one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Sphere {
     pub radius: f64,
+    /// The radius in the world, where the sphere is still one there.
+    pub world_radius: Option<f64>,
+    /// `None` for a whole sphere.
+    part: Option<Box<Part>>,
+}
+
+/// The part of a sphere that there is.
+#[derive(Debug, Clone, Copy)]
+struct Part {
     z_min: f64,
     z_max: f64,
     /// The angle from +z, where v is 0 and by how much it is more where v is 1, in radians.
     polar: [f64; 2],
     sweep: Sweep,
-    /// The radius in the world, where the sphere is still one there.
-    pub world_radius: Option<f64>,
 }
 
 impl Sphere {
-    pub fn new(sphere: lookat_scene::Sphere, sweep: Sweep, world_from_own: DMat3) -> Self {
+    pub fn new(sphere: lookat_scene::Sphere, sweep: Sweep, world_from_own: &DMat3) -> Self {
         let lookat_scene::Sphere { radius, z_min, z_max } = sphere;
         let world_radius = uniform_scale(world_from_own).map(|scale| scale * radius);
-        let [start, end] = [z_min, z_max].map(|z| libm::acos((z / radius).clamp(-1.0, 1.0)));
-        Sphere { radius, z_min, z_max, polar: [start, end - start], sweep, world_radius }
+        let is_whole = z_min <= -radius && z_max >= radius && sweep.is_whole();
+        let part = (!is_whole).then(|| {
+            let [start, end] = [z_min, z_max].map(|z| libm::acos((z / radius).clamp(-1.0, 1.0)));
+            Box::new(Part { z_min, z_max, polar: [start, end - start], sweep })
+        });
+        Sphere { radius, world_radius, part }
+    }
+
+    fn part(&self) -> Part {
+        let whole =
+            || Part { z_min: -self.radius, z_max: self.radius, polar: [PI, -PI], sweep: Sweep::new(TAU) };
+        self.part.as_deref().copied().unwrap_or_else(whole)
     }
 
     /// The nearest distance at which the ray meets the sphere, more than 0 and at most `t_max`. A ray that leaves the
@@ -60,26 +79,27 @@ impl Sphere {
 
     /// True for a whole sphere.
     pub fn is_whole(&self) -> bool {
-        self.z_min <= -self.radius && self.z_max >= self.radius && self.sweep.is_whole()
+        self.part.is_none()
     }
 
     /// True if the partial sphere contains a point of the whole sphere.
     pub fn has(&self, p: DVec3) -> bool {
-        if (self.z_min > -self.radius && p.z < self.z_min) || (self.z_max < self.radius && p.z > self.z_max) {
-            return false;
-        }
-        self.sweep.has(p.truncate(), DVec2::X)
+        self.part.as_deref().is_none_or(|Part { z_min, z_max, sweep, .. }| {
+            let is_outside =
+                (*z_min > -self.radius && p.z < *z_min) || (*z_max < self.radius && p.z > *z_max);
+            !is_outside && sweep.has(p.truncate(), DVec2::X)
+        })
     }
 
     pub fn parametric(&self, p: DVec3) -> Local {
         let angle = Sweep::angle(p.truncate(), DVec2::X);
-        let [start, span] = self.polar;
+        let Part { polar: [start, span], sweep, .. } = self.part();
         // Exact also next to the poles, where the cosine has few digits.
         let r = p.truncate().length();
         let theta = libm::atan2(r, p.z);
         Local {
-            uv: DVec2::new(angle / self.sweep.max, (theta - start) / span),
-            dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
+            uv: DVec2::new(angle / sweep.max, (theta - start) / span),
+            dpdu: DVec3::new(-p.y, p.x, 0.0) * sweep.max,
             dpdv: (radial(p) * p.z).extend(-r) * span,
             gradient: p,
             bend: DVec3::ONE,
@@ -88,14 +108,16 @@ impl Sphere {
 
     /// A point of the part that there is, all alike.
     pub fn sample(&self, u: DVec2) -> DVec3 {
-        let z = self.z_min + (self.z_max - self.z_min) * u.x;
+        let Part { z_min, z_max, sweep, .. } = self.part();
+        let z = z_min + (z_max - z_min) * u.x;
         let r = ((self.radius - z) * (self.radius + z)).max(0.0).sqrt();
-        (at_angle(self.sweep.max * u.y) * r).extend(z)
+        (at_angle(sweep.max * u.y) * r).extend(z)
     }
 
     /// The area of the part that there is.
     pub fn area(&self) -> f64 {
-        (self.z_max - self.z_min) * self.radius * self.sweep.max
+        let Part { z_min, z_max, sweep, .. } = self.part();
+        (z_max - z_min) * self.radius * sweep.max
     }
 }
 
@@ -131,9 +153,9 @@ fn exact_margin(o: DVec3, d: DVec3, radius: f64) -> f64 {
 }
 
 /// The factor of a matrix that scales all directions alike, within rounding.
-fn uniform_scale(m: DMat3) -> Option<f64> {
+fn uniform_scale(m: &DMat3) -> Option<f64> {
     let scale = m.x_axis.length();
-    let product = m.transpose() * m;
+    let product = m.transpose() * *m;
     let error = (product * (1.0 / (scale * scale)) - DMat3::IDENTITY).to_cols_array();
     error.iter().all(|x| x.abs() < 1e-9).then_some(scale)
 }
@@ -204,6 +226,6 @@ impl Curved {
         let center = Vec3x8::splat(simd, self.center);
         let own = (p - center).by(&self.own_from_world).normalize_or(DVec3::Z) * radius;
         let normal = own.by(&self.own_from_world.transpose());
-        (center + own.by(&self.world_from_own), normal.normalize_or(DVec3::Z))
+        (center + own.by(&self.world_from_own()), normal.normalize_or(DVec3::Z))
     }
 }

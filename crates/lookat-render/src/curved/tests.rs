@@ -24,7 +24,7 @@ fn forms() -> [QuadricForm; 8] {
 }
 
 fn placed(form: QuadricForm, phi_max: f64, world_from_object: Transform) -> Curved {
-    Curved::new(&Quadric { form, phi_max, world_from_object }, DVec3::ZERO)
+    Curved::new(&Quadric { form, phi_max, world_from_object }.into(), DVec3::ZERO)
 }
 
 /// Turned, stretched and mirrored.

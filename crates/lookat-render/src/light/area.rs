@@ -94,7 +94,7 @@ impl<S: Simd> Density<S> {
 impl SurfaceLight {
     /// The light that a shape of the world is, if it emits and has an area.
     pub fn new(number: u32, primitive: &Primitive, traceable: &Traceable) -> Option<Self> {
-        let emission = primitive.emission?;
+        let emission = primitive.emission.as_ref()?;
         let (origin, two_sided) = (traceable.origin, emission.two_sided);
         let (form, center, radius, area, facing) = match (&primitive.shape, traceable.curved(number)) {
             (Shape::TriangleMesh(mesh), _) => {
@@ -108,7 +108,7 @@ impl SurfaceLight {
                 let patches: Vec<Patch> = cells(primitive, shape).collect();
                 let area = patches.iter().map(|patch| patch.area).sum();
                 let facing = Facing::new(patches.into_iter(), center, two_sided);
-                (SurfaceForm::Curved(Box::new(*shape)), center, radius, area, facing)
+                (SurfaceForm::Curved(Box::new(shape.clone())), center, radius, area, facing)
             }
             (Shape::Quadric(_), None) | (Shape::Curve(_), _) => return None,
         };

@@ -18,12 +18,13 @@ pub(super) fn darkness(summary: &Summary, report: &mut Report) {
         return;
     }
     let world = &summary.built.world;
-    let emissions: Vec<Emission> = summary.drawn.iter().filter_map(|primitive| primitive.emission).collect();
+    let emissions: Vec<&Emission> = summary.drawn.iter().filter_map(|it| it.emission.as_deref()).collect();
     let shows_emission_alone = matches!(integrator, Integrator::Path { max_depth: 0, .. });
     let (message, help) = if world.lights.is_empty() && emissions.is_empty() {
         let help = "add a light: LightSource \"infinite\" illuminates a scene from all directions";
         ("the scene has no lights: the picture is black", help)
-    } else if world.lights.iter().all(Light::is_black) && emissions.iter().all(Emission::is_black) {
+    } else if world.lights.iter().all(Light::is_black) && emissions.iter().all(|emission| emission.is_black())
+    {
         let help = "give them a color and a scale above 0";
         ("all lights of the scene are black: the picture is black", help)
     } else if shows_emission_alone && emissions.is_empty() && world.lights.iter().all(Light::is_delta) {
@@ -94,7 +95,7 @@ pub(super) fn idle_lights(summary: &Summary, report: &mut Report) {
     // The AreaLightSource of each shape that emits light, and whether the shape can be drawn.
     let mut is_drawn: HashMap<Span, bool> = HashMap::new();
     for primitive in summary.built.all() {
-        if let Some(at) = primitive.emission.and_then(|emission| emission.span) {
+        if let Some(at) = primitive.emission.as_ref().and_then(|emission| emission.span) {
             *is_drawn.entry(at).or_default() |= !primitive.shape.is_invisible();
         }
     }
@@ -121,10 +122,10 @@ pub(super) fn mesh_lights(summary: &Summary, report: &mut Report) {
     for (primitive, emission, at) in summary.shape_lights() {
         let Shape::TriangleMesh(mesh) = &primitive.shape else { continue };
         if primitive.reverse_orientation && !emission.two_sided {
-            if !mesh.normals.is_empty() {
+            if !mesh.normals().is_empty() {
                 let message = "pbrt-v3 shows this reversed mesh glowing on one side but sends its light from the other, the side of \"N\"";
                 warn(report, at, message, "remove ReverseOrientation: \"N\" decides the side that emits");
-            } else if !mesh.tangents.is_empty() {
+            } else if !mesh.tangents().is_empty() {
                 let message = "pbrt-v3 shows this mesh with \"S\" glowing as if it had no ReverseOrientation, but sends its light from the reversed side";
                 let help = "remove \"S\", or swap two corners of each triangle instead of ReverseOrientation";
                 warn(report, at, message, help);

@@ -47,7 +47,7 @@ fn construct(kind: &Kind, params: &mut Params) {
             if ["trianglemesh", "plymesh"].contains(&kind.name) {
                 mesh::cutout(params);
             }
-            drop(shape::shape(params, None, here));
+            drop(shape::shape(params, None, &here.into()));
         }
         "Accelerator" | "MakeNamedMedium" => {}
         "Material" | "MakeNamedMaterial" => {

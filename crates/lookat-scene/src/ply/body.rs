@@ -4,7 +4,7 @@ use std::io::Read;
 
 use lookat_syntax::{decimal, digits};
 
-use crate::Mesh;
+use crate::mesh::{Mesh, VertexShading};
 use crate::ply::header::{Element, Format, Header, PropertyType, Scalar};
 use crate::ply::stream::{LONGEST, Stream};
 use crate::ply::{PlyError, PlyMesh, quote};
@@ -124,8 +124,9 @@ fn read_vertices<S: Source>(source: &mut S, element: &Element, mesh: &mut Mesh) 
     let plan = plan_vertices(element)?;
     let count = element.count.min(MOST_RESERVED) as usize;
     mesh.positions.reserve_exact(count);
-    mesh.normals.reserve_exact(if plan.has_normals { count } else { 0 });
-    mesh.uvs.reserve_exact(if plan.has_uvs { count } else { 0 });
+    let mut shading = VertexShading::default();
+    shading.normals.reserve_exact(if plan.has_normals { count } else { 0 });
+    shading.uvs.reserve_exact(if plan.has_uvs { count } else { 0 });
     for_rows(source, element, |source| {
         let mut row = [0.0; 8];
         for step in &plan.steps {
@@ -134,20 +135,27 @@ fn read_vertices<S: Source>(source: &mut S, element: &Element, mesh: &mut Mesh) 
                 VertexStep::Skip(kind) => source.skip_property(kind)?,
             }
         }
-        push_vertex(&plan, row, mesh)
-    })
+        push_vertex(&plan, row, mesh, &mut shading)
+    })?;
+    *mesh = std::mem::take(mesh).with_shading(shading);
+    Ok(())
 }
 
 /// Adds a vertex, if it is finite.
 #[inline]
-fn push_vertex(plan: &VertexPlan, row: [f64; 8], mesh: &mut Mesh) -> Result<(), RowError> {
+fn push_vertex(
+    plan: &VertexPlan,
+    row: [f64; 8],
+    mesh: &mut Mesh,
+    shading: &mut VertexShading,
+) -> Result<(), RowError> {
     let [x, y, z, nx, ny, nz, u, v] = row;
     mesh.positions.push(finite([x, y, z], "position")?);
     if plan.has_normals {
-        mesh.normals.push(finite([nx, ny, nz], "normal")?);
+        shading.normals.push(finite([nx, ny, nz], "normal")?);
     }
     if plan.has_uvs {
-        mesh.uvs.push(finite([u, v], "texture coordinate")?);
+        shading.uvs.push(finite([u, v], "texture coordinate")?);
     }
     Ok(())
 }

@@ -137,8 +137,8 @@ fn normals_and_texture_coordinates() {
         let lines = format!("{normals}property float {v}\nproperty short {u}\n");
         let rows = ["0 0 0 1 0 0.1 0.5 -7", "1 0 0 0 1 0 0.25 300"];
         let mut expected = ply_mesh(vec![[0.0; 3], [1.0, 0.0, 0.0]], vec![0, 1, 0]);
-        expected.mesh.normals = vec![[0.0, 0.1, 1.0], [1.0, 0.0, 0.0]];
-        expected.mesh.uvs = vec![[-7.0, 0.5], [300.0, 0.25]];
+        expected.mesh = expected.mesh.with_normals(vec![[0.0, 0.1, 1.0], [1.0, 0.0, 0.0]]).unwrap();
+        expected.mesh = expected.mesh.with_uvs(vec![[-7.0, 0.5], [300.0, 0.25]]).unwrap();
         check(&file(&lines, "", &rows, &["3 0 1 0"]), &expected);
     }
 }

@@ -1,6 +1,7 @@
 //! Blocks: the place of each directive, opening and closing, and objects.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
 
@@ -70,7 +71,7 @@ impl Resolver<'_> {
                 .related(at, "the world block begins here");
             self.report.push(error);
         }
-        self.state.ctm = Transform::IDENTITY;
+        self.state.ctm = Arc::new(Transform::IDENTITY);
         self.state.at_start = true;
         self.definitions.coordinate_systems.define_builtin("world", Transform::IDENTITY);
         self.resolved = Some(self.resolve_options(at));
@@ -269,7 +270,7 @@ impl Resolver<'_> {
                 .fail();
         }
         if let Some(object) = self.definitions.objects.find(&name, &mut self.report) {
-            self.draft.instances.push((*object, self.state.ctm));
+            self.draft.instances.push((*object, *self.state.ctm));
         }
         Ok(())
     }

@@ -16,7 +16,9 @@ use crate::{Material, MaterialKind, Primitive, Shape, light, material, shape, te
 
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
-        let params = Params::new(keyword, entity.clone(), &self.files, &mut self.report);
+        // A copy takes no more memory than it needs.
+        let kept = entity.clone();
+        let params = Params::new(keyword, entity, &self.files, &mut self.report);
         let params = &mut params.with_textures(&self.state.textures);
         if self.state.materials.get(params.kind()).is_some() && !params.is_known_kind(material::KINDS) {
             let help = format!("to use the named material, write NamedMaterial \"{}\"", params.kind());
@@ -26,11 +28,19 @@ impl Resolver<'_> {
             return MaterialInstance { known: None, ..MaterialInstance::default() };
         }
         let mut material = material::material(params, &self.state.materials);
-        material.span = Some(entity.name.span);
-        let known = params.known();
-        let definitions =
-            entity.params.iter().map(|param| self.definition(param, known.as_deref())).collect();
-        MaterialInstance { material: Arc::new(material), known, definitions, entity: Some(entity) }
+        material.span = Some(kept.name.span);
+        let known = params.known().map(|known| match self.known_parameters.get(known) {
+            Some(shared) => shared.clone(),
+            None => {
+                let shared: Rc<[_]> = known.into();
+                self.known_parameters.insert(shared.clone());
+                shared
+            }
+        });
+        let definitions = kept.params.iter().map(|param| self.definition(param, known.as_deref()));
+        let has_any = definitions.clone().any(|definition| definition.is_some());
+        let definitions = if has_any { definitions.collect() } else { Vec::new() };
+        MaterialInstance { material: Arc::new(material), known, definitions, entity: Some(kept) }
     }
 
     /// The definition, at this point, of the texture or material that a parameter of a material names.
@@ -81,8 +91,8 @@ impl Resolver<'_> {
         let params = &mut params.with_textures(textures);
         // A texture may use its own predecessor of the same name.
         let (float, spectrum) = match value.value.as_str() {
-            "float" => (Some(texture::texture(params, self.state.ctm, pictures)), None),
-            "spectrum" | "color" => (None, Some(texture::texture(params, self.state.ctm, pictures))),
+            "float" => (Some(texture::texture(params, *self.state.ctm, pictures)), None),
+            "spectrum" | "color" => (None, Some(texture::texture(params, *self.state.ctm, pictures))),
             other => {
                 let error = Diagnostic::error(value.span, format!("unknown texture value type \"{other}\""))
                     .help("the value types are \"float\" and \"spectrum\" (also spelled \"color\")");
@@ -108,7 +118,7 @@ impl Resolver<'_> {
         }
         let at = entity.name.span;
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
-        if let Some(light) = light::light(params, self.state.ctm, &mut self.draft.pictures) {
+        if let Some(light) = light::light(params, *self.state.ctm, &mut self.draft.pictures) {
             self.draft.lights.push(light);
             self.facts.lights.push(at);
         }
@@ -129,11 +139,11 @@ impl Resolver<'_> {
             "trianglemesh" | "plymesh" => cutout(params),
             _ => None,
         };
-        let geometry = shape::shape(params, kept, self.state.ctm);
+        let geometry = shape::shape(params, kept, &self.state.ctm);
         let is_made = geometry.is_some();
         let shape = match geometry {
             Some(Geometry::PlyFile(name)) => {
-                let (meshes, ctm) = (&mut self.draft.meshes, self.state.ctm);
+                let (meshes, ctm) = (&mut self.draft.meshes, *self.state.ctm);
                 let mesh = params.without_rejection(|params| meshes.mesh(params, &name, ctm));
                 mesh.map(Shape::TriangleMesh)
             }
@@ -161,7 +171,7 @@ impl Resolver<'_> {
             mirrored: self.state.ctm.swaps_handedness(),
             material,
             cutout,
-            emission: self.state.emission,
+            emission: self.state.emission.clone(),
         });
     }
 

@@ -1,6 +1,8 @@
 //! `Shape "curve"`: cubic Bézier curves with a width, for hair and grass (PBR 3.7).
 
-use glam::{DMat3, DVec3};
+use std::sync::Arc;
+
+use glam::DVec3;
 use lookat_syntax::ParamType;
 
 use crate::Transform;
@@ -21,8 +23,8 @@ pub struct Curve {
     pub widths: [f64; 2],
     /// Each segment has 2^`split_depth` bounding boxes (`splitdepth`, default 3, at most 5).
     pub split_depth: u32,
-    /// Its placement.
-    pub world_from_object: Transform,
+    /// Its placement, which many curves share.
+    pub world_from_object: Arc<Transform>,
 }
 
 /// The cross section of a curve.
@@ -79,7 +81,7 @@ impl Curve {
 
     /// True if its coordinates and widths are in the range of computation.
     pub(crate) fn is_in_range(&self) -> bool {
-        let matrix = DMat3::from_mat4(self.world_from_object.matrix()).to_cols_array();
+        let matrix = self.world_from_object.linear().to_cols_array();
         let scale = matrix.iter().fold(1.0_f64, |max, x| max.max(x.abs()));
         let is_near =
             |p: &DVec3| in_range(&p.to_array()) && in_range(&self.world_from_object.point(*p).to_array());
@@ -88,7 +90,8 @@ impl Curve {
 }
 
 /// pbrt-v3's CreateCurveShape.
-pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option<Curve> {
+pub(crate) fn curve(params: &mut Params, world_from_object: &Arc<Transform>) -> Option<Curve> {
+    let world_from_object = world_from_object.clone();
     let degree = params.take(&DEGREE);
     let is_degree_known = params.usable();
     let bspline = params.take(&BASIS) == "bspline";

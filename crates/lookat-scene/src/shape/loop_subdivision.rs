@@ -6,7 +6,7 @@ use glam::DVec3;
 use lookat_syntax::Diagnostic;
 
 use crate::Transform;
-use crate::mesh::{INDICES, Mesh, POSITIONS, check_indices, finish};
+use crate::mesh::{INDICES, Mesh, POSITIONS, VertexShading, check_indices, finish};
 use crate::params::Params;
 use crate::params::value::Name;
 use crate::schema::{Effect, Key, Kind, Range};
@@ -123,12 +123,13 @@ fn smooth(mut topology: Topology, mut positions: Vec<DVec3>, levels: u32) -> Mes
     }
     let positions = limit(&topology, &positions);
     let normals = normals(&topology, &positions);
-    Mesh {
+    let normals = normals.into_iter().map(DVec3::into).collect();
+    let mesh = Mesh {
         positions: positions.into_iter().map(DVec3::into).collect(),
         indices: topology.faces.as_flattened().iter().map(|vertex| *vertex as i32).collect(),
-        normals: normals.into_iter().map(DVec3::into).collect(),
         ..Mesh::default()
-    }
+    };
+    mesh.with_shading(VertexShading { normals, ..VertexShading::default() })
 }
 
 // The subdivision and limit masks (Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987; PBR 3.8).
@@ -447,7 +448,7 @@ mod tests {
         let faces: Vec<[u32; 3]> = [0, 1, 2, 4, 5, 6, 8, 9, 10].into_iter().flat_map(square).collect();
         let mesh = subdivided(&faces, &positions, 2);
         assert!(mesh.positions.iter().all(|p| (p[2] - 5.0).abs() < 1e-12));
-        assert!(mesh.normals.iter().all(|n| DVec3::from(*n).normalize().distance(-DVec3::Z) < 1e-12));
+        assert!(mesh.normals().iter().all(|n| DVec3::from(*n).normalize().distance(-DVec3::Z) < 1e-12));
         // The rule of the boundary takes no notice of the inside: the middle of a side stays on it.
         assert!(mesh.positions.iter().all(|p| p[0] >= -1e-12 && p[0] <= 3.0 + 1e-12));
     }
@@ -459,7 +460,7 @@ mod tests {
         let mesh = subdivided(&TETRAHEDRON, &corners, 0);
         assert!(DVec3::from(mesh.positions[0]).distance(DVec3::splat(0.2)) < 1e-15);
         // The winding is inward, so the normals are outward.
-        let (p, n) = (DVec3::from(mesh.positions[0]), DVec3::from(mesh.normals[0]));
+        let (p, n) = (DVec3::from(mesh.positions[0]), DVec3::from(mesh.normals()[0]));
         assert!((p - DVec3::splat(0.25)).dot(n) > 0.0);
     }
 

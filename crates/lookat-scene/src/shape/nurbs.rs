@@ -4,7 +4,7 @@ use glam::{DVec3, DVec4, Vec4Swizzles};
 use lookat_syntax::{Diagnostic, ParamType};
 
 use crate::Transform;
-use crate::mesh::{Mesh, finish, grid};
+use crate::mesh::{Mesh, VertexShading, finish, grid};
 use crate::params::Params;
 use crate::params::value::{Floats, OptionalFloat, OptionalInteger, Triples};
 use crate::schema::{Key, Kind, Range, Unit};
@@ -111,17 +111,18 @@ pub(crate) fn nurbs(params: &mut Params, world_from_object: Transform) -> Option
 /// The triangles. `None` if a point is at infinity.
 fn diced(surface: &Surface) -> Option<Mesh> {
     let mut mesh = Mesh { indices: grid(DICED, DICED), ..Mesh::default() };
+    let mut shading = VertexShading::default();
     for row in 0..DICED {
         for column in 0..DICED {
             let (u, v) = (surface.u.at(share(column)), surface.v.at(share(row)));
             let (p, normal) = surface.evaluate(u, v)?;
             mesh.positions.push(p.into());
             // A pole has no normal: interpolation then uses its neighbors.
-            mesh.normals.push(normal.normalize_or_zero().into());
-            mesh.uvs.push([u, v]);
+            shading.normals.push(normal.normalize_or_zero().into());
+            shading.uvs.push([u, v]);
         }
     }
-    Some(mesh)
+    Some(mesh.with_shading(shading))
 }
 
 fn share(at: usize) -> f64 {

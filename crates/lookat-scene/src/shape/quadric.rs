@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
 use crate::Transform;
 use crate::params::Params;
@@ -120,7 +120,7 @@ pub(crate) struct Limits {
 
 impl Limits {
     pub fn new(world_from_object: &Transform) -> Self {
-        let linear = DMat3::from_mat4(world_from_object.matrix()).to_cols_array();
+        let linear = world_from_object.linear().to_cols_array();
         Limits { largest: LARGEST / linear.iter().fold(1.0_f64, |max, x| max.max(x.abs())) }
     }
 

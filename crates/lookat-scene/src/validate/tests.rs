@@ -82,7 +82,7 @@ fn broken_promises_are_named() {
         }),
         ("world.primitives[0].shape", |_, world| {
             let Shape::Quadric(quadric) = &mut world.primitives[0].shape else { panic!() };
-            quadric.phi_max = 7.0;
+            Arc::make_mut(quadric).phi_max = 7.0;
         }),
         ("world.primitives[0].material", |_, world| {
             let kd = Texture::Constant(Vec3::NEG_ONE);
@@ -118,7 +118,7 @@ fn broken_promises_are_named() {
         }),
         ("world.primitives[0].cutout", |_, world| {
             let alpha = Some(Texture::Constant(f64::NAN));
-            world.primitives[0].cutout = Some(Cutout { alpha, shadow_alpha: None });
+            world.primitives[0].cutout = Some(Box::new(Cutout { alpha, shadow_alpha: None }));
         }),
         ("view.film", |scene, _| scene.view.film.resolution[0] = u32::MAX),
         ("view.film", |scene, _| scene.view.film.scale = -2e18),
@@ -135,7 +135,7 @@ fn broken_promises_are_named() {
         }),
         ("world.primitives[0].shape", |_, world| {
             let sphere = Quadric::sphere(1e30, Transform::scale(DVec3::splat(1e30)).unwrap());
-            world.primitives[0].shape = Shape::Quadric(Box::new(sphere));
+            world.primitives[0].shape = Shape::Quadric(Arc::new(sphere));
         }),
         ("world.primitives[1].shape", |_, world| {
             let Shape::Curve(curve) = &mut world.primitives[1].shape else { panic!() };
@@ -143,10 +143,11 @@ fn broken_promises_are_named() {
         }),
         ("world.primitives[0].mirrored", |_, world| world.primitives[0].mirrored = true),
         ("world.primitives[0].emission", |_, world| {
-            world.primitives[0].emission = Some(Emission::new(Vec3::splat(1e19)));
+            world.primitives[0].emission = Some(Arc::new(Emission::new(Vec3::splat(1e19))));
         }),
         ("world.primitives[0].emission", |_, world| {
-            world.primitives[0].emission = Some(Emission { samples: u32::MAX, ..Emission::new(Vec3::ONE) });
+            let emission = Emission { samples: u32::MAX, ..Emission::new(Vec3::ONE) };
+            world.primitives[0].emission = Some(Arc::new(emission));
         }),
         // Once, although there are two instances.
         ("world.instances[0].object.primitives[0].mirrored", |_, world| {

@@ -79,10 +79,12 @@ pub fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
     let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
     let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));
     replace_samples(&mut loaded, samples);
-    if !arguments.report.json {
+    let mut diagnostics = Vec::new();
+    if arguments.report.json {
+        diagnostics = report::json(&loaded.diagnostics, &loaded.sources);
+    } else {
         report::print(&loaded, arguments.quiet);
     }
-    let diagnostics = report::json(&loaded.diagnostics, &loaded.sources);
     let mut result = SceneResult { diagnostics, ..SceneResult::without_scene(path) };
     let mut advice = Vec::new();
     let status = match (&loaded.scene, &loaded.override_error) {

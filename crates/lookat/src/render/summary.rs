@@ -188,7 +188,7 @@ pub fn residue(scene: &Scene) -> f64 {
         return 0.0;
     }
     let radiance =
-        scene.world.shapes().filter_map(|shape| shape.emission).map(|it| it.radiance.max_element());
+        scene.world.shapes().filter_map(|shape| shape.emission.as_ref()).map(|it| it.radiance.max_element());
     RESIDUE * f64::from(radiance.fold(0.0, f32::max)) * scene.view.film.scale
 }
 

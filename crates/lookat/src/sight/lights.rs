@@ -168,7 +168,7 @@ fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
 /// A shape that shines on the other side.
 fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
     let primitive = &sight.scene.world.primitives[number];
-    let (emission, place) = (primitive.emission.filter(|it| !it.is_black())?, primitive.span?);
+    let (emission, place) = (primitive.emission.as_deref().filter(|it| !it.is_black())?, primitive.span?);
     // A whole sphere shines in all directions: what is wrong is not its side.
     if !primitive.reverse_orientation && is_whole_sphere(&primitive.shape) {
         return None;
@@ -226,9 +226,9 @@ fn far(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
     Some(Diagnostic::warning(sight.light_place(light)?, message).help("move it closer, or make it brighter"))
 }
 
-fn emission_of(sight: &Sight, light: &LightFacts) -> Option<Emission> {
+fn emission_of<'s>(sight: &Sight<'s>, light: &LightFacts) -> Option<&'s Emission> {
     match light.irradiance.light {
-        LightPlace::Primitive(number) => sight.scene.world.primitives[number].emission,
+        LightPlace::Primitive(number) => sight.scene.world.primitives[number].emission.as_deref(),
         LightPlace::Light(_) => None,
     }
 }

@@ -154,7 +154,7 @@ impl Opened {
         let (shape, material) = (picked.primitive.span, picked.primitive.material.span);
         let word = |span: Option<_>| span.map(|span| report::word(span, &loaded.sources));
         let place = |span: Option<_>| span.map(|span| TextPlace::new(span, &loaded.sources, reading));
-        let emission = picked.primitive.emission.and_then(|emission| emission.span);
+        let emission = picked.primitive.emission.as_ref().and_then(|emission| emission.span);
         let directives = [material, emission].into_iter().flatten();
         Some(Hit {
             p: picked.p.to_array(),
