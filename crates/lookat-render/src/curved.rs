@@ -14,6 +14,7 @@ use crate::curved::quadric::Disk;
 use crate::curved::quadric::Paraboloid;
 use crate::curved::quadric::Sweep;
 use crate::curved::quadric::TurnedSegment;
+use crate::number::prefetch;
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 pub(crate) use sphere::Sphere;
@@ -135,6 +136,8 @@ impl Curved {
         let starts_here = !leaving
             && t * t * d.length_squared() <= AT_ORIGIN * self.radius * self.radius
             && self.holds(ray.o, DVec3::ZERO);
+        // The place of the hit will be needed.
+        prefetch(self.quadric.world_from_object.linear(), 0..2);
         if starts_here { intersect(true) } else { Some(t) }
     }
 
@@ -275,7 +278,7 @@ impl UnitShape {
             QuadricForm::Cone(form) => {
                 segment(DVec3::new(form.radius, 0.0, 0.0), DVec3::new(0.0, 0.0, form.height))
             }
-            QuadricForm::Hyperboloid(form) => segment(form.p1, form.p2),
+            QuadricForm::Hyperboloid(ref form) => segment(form.p1, form.p2),
             QuadricForm::Paraboloid(form) => {
                 UnitShape::Paraboloid(Box::new(Paraboloid::new(&form, middle, unit, sweep)))
             }

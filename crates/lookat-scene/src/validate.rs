@@ -203,8 +203,8 @@ pub(super) fn is_curve(curve: &Curve) -> bool {
 }
 
 fn is_quadric(quadric: &Quadric) -> bool {
-    let Quadric { form, phi_max, world_from_object } = *quadric;
-    let limits = Limits::new(&world_from_object);
+    let Quadric { ref form, phi_max, ref world_from_object } = *quadric;
+    let limits = Limits::new(world_from_object);
     let is_length = |x: f64| limits.lengths().contains(&x);
     let has_form = match form {
         QuadricForm::Sphere(f) => {

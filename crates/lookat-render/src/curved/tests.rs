@@ -9,8 +9,9 @@ use crate::ray::Ray;
 const WHOLE: QuadricForm = QuadricForm::Sphere(Sphere { radius: 1.0, z_min: -1.0, z_max: 1.0 });
 
 fn forms() -> [QuadricForm; 8] {
-    let hyperboloid =
-        |p1: [f64; 3], p2: [f64; 3]| QuadricForm::Hyperboloid(Hyperboloid { p1: p1.into(), p2: p2.into() });
+    let hyperboloid = |p1: [f64; 3], p2: [f64; 3]| {
+        QuadricForm::Hyperboloid(Box::new(Hyperboloid { p1: p1.into(), p2: p2.into() }))
+    };
     [
         QuadricForm::Sphere(Sphere { radius: 1.5, z_min: -0.8, z_max: 1.2 }),
         QuadricForm::Disk(Disk { height: 0.7, radius: 1.3, inner_radius: 0.4 }),
@@ -35,11 +36,11 @@ fn skew() -> Transform {
 }
 
 /// A point of a form by pbrt-v3's parameters, in object space.
-fn at(form: QuadricForm, phi_max: f64, uv: DVec2) -> DVec3 {
+fn at(form: &QuadricForm, phi_max: f64, uv: DVec2) -> DVec3 {
     let (phi, v) = (uv.x * phi_max, uv.y);
     let turned = |r: f64, z: f64| (DVec2::from_angle(phi) * r).extend(z);
     let mix = |a: f64, b: f64| a + (b - a) * v;
-    match form {
+    match *form {
         QuadricForm::Sphere(Sphere { radius, z_min, z_max }) => {
             let theta = mix((z_min / radius).acos(), (z_max / radius).acos());
             turned(radius * theta.sin(), radius * theta.cos())
@@ -51,7 +52,8 @@ fn at(form: QuadricForm, phi_max: f64, uv: DVec2) -> DVec3 {
             let z = mix(z_min, z_max);
             turned(radius * (z / z_max).sqrt(), z)
         }
-        QuadricForm::Hyperboloid(Hyperboloid { p1, p2 }) => {
+        QuadricForm::Hyperboloid(ref form) => {
+            let Hyperboloid { p1, p2 } = **form;
             let p = p1.lerp(p2, v);
             DVec2::from_angle(phi).rotate(p.truncate()).extend(p.z)
         }
@@ -66,9 +68,9 @@ fn grid() -> impl Iterator<Item = DVec2> {
 fn rays_meet_each_form_where_its_parameters_say() {
     for form in forms() {
         for transform in [Transform::IDENTITY, skew()] {
-            let shape = placed(form, 5.0, transform);
+            let shape = placed(form.clone(), 5.0, transform);
             for uv in grid() {
-                let p = transform.point(at(form, 5.0, uv));
+                let p = transform.point(at(&form, 5.0, uv));
                 let d = DVec3::new(0.3 - uv.x, 0.8 * uv.y - 0.4, 0.6).normalize();
                 let ray = Ray::new(p - d * 1e-3, d);
                 let t = shape.intersect(&ray, f64::INFINITY, false).unwrap_or(f64::NAN);
@@ -88,11 +90,11 @@ fn parameters_and_their_derivatives_are_those_of_finite_differences() {
     const STEP: f64 = 1e-5;
     for form in forms() {
         for transform in [Transform::IDENTITY, skew()] {
-            let shape = placed(form, 5.0, transform);
-            let point = |uv| transform.point(at(form, 5.0, uv));
+            let shape = placed(form.clone(), 5.0, transform);
+            let point = |uv| transform.point(at(&form, 5.0, uv));
             // As pbrt-v3 has it: the normal of object space, and its change transformed.
-            let own = placed(form, 5.0, Transform::IDENTITY);
-            let own_normal = |uv| own.project(at(form, 5.0, uv)).1;
+            let own = placed(form.clone(), 5.0, Transform::IDENTITY);
+            let own_normal = |uv| own.project(at(&form, 5.0, uv)).1;
             let normals = DMat3::from_mat4(transform.inverse_matrix()).transpose();
             for uv in grid() {
                 let found = shape.parametric(point(uv));
@@ -122,7 +124,7 @@ fn transform_sign(transform: Transform) -> f64 {
 #[test]
 fn areas_are_those_of_textbooks() {
     // pbrt-v3's formulas, but for the hyperboloid: that is summed up.
-    let expected = |form: QuadricForm, phi_max: f64| match form {
+    let expected = |form: &QuadricForm, phi_max: f64| match *form {
         QuadricForm::Sphere(f) => phi_max * f.radius * (f.z_max - f.z_min),
         QuadricForm::Disk(f) => phi_max * 0.5 * (f.radius.powi(2) - f.inner_radius.powi(2)),
         QuadricForm::Cylinder(f) => (f.z_max - f.z_min) * f.radius * phi_max,
@@ -143,9 +145,9 @@ fn areas_are_those_of_textbooks() {
     };
     for form in forms() {
         for phi_max in [TAU, 2.0] {
-            let shape = placed(form, phi_max, Transform::IDENTITY);
+            let shape = placed(form.clone(), phi_max, Transform::IDENTITY);
             let area: f64 = shape.cells().map(|(.., area)| area).sum();
-            let expected = expected(form, phi_max);
+            let expected = expected(&form, phi_max);
             assert!((area / expected - 1.0).abs() < 1e-3, "{form:?}: {area}, not {expected}");
         }
     }
@@ -154,7 +156,7 @@ fn areas_are_those_of_textbooks() {
 #[test]
 fn samples_are_on_the_shape_with_the_density_of_their_stretch() {
     for form in forms() {
-        let shape = placed(form, 5.0, skew());
+        let shape = placed(form.clone(), 5.0, skew());
         for uv in grid() {
             let point = |u: DVec2| shape.placed(shape.sample(u)).0;
             let p = point(uv);
@@ -201,9 +203,9 @@ fn a_ray_that_leaves_a_shape_does_not_meet_where_it_starts() {
     assert_eq!(ball.intersect(&Ray::new(DVec3::ZERO, DVec3::X), f64::INFINITY, false), Some(2.0));
     for form in forms() {
         for transform in [Transform::IDENTITY, skew()] {
-            let shape = placed(form, TAU, transform);
+            let shape = placed(form.clone(), TAU, transform);
             for (number, uv) in grid().enumerate() {
-                let p = transform.point(at(form, TAU, uv));
+                let p = transform.point(at(&form, TAU, uv));
                 let angle = 0.7 * number as f64;
                 let d = DVec3::new(angle.cos(), angle.sin(), (2.3 * angle).sin()).normalize();
                 let t = shape.intersect(&Ray::new(p, d), f64::INFINITY, true);

@@ -11,7 +11,7 @@ use crate::schema::{Key, Kind, Range, Unit};
 use crate::transform::LARGEST;
 
 /// A quadric around the z axis of object space, or a part of one.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Quadric {
     /// The form.
     pub form: QuadricForm,
@@ -23,7 +23,7 @@ pub struct Quadric {
 }
 
 /// The form of a [`Quadric`], in object space.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum QuadricForm {
     /// A sphere around the origin.
     Sphere(Sphere),
@@ -36,7 +36,7 @@ pub enum QuadricForm {
     /// A paraboloid.
     Paraboloid(Paraboloid),
     /// A hyperboloid.
-    Hyperboloid(Hyperboloid),
+    Hyperboloid(Box<Hyperboloid>),
 }
 
 impl QuadricForm {
@@ -68,7 +68,8 @@ impl Quadric {
             QuadricForm::Cylinder(Cylinder { radius, z_min, z_max }) => (z_min, z_max, radius),
             QuadricForm::Cone(Cone { radius, height }) => (0.0, height, radius),
             QuadricForm::Paraboloid(Paraboloid { radius, z_min, z_max }) => (z_min.max(0.0), z_max, radius),
-            QuadricForm::Hyperboloid(Hyperboloid { p1, p2 }) => {
+            QuadricForm::Hyperboloid(ref form) => {
+                let Hyperboloid { p1, p2 } = **form;
                 (p1.z.min(p2.z), p1.z.max(p2.z), p1.truncate().length().max(p2.truncate().length()))
             }
         }
@@ -89,7 +90,7 @@ pub(super) fn quadric(params: &mut Params, world_from_object: Transform) -> Opti
         "cylinder" => QuadricForm::Cylinder(cylinder(params, &limits)),
         "cone" => QuadricForm::Cone(cone(params, &limits)),
         "paraboloid" => QuadricForm::Paraboloid(paraboloid(params, &limits)),
-        "hyperboloid" => QuadricForm::Hyperboloid(hyperboloid(params, &limits)),
+        "hyperboloid" => QuadricForm::Hyperboloid(Box::new(hyperboloid(params, &limits))),
         other => unreachable!("shape::shape has no arm for {other}"),
     };
     let phi_max = sweep(params).min(TAU);

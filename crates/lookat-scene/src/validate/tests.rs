@@ -234,7 +234,7 @@ fn each_number_of_a_quadric_is_checked() {
     let cylinder = |radius, z_min, z_max| is_right(QuadricForm::Cylinder(Cylinder { radius, z_min, z_max }));
     let paraboloid =
         |radius, z_min, z_max| is_right(QuadricForm::Paraboloid(Paraboloid { radius, z_min, z_max }));
-    let hyperboloid = |p1, p2| is_right(QuadricForm::Hyperboloid(Hyperboloid { p1, p2 }));
+    let hyperboloid = |p1, p2| is_right(QuadricForm::Hyperboloid(Box::new(Hyperboloid { p1, p2 })));
     let sphere = |radius| is_quadric(&Quadric::sphere(radius, Transform::IDENTITY));
     assert!(cone(1.0, 1.0) && disk(0.0, 1.0, 0.0) && cylinder(1.0, -1.0, 1.0) && paraboloid(1.0, 0.0, 1.0));
     assert!(hyperboloid(DVec3::X, DVec3::ONE) && hyperboloid(DVec3::ZERO, DVec3::ONE) && sphere(1e50));
