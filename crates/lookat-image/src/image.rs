@@ -236,7 +236,7 @@ pub struct ByteImage {
     /// All channels of the first pixel, then of the second, row by row, top row first.
     pub bytes: Vec<u8>,
     /// What the bytes stand for.
-    pub values: [f32; 256],
+    pub values: Box<[f32; 256]>,
 }
 
 impl From<Pixels> for Image {

@@ -125,7 +125,7 @@ pub(crate) fn open<'a>(
         let bytes =
             if channels == 1 { decoded.into_luma8().into_raw() } else { decoded.into_rgb8().into_raw() };
         let values = if channels == 1 { grays() } else { from_fn(|byte| of_byte(byte as u8)) }.map(linear);
-        Ok((Pixels::Bytes(ByteImage { window, channels, bytes, values }), charge))
+        Ok((Pixels::Bytes(ByteImage { window, channels, bytes, values: Box::new(values) }), charge))
     };
     Ok(Opened { placement: Placement::alone(window), metadata, channels_of_bytes, read: Box::new(read) })
 }

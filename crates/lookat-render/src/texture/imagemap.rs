@@ -1,6 +1,7 @@
 //! The value of a picture on a surface (PBR 10.4).
 
 use std::array::from_fn;
+use std::f32::consts::LOG2_E;
 
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use lookat_image::{Level, MipMap};
@@ -61,9 +62,9 @@ impl<S: Simd> Versions<S> {
             -0.197_285_2,
             0.275_719_67,
             -0.358_428_48,
-            0.480_695_49,
+            0.480_695_5,
             -0.721_340_36,
-            1.442_695,
+            LOG2_E,
         ];
         let mut share = x * 0.007_579_135_7;
         for factor in FACTORS {
