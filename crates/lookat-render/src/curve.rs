@@ -407,8 +407,8 @@ fn halves(g: &Quintic) -> (Quintic, Quintic) {
     (left, right)
 }
 
-/// After so small a step nothing is left of the error but rounding.
-const SMALL_STEP: f64 = 1e-13;
+/// A step of Newton's method squares the error: after one this small, nothing is left of it but rounding.
+const SMALL_STEP: f64 = 1e-10;
 
 /// The root of a polynomial that falls from at least 0 to at most 0: by Newton's method, within an interval that shrinks.
 fn root(g: &Quintic) -> f64 {
@@ -425,11 +425,10 @@ fn root(g: &Quintic) -> f64 {
             high = at;
         }
         let newton = at - value / slope;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        if (next - at).abs() <= SMALL_STEP {
-            return next;
+        if (newton - at).abs() <= SMALL_STEP {
+            return newton.clamp(low, high);
         }
-        at = next;
+        at = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
     at
 }
