@@ -89,18 +89,19 @@ impl<'s> Lighting<'s> {
     ) {
         tracer.profile(|profiler| profiler.enter(Stage::Scattering));
         vectorized!(simd, {
-            for (first, own) in eights(active) {
-                let mut paths = paths.eight(simd, first, paths.count);
-                paths.active = bits(simd, own);
-                let mut sees = paths.hits.emits;
+            let own = &mut PathRecord::none(simd);
+            for (first, active) in eights(active) {
+                paths.load(simd, first, paths.count, own);
+                own.active = bits(simd, active);
+                let mut sees = own.hits.emits;
                 if self.table.has_skies() {
-                    sees |= !paths.hits.is_hit();
+                    sees |= !own.hits.is_hit();
                 }
-                if (sees & paths.active).any_true() {
+                if (sees & own.active).any_true() {
                     let receivers = &receivers.eight(simd, first, self.has_lunes);
                     let sampler = &self.sampler(simd, receivers);
                     let illumination = Illumination { simd, lighting: self, receivers, sampler };
-                    add_light(radiance, &paths, illumination.light_of(tracer, &paths), paths.active);
+                    add_light(radiance, own, illumination.light_of(tracer, own), own.active);
                 }
             }
         })

@@ -239,6 +239,7 @@ impl BatchSurface<'_> {
         mut state: (&mut Tracer, &mut Streams, &mut PathBatch),
         mut does: impl FnMut(&mut (&mut Tracer, &mut Streams, &mut PathBatch), &PathRecord<S>),
     ) {
+        let paths = &mut PathRecord::none(simd);
         for first in (0..self.count).step_by(LANES) {
             let (tracer, streams, batch) = &mut state;
             if !tracer.should_continue() {
@@ -248,9 +249,9 @@ impl BatchSurface<'_> {
                 profiler.enter(Stage::Shading);
                 profiler.count(LANES.min(self.count - first) as u64);
             });
-            let paths = batch.branch(0).0.paths.eight(simd, first, self.count);
+            batch.branch(0).0.paths.load(simd, first, self.count, paths);
             streams.choose(simd, &paths.samples, self.dimension);
-            does(&mut state, &paths);
+            does(&mut state, paths);
         }
     }
 }
@@ -270,18 +271,19 @@ impl World<'_> {
             return;
         }
         vectorized!(simd, {
+            let own = &mut PathRecord::none(simd);
             for first in (0..paths.count).step_by(LANES) {
-                let paths = &paths.eight(simd, first, paths.count);
-                let PathRecord { rays, hits, throughput, .. } = paths;
-                for lane in set_lanes(paths.active & hits.emits) {
+                paths.load(simd, first, paths.count, own);
+                let PathRecord { rays, hits, throughput, .. } = &*own;
+                for lane in set_lanes(own.active & hits.emits) {
                     if let (ray, Some(hit)) = self.one(rays, hits, lane) {
                         let light = tracer.emitted(&ray, &hit, sees == Sees::All);
-                        radiance[usize::from(paths.samples[lane])] += throughput.lane(lane) * light;
+                        radiance[usize::from(own.samples[lane])] += throughput.lane(lane) * light;
                     }
                 }
-                let escaped = paths.active & !hits.is_hit();
+                let escaped = own.active & !hits.is_hit();
                 if tracer.lights.has_skies() && escaped.any_true() {
-                    add_light(radiance, paths, tracer.lights.background(simd, rays.d), escaped);
+                    add_light(radiance, own, tracer.lights.background(simd, rays.d), escaped);
                 }
             }
         })
@@ -299,15 +301,15 @@ impl World<'_> {
         radiance: &mut Radiance,
     ) {
         vectorized!(simd, {
-            let count = std::mem::take(&mut paths.count);
+            let (count, own) = (std::mem::take(&mut paths.count), &mut PathRecord::none(simd));
             for first in (0..count).step_by(LANES) {
-                let mut own = paths.eight(simd, first, count);
+                paths.load(simd, first, count, own);
                 if self.materials.has_passed {
                     let (samples, throughput) = (own.samples, own.throughput);
                     let add = |lane: usize, light| {
                         radiance[usize::from(samples[lane])] += throughput.lane(lane) * light;
                     };
-                    self.pass(simd, tracer, &mut own, sees, add);
+                    self.pass(simd, tracer, own, sees, add);
                 }
                 let is_whole = own.hits.is_hit().all_true() && paths.count == first && first + LANES <= count;
                 if is_whole && !self.materials.has_passed {
@@ -316,7 +318,7 @@ impl World<'_> {
                     continue;
                 }
                 own.active &= own.hits.is_hit();
-                paths.push_with_hits(&own);
+                paths.push_with_hits(own);
             }
         })
     }

@@ -1,11 +1,11 @@
 //! The state of paths between two surfaces: eight paths side by side, and the columns that store many.
 
 use fearless_simd::{Simd, f32x8, mask64x8, prelude::*};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::camera::{CameraSample, Viewer, Views};
 use crate::columns::{self, Stored, columns};
-use crate::number::{Colors, LANES, first_lanes, splat_f32};
+use crate::number::{Colors, LANES, Vec3x8, first_lanes, splat_f32};
 use crate::trace::rays::{HitColumns, Hits, RayColumns, Rays};
 
 /// The number of paths that start together.
@@ -54,6 +54,13 @@ impl<S: Simd> PathRecord<S> {
         }
     }
 
+    /// Room for paths.
+    #[inline(always)]
+    pub fn none(simd: S) -> Self {
+        let zero = Vec3x8::splat(simd, DVec3::ZERO);
+        PathRecord::new(simd, Rays::new(zero, zero), [0; LANES], mask64x8::splat(simd, false))
+    }
+
     /// The camera samples that have sent the rays, of all in the batch.
     pub fn views<'v>(&self, of: Viewer<'v>, camera_samples: &'v [CameraSample]) -> Views<'v> {
         Views { of, camera_samples, samples: self.samples, direct: (!self.has_passed).to_bitmask() }
@@ -95,19 +102,18 @@ impl PathColumns {
         u64::MAX.checked_shr(u64::BITS - self.count as u32).unwrap_or(0)
     }
 
-    /// Up to eight of the first `count` paths, from one on.
+    /// Loads up to eight of the first `count` paths, from one on. In place: a record is too large to be returned.
     #[inline(always)]
-    pub fn eight<S: Simd>(&self, simd: S, from: usize, count: usize) -> PathRecord<S> {
-        let active = first_lanes(simd, LANES.min(count - from));
-        let mut record = PathRecord::new(simd, self.rays.eight(simd, from), [0; LANES], active);
+    pub fn load<S: Simd>(&self, simd: S, from: usize, count: usize, record: &mut PathRecord<S>) {
+        record.active = first_lanes(simd, LANES.min(count - from));
+        self.rays.load(simd, from, &mut record.rays);
         self.hits.load(simd, from, &mut record.hits);
-        self.state.load(simd, from, &mut record);
+        self.state.load(simd, from, record);
         if count - from < LANES {
             // Other lanes hold paths of earlier batches.
             let first = record.samples[0];
             record.samples[count - from..].fill(first);
         }
-        record
     }
 
     /// Adds the active paths, whose rays are not traced yet.

@@ -41,7 +41,8 @@ pub(crate) struct LightSampler<'v, S: Simd> {
     /// With "spatial" the estimates of all lights, with "power" only of skies. Most scenes have few.
     estimates: SmallVec<[f64x8<S>; 4]>,
     total: f64x8<S>,
-    tree: Option<TreeSampler<'v, S>>,
+    /// Boxed, because it is large, and samplers are moved.
+    tree: Option<Box<TreeSampler<'v, S>>>,
 }
 
 impl LightTable {
@@ -110,7 +111,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
             if table.uses_bvh(choice) {
                 let (leaves, beside) = (table.leaves(), table.beside.as_slice());
-                sampler.tree = Some(TreeSampler::new(simd, (leaves, beside), (table, count), at));
+                sampler.tree = Some(Box::new(TreeSampler::new(simd, (leaves, beside), (table, count), at)));
                 return sampler;
             }
             // Without a choice there is nothing to estimate.
@@ -149,7 +150,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             let (rule, count) = (LightChoice::Spatial, table.eligible_at(simd, at));
             let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
             let tree = if table.chooses_triangles() {
-                Some(TreeSampler::new(simd, (table.triangles(), &[]), (table, count), at))
+                Some(Box::new(TreeSampler::new(simd, (table.triangles(), &[]), (table, count), at)))
             } else {
                 None
             };

@@ -8,7 +8,7 @@ use super::{Layer, Values};
 use crate::bsdf::LobeSlots;
 use crate::camera::Viewer;
 use crate::film::Area;
-use crate::integrator::path_record::PATHS;
+use crate::integrator::path_record::{PATHS, PathRecord};
 use crate::integrator::world::Sees;
 use crate::number::{LANES, set_lanes, side_by_side};
 use crate::render::rounds::Pass;
@@ -106,16 +106,17 @@ impl Context<'_> {
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
         let columns = batch.camera_paths();
         world.nearest_of_camera(simd, tracer, &columns.rays, columns.all(), &mut columns.hits);
+        let paths = &mut PathRecord::none(simd);
         for first in (0..columns.count).step_by(LANES) {
-            let mut paths = columns.eight(simd, first, columns.count);
-            world.pass(simd, tracer, &mut paths, Sees::Nothing, |_, _| {});
+            columns.load(simd, first, columns.count, paths);
+            world.pass(simd, tracer, paths, Sees::Nothing, |_, _| {});
             paths.active &= paths.hits.is_hit();
             if !paths.active.any_true() {
                 continue;
             }
             let mut slots = LobeSlots::new();
             let views = paths.views(viewer, &camera_samples);
-            let surfaces = world.shaded(simd, tracer, &paths, Some(&views), &mut slots).surfaces;
+            let surfaces = world.shaded(simd, tracer, paths, Some(&views), &mut slots).surfaces;
             let n = surfaces.n.face_forward(-paths.rays.d);
             let ns = surfaces.ns.face_forward(n);
             let albedo = slots.albedo(simd);
