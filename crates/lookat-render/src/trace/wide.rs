@@ -321,6 +321,15 @@ impl WideTracer {
         simd.compress_u32x8(children, of(rest)).store_slice(&mut stack[top..top + WIDTH]);
         if culls && !ANY {
             simd.compress_f32x8(near, of(rest)).store_slice(&mut entries[top..top + WIDTH]);
+            let end = top + rest.count_ones() as usize;
+            for next in top + 1..end {
+                let mut at = next;
+                while at > top && entries[at - 1] < entries[at] {
+                    stack.swap(at - 1, at);
+                    entries.swap(at - 1, at);
+                    at -= 1;
+                }
+            }
         }
         if let Some((lane, at)) = nearest {
             stack[at] = node.children[lane].0;
