@@ -407,7 +407,8 @@ fn halves(g: &Quintic) -> (Quintic, Quintic) {
     (left, right)
 }
 
-/// A step of Newton's method squares the error: after one this small, nothing is left of it but rounding.
+/// A step of Newton's method squares the error of a simple root: after one this small, nothing is left of it but rounding. At a triple root
+/// about 2e-10 is left, far less than a width.
 const SMALL_STEP: f64 = 1e-10;
 
 /// The root of a polynomial that falls from at least 0 to at most 0: by Newton's method, within an interval that shrinks.

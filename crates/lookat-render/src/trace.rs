@@ -293,7 +293,10 @@ impl<S: Simd> TraversalRays<S> {
         let is_not_y = is_not_x & y.simd_lt(z);
         let longest = x.max(y).max(z);
         let magnitude = o[0].abs().max(o[1].abs()).max(o[2].abs());
-        let is_safe = longest.simd_gt(1e-30) & longest.simd_lt(1e30) & magnitude.simd_lt(MOST_MAGNITUDE);
+        // Distances along the longest axis are finite.
+        let is_near = magnitude.simd_lt(longest * 1e35);
+        let is_safe =
+            longest.simd_gt(1e-30) & longest.simd_lt(1e30) & magnitude.simd_lt(MOST_MAGNITUDE) & is_near;
         let turned = |[x, y, z]: [f32x8<S>; 3]| {
             let pick = |if_x, if_y, if_z| is_not_y.select(if_z, is_not_x.select(if_y, if_x));
             [pick(y, z, x), pick(z, x, y), pick(x, y, z)]

@@ -154,9 +154,10 @@ impl Pictures {
                 others.into_par_iter().filter_map(read).collect::<Vec<_>>()
             },
         );
-        if own.is_err() && !others.is_empty() {
+        if own.is_err() && !(others.is_empty() && self.ahead.is_empty()) {
             // They may take the memory that this one needs.
             drop(others);
+            self.ahead.clear();
             return pixels(path, &bytes, memory);
         }
         self.ahead.extend(others.into_iter().map(|(read, path)| (path, read)));

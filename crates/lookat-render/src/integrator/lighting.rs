@@ -82,12 +82,11 @@ impl<'s> Lighting<'s> {
     pub fn add_emission<S: Simd>(
         &self,
         simd: S,
-        tracer: &mut Tracer,
+        tracer: &Tracer,
         ScatteredPaths { paths, receivers }: &ScatteredPaths,
         active: u64,
         radiance: &mut Radiance,
     ) {
-        tracer.profile(|profiler| profiler.enter(Stage::Scattering));
         vectorized!(simd, {
             let own = &mut PathRecord::none(simd);
             for (first, active) in eights(active) {
@@ -116,6 +115,10 @@ impl<'s> Lighting<'s> {
         receivers: &Receivers<S>,
         batch: &mut PathBatch,
     ) {
+        // What has been seen is added up with the rays that wait, so there must be some.
+        if !scattered.active.any_true() {
+            return;
+        }
         if batch.is_full() {
             self.trace_emission_rays(simd, tracer, batch);
         }
@@ -136,6 +139,7 @@ impl<'s> Lighting<'s> {
     /// Traces all rays that wait.
     #[inline(always)]
     pub fn trace_waiting<S: Simd>(&self, simd: S, tracer: &mut Tracer, batch: &mut PathBatch) {
+        tracer.profile(|profiler| profiler.enter(Stage::Scattering));
         batch.trace_shadow_rays(simd, &self.world, tracer);
         if batch.emission_rays.paths.count > 0 {
             self.trace_emission_rays(simd, tracer, batch);

@@ -37,7 +37,8 @@ pub(crate) struct PathBatch {
     pub(in crate::integrator) emission: Radiance,
 }
 
-/// Paths at the same depth, at most one for each sample.
+/// Paths at the same depth, at most one for each sample. So a sample adds up its light in an order that does not depend on the other samples of
+/// the batch.
 struct Block {
     scattered: ScatteredPaths,
     /// The number of surfaces before the next one.
@@ -158,7 +159,7 @@ impl PathBatch {
         &mut self.block.scattered.paths
     }
 
-    /// True if no more than one packet fits among the rays that wait to look for emission.
+    /// True if no packet fits among the rays that wait to look for emission.
     pub(in crate::integrator) fn is_full(&self) -> bool {
         self.emission_rays.paths.count + LANES > PATHS
     }

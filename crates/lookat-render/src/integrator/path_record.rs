@@ -82,8 +82,7 @@ columns! {
     }
 }
 
-/// Paths at the same depth, at most one for each sample. So a sample adds up its light in an order that does not depend on
-/// the other samples of the batch.
+/// Paths, their rays and hits, and what they carry, as a structure of arrays.
 #[derive(Clone)]
 pub(crate) struct PathColumns {
     pub rays: RayColumns,

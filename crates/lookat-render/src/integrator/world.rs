@@ -185,9 +185,10 @@ impl<'s> World<'s> {
                 may_hit |= (tracer.scene.emitters.may_be_hit(simd, &rays).to_bitmask() & own) << first;
             }
             let others = active & !may_hit;
-            hits.clear();
             if may_hit != 0 {
                 self.nearest(simd, tracer, rays, may_hit, hits);
+            } else {
+                hits.clear();
             }
             if !tracer.lights.has_skies() || others == 0 {
                 return may_hit;

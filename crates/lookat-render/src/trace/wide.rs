@@ -2,8 +2,8 @@
 //!
 //! Each ray has a stack of nodes. In each round every ray takes the top node of its stack and tests its eight boxes, without branches on
 //! what is hit: nodes go to the stack, and blocks of triangles to a queue, which is tested after each round. So rays hide each other's
-//! cache misses, and hardly any branch is mispredicted. What is no triangle waits on the stack with its distance, because its tests are
-//! expensive.
+//! cache misses, and hardly any branch is mispredicted. What is no triangle waits on the stack; where there is much of it, with its distance, because
+//! its tests are expensive.
 
 mod curved_pairs;
 mod deferred;
@@ -27,7 +27,7 @@ use crate::triangle::{Turned, UNIT};
 use curved_pairs::CurvedPairs;
 use deferred::DeferredHits;
 use instances::AtInstance;
-use slabs::FusedSlabs;
+use slabs::{FusedSlabs, PAD};
 
 /// The room of each stack: a power of two, and more than any traversal needs.
 const ROOM: usize = 1024;
@@ -226,7 +226,7 @@ impl WideTracer {
                 }
             }
             if waiting_at_instances != 0 {
-                met |= self.trace_in_instances::<S, ANY>(traced);
+                met |= self.trace_in_instances::<S, ANY>(traced, met);
                 let has_more = |ray: usize| self.waiting[ray] > 0;
                 ready = (0..MOST_RAYS).fold(0, |ready, ray| ready | u64::from(has_more(ray)) << ray);
                 ready &= waiting_at_instances & !met;
@@ -282,15 +282,16 @@ impl WideTracer {
     fn step<S: Simd, const ANY: bool>(&mut self, simd: S, group: &Group, ray: usize, culls: bool) -> u32 {
         let mut top = (self.waiting[ray] as usize).wrapping_sub(1) % ROOM;
         let (stack, entries, limit) = (self.stacks.of(ray), self.entries.of(ray), self.limit[ray]);
+        let farthest = limit * PAD;
         if culls && !ANY {
-            while top > 0 && entries[top] > limit {
+            while top > 0 && entries[top] > farthest {
                 top -= 1;
             }
         }
         let child = Child(stack[top]);
         let queued = self.queued % QUEUE;
         if child.0 >= Child::LEAF {
-            let is_near = ANY || !culls || entries[top] <= limit;
+            let is_near = ANY || !culls || entries[top] <= farthest;
             (self.leaves[queued], self.leaf_rays[queued]) = (child.0, ray as u32);
             self.queued += usize::from(is_near);
             self.waiting[ray] = top as u32;

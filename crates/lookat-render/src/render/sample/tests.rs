@@ -430,3 +430,27 @@ fn meters_remember_slow_samples() {
     assert_eq!(batch(8, 8), LANES, "one fast batch is not enough");
     assert_eq!((0..50).map(|_| batch(8, 8)).max(), Some(PATHS));
 }
+
+/// Where no light is sampled, surfaces look for it twice, and a batch more often than it can keep rays. The light of those that were traced
+/// on the way counts, although black surfaces come last.
+#[test]
+fn rays_that_look_for_emission_are_counted_however_many_there_are() {
+    let square = |kd: f64, x: [f64; 2]| {
+        let [from, to] = x;
+        format!(
+            "Material \"matte\" \"rgb Kd\" [{kd} {kd} {kd}] Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+             \"point P\" [{from} -9 5 {from} 9 5 {to} 9 5 {to} -9 5] "
+        )
+    };
+    // The first pixel of a batch is white, with half of its samples.
+    let squares = square(0.5, [-9.0, -0.8]) + &square(0.0, [-0.8, 9.0]);
+    for integrator in ["\"path\" \"integer maxdepth\" 1", "\"directlighting\""] {
+        let text = format!(
+            "Camera \"orthographic\" \"float screenwindow\" [-1 1 -1 1] PixelFilter \"box\"
+             Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 24
+             Sampler \"sobol\" \"integer pixelsamples\" 32 Integrator {integrator} WorldBegin
+             LightSource \"infinite\" \"rgb L\" [1 1 1] {squares} WorldEnd"
+        );
+        check(&text, None);
+    }
+}

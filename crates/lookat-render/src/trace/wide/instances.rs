@@ -33,11 +33,16 @@ impl WideTracer {
         waits
     }
 
-    /// Traces the rays that wait in their instances. Returns those that hit anything, if `ANY` hit will do.
+    /// Traces the rays that wait in their instances, but those that are `done`. Returns those that hit anything, if `ANY` hit will do.
     #[inline(never)]
-    pub(super) fn trace_in_instances<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>) -> u64 {
+    pub(super) fn trace_in_instances<S: Simd, const ANY: bool>(
+        &mut self,
+        traced: &Traced<S>,
+        done: u64,
+    ) -> u64 {
         let mut inner = self.inner.take().unwrap_or_else(|| Box::new((WideTracer::new(), RayColumns::new())));
         let mut all = std::mem::take(&mut self.at_instances);
+        all.retain(|one| done >> one.ray & 1 == 0);
         all.sort_unstable_by_key(|one| one.object);
         let mut met = 0;
         for same in all.chunk_by(|a, b| a.object == b.object) {

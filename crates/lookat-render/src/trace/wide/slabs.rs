@@ -31,7 +31,7 @@ const MOVED: f32 = 1.0 / (1_u64 << 36) as f32;
 /// More than the absolute errors of numbers that vanish in `f32`.
 const VANISHING: f32 = 1e-42;
 /// Covers the error of both ends.
-const PAD: f32 = 1.0 + 16.0 * UNIT;
+pub(super) const PAD: f32 = 1.0 + 16.0 * UNIT;
 
 impl FusedSlabs {
     pub fn new() -> Self {
@@ -63,7 +63,8 @@ impl FusedSlabs {
         }
     }
 
-    /// The distances where a ray enters the boxes of a node, at least 0, and bits of those that it may hit before `limit`.
+    /// The distances where a ray enters the boxes of a node, at least 0 and at most [`PAD`] times too large, and bits of those that it may
+    /// hit before `limit`.
     #[inline(always)]
     pub fn meet<S: Simd>(&self, simd: S, ray: usize, node: &Node, limit: f32) -> (f32x8<S>, u32) {
         let (mut near, mut far) = (splat_f32(simd, 0.0), splat_f32(simd, limit));

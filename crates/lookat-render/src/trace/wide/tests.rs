@@ -119,6 +119,10 @@ fn rays_hit_side_by_side_what_they_hit_alone() {
          Shape \"sphere\" \"float radius\" .1 AttributeEnd Shape \"cylinder\" \"float radius\" .3 Translate .1 .2 .3
          Shape \"sphere\" \"float radius\" .3 Shape \"disk\" Shape \"cone\" Shape \"sphere\" \"float radius\" .25
          Shape \"curve\" \"point P\" [-1 0 0 -.3 .5 0 .3 -.5 0 1 0 0] \"float width\" .1";
+    // In one place, in planes of axes, so that their boxes are flat.
+    let disks = "Shape \"disk\" \"float radius\" 2 Shape \"disk\" \"float radius\" 1.5 Shape \"sphere\" \"float radius\" .3
+         Shape \"sphere\" \"float radius\" .3 Translate 0 0 1e-8 Shape \"disk\" \"float radius\" 1 Rotate 90 0 1 0
+         Shape \"disk\" \"float radius\" 2 Shape \"disk\" \"float radius\" 2";
     let square = "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0]";
     let twice = &format!(
         "Translate 0 0 .05 {square} \"integer indices\" [0 1 2 0 2 3] {square} \"integer indices\" [1 2 0 2 3 0]"
@@ -137,7 +141,7 @@ fn rays_hit_side_by_side_what_they_hit_alone() {
         \"texture alpha\" \"holes\" Translate 0 0 .01 {square} \"integer indices\" [0 1 2 0 2 3] \"float shadowalpha\" 0");
     let far = "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [-1e12 -1e12 -1 1e12 -1e12 -1 0 1e12 -1]";
     let cases = std::env::var("LOOKAT_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(40);
-    for shapes in ["", quadrics, twice, instances, objects, holes, far] {
+    for shapes in ["", quadrics, disks, twice, instances, objects, holes, far] {
         let mut scene = crate::Prepared::new(&field(shapes)).traceable;
         let (mut met, mut tracer) = (0, WideTracer::new());
         for level in levels() {
