@@ -212,7 +212,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                 for u in [0.0, 1.0 - f64::EPSILON] {
                     let mut sample = slot.lobe.delta_sample(self.ns, self.wo, u.simd_into(simd));
                     let rest = own & widen(sample.pdf.simd_lt(1.0));
-                    sample.pdf = sample.pdf * (slot.probability / all);
+                    sample.pdf *= slot.probability / all;
                     sample.is_valid &= own & sample.weight.is_light();
                     for earlier in &mut samples {
                         let free = sample.is_valid & !earlier.is_valid;
