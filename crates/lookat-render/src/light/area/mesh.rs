@@ -174,7 +174,7 @@ impl SurfaceLight {
         })
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn sample_triangles<S: Simd>(
         &self,
         simd: S,
@@ -182,34 +182,37 @@ impl SurfaceLight {
         at: &Receivers<S>,
         (chosen, [u, v]): (Option<f64x8<S>>, Vec2x8<S>),
     ) -> LightSample<S> {
-        let (indices, rest) = match chosen {
-            Some(chosen) => (mesh.numbers(chosen), u),
-            None => sample_discrete(simd, [&mesh.sums; LANES], u),
-        };
-        let triangles = mesh.triangles(&self.primitive, indices);
-        let (seen, density) = mesh.seen(&at.surfaces, triangles.corners(simd), chosen.is_some());
-        let is_by_angle = density.is_by_angle;
-        // Points of a triangle, all alike (PBR 13.6.5).
-        let root = rest.sqrt();
-        let (mut b0, mut b1) = (1.0 - root, v * root);
-        let mut b2 = 1.0 - b0 - b1;
-        if is_by_angle.any_true() {
-            let [a, b, c] = seen.sample([rest, v]);
-            (b0, b1, b2) = (is_by_angle.select(a, b0), is_by_angle.select(b, b1), is_by_angle.select(c, b2));
-        }
-        let on_light = triangles.points(simd, [b0, b1, b2], bits(simd, 0xff));
-        let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
-        let mut sample = self.towards(at, &on_light, index + self.label, &density);
-        if self.primitive.cutout.is_some() {
-            for lane in set_lanes(sample.is_valid) {
-                // No light comes out of a hole, as none is seen there.
-                let element = element(self.number, indices[lane]);
-                let is_valid =
-                    is_solid(simd.level(), (&self.primitive, element), [b0[lane], b1[lane]], false);
-                sample.is_valid &= bits(simd, !(u64::from(!is_valid) << lane));
+        vectorized!(simd, {
+            let (indices, rest) = match chosen {
+                Some(chosen) => (mesh.numbers(chosen), u),
+                None => sample_discrete(simd, [&mesh.sums; LANES], u),
+            };
+            let triangles = mesh.triangles(&self.primitive, indices);
+            let (seen, density) = mesh.seen(&at.surfaces, triangles.corners(simd), chosen.is_some());
+            let is_by_angle = density.is_by_angle;
+            // Points of a triangle, all alike (PBR 13.6.5).
+            let root = rest.sqrt();
+            let (mut b0, mut b1) = (1.0 - root, v * root);
+            let mut b2 = 1.0 - b0 - b1;
+            if is_by_angle.any_true() {
+                let [a, b, c] = seen.sample([rest, v]);
+                (b0, b1, b2) =
+                    (is_by_angle.select(a, b0), is_by_angle.select(b, b1), is_by_angle.select(c, b2));
             }
-        }
-        sample
+            let on_light = triangles.points(simd, [b0, b1, b2], bits(simd, 0xff));
+            let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
+            let mut sample = self.towards(at, &on_light, index + self.label, &density);
+            if self.primitive.cutout.is_some() {
+                for lane in set_lanes(sample.is_valid) {
+                    // No light comes out of a hole, as none is seen there.
+                    let element = element(self.number, indices[lane]);
+                    let is_valid =
+                        is_solid(simd.level(), (&self.primitive, element), [b0[lane], b1[lane]], false);
+                    sample.is_valid &= bits(simd, !(u64::from(!is_valid) << lane));
+                }
+            }
+            sample
+        })
     }
 }
 

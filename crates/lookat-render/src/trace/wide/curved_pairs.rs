@@ -28,6 +28,12 @@ impl CurvedPairs {
     }
 }
 
+/// A vector transformed by the matrix of these columns.
+#[inline(always)]
+fn of_columns<S: Simd>(v: Vec3x8<S>, [x, y, z]: [Vec3x8<S>; 3]) -> Vec3x8<S> {
+    x * v.x + y * v.y + z * v.z
+}
+
 impl WideTracer {
     /// Lets a pair of a ray and a curved shape wait for its test. Returns the rays that hit their shapes, once there are eight pairs.
     #[inline(always)]
@@ -77,11 +83,11 @@ impl WideTracer {
                     numbers[18][lane] = sphere.radius;
                     numbers[19][lane] = self.hits.nearest(ray).map_or(rays.t_max[ray], |hit| hit.t);
                 }
-                let v =
-                    |at: usize| Vec3x8::from_arrays(simd, &[numbers[at], numbers[at + 1], numbers[at + 2]]);
-                let by = |v: Vec3x8<S>, [x, y, z]: [Vec3x8<S>; 3]| x * v.x + y * v.y + z * v.z;
-                let own_from_world = [v(9), v(12), v(15)];
-                let (o, d) = (by(v(0) - v(6), own_from_world), by(v(3), own_from_world));
+                let [o, d, center, x, y, z] = [0, 3, 6, 9, 12, 15].map(
+                    #[inline(always)]
+                    |at| Vec3x8::from_arrays(simd, &[numbers[at], numbers[at + 1], numbers[at + 2]]),
+                );
+                let (o, d) = (of_columns(o - center, [x, y, z]), of_columns(d, [x, y, z]));
                 let (radius, t_max): (f64x8<S>, f64x8<S>) =
                     (numbers[18].simd_into(simd), numbers[19].simd_into(simd));
                 let found = meet_whole(radius, (o, d), t_max, bits(simd, leaving), bits(simd, active));
