@@ -60,7 +60,7 @@ type ReadPixels<'a> = dyn FnOnce(&MemoryBudget, bool) -> Result<(Pixels, Charge)
 /// A picture of which the header has been read.
 pub(crate) struct Opened<'a> {
     pub placement: Placement,
-    /// See [`Image::metadata`]. `read` does not set it.
+    /// See [`Image::metadata`](crate::Image::metadata). `read` does not set it.
     pub metadata: Option<String>,
     /// See [`PictureFile::channels_of_bytes`](crate::PictureFile::channels_of_bytes).
     pub channels_of_bytes: Option<usize>,
