@@ -355,6 +355,12 @@ pub(crate) fn has_compress<S: Simd>(simd: S) -> bool {
     }
 }
 
+/// As many bits as `count`, from the lowest on; at most 64.
+#[inline(always)]
+pub(crate) fn first_bits(count: usize) -> u64 {
+    u64::MAX.checked_shr(u64::BITS - count as u32).unwrap_or(0)
+}
+
 /// The eights that have any of some bits: the first place of each, and its bits.
 #[inline(always)]
 pub(crate) fn eights(all: u64) -> impl Iterator<Item = (usize, u64)> {

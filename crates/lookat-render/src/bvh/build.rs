@@ -14,7 +14,7 @@ use crate::frame::Bounds;
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub(crate) struct Reference {
-    /// The least corner, and the bits of the number, which are those of a small number in `f32`, too.
+    /// The least corner, and the bits of the number.
     min: Vec4,
     /// The greatest corner, and 1 for a triangle or 0.
     max: Vec4,

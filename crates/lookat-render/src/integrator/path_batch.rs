@@ -11,7 +11,7 @@ use crate::camera::{CameraSample, Viewer};
 use crate::columns::{Stored, columns};
 use crate::integrator::world::Tracer;
 use crate::light::Receivers;
-use crate::number::{Colors, LANES, set_lanes, vectorized};
+use crate::number::{Colors, LANES, first_bits, set_lanes, vectorized};
 use crate::sampler::Streams;
 use crate::trace::rays::{RayColumns, Rays};
 
@@ -183,7 +183,7 @@ impl PathBatch {
         queue.count += active.to_bitmask().count_ones() as usize;
     }
 
-    /// Traces the shadow rays that wait, and adds the light of those that meet nothing.
+    /// Traces the shadow rays that wait, and adds the light of those that are not occluded.
     #[inline(never)]
     pub(in crate::integrator) fn trace_shadow_rays<S: Simd>(
         &mut self,
@@ -192,7 +192,10 @@ impl PathBatch {
         tracer: &mut Tracer,
     ) {
         let ShadowQueue { rays, light, count } = &mut *self.shadow_rays;
-        let Some(all) = u64::MAX.checked_shr(u64::BITS - std::mem::take(count) as u32) else { return };
+        let all = first_bits(std::mem::take(count));
+        if all == 0 {
+            return;
+        }
         let mut free = all & !world.occluded(simd, tracer, rays, all, true);
         while free != 0 {
             let at = free.trailing_zeros() as usize;

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 
 use crate::camera::{CameraSample, Viewer, Views};
 use crate::columns::{self, Stored, columns};
-use crate::number::{Colors, LANES, Vec3x8, first_lanes, splat_f32};
+use crate::number::{Colors, LANES, Vec3x8, first_bits, first_lanes, splat_f32};
 use crate::trace::rays::{HitColumns, Hits, RayColumns, Rays};
 
 /// The number of paths that start together.
@@ -98,7 +98,7 @@ impl PathColumns {
 
     /// All paths; each bit is one.
     pub fn all(&self) -> u64 {
-        u64::MAX.checked_shr(u64::BITS - self.count as u32).unwrap_or(0)
+        first_bits(self.count)
     }
 
     /// Loads up to eight of the first `count` paths, from one on. In place: a record is too large to be returned.

@@ -65,7 +65,7 @@ pub(crate) struct Profiler {
     /// The stage to which a stage that traces returns.
     caller: Stage,
     pub(super) stages: [StageProfile; STAGES.len()],
-    /// The rays of each stage that traces, in order: those that were traced together, and which of them were active.
+    /// For each stage that traces, the rays of each call, in order, and which of them were active.
     pub(super) calls: [Vec<(RayColumns, u64)>; STAGES.len()],
 }
 

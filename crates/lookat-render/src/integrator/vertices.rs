@@ -28,7 +28,7 @@ pub(in crate::integrator) struct Vertices<'v, S: Simd> {
 }
 
 columns! {
-    /// What [`ReceiverColumns`] store, but for lunes.
+    /// What [`ReceiverColumns`] store, except lunes.
     struct PlaceColumns of Receivers {
         p_x: f64 = surfaces.p.x,
         p_y: f64 = surfaces.p.y,

@@ -7,7 +7,6 @@ use crate::curved::Curved;
 use crate::curved::sphere::{Meetings, meet_whole};
 use crate::number::{LANES, Vec3x8, bits, first_lanes, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END};
-use crate::trace::Query;
 use crate::trace::rays::{PLACES, POINT_LIGHT};
 use crate::traceable::NonTriangle;
 
@@ -117,13 +116,6 @@ impl WideTracer {
 
     /// Records a hit if it is nearer than what is decided, and no hole. True if it does.
     fn accept<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>, ray: usize, found: Hit) -> bool {
-        let own = self.single(traced, ray);
-        let query = Query::new(traced.group, &own, traced.instances[ray], traced.is_shadow);
-        let mut hit = self.nearest_of(ray, &own);
-        let is_accepted = traced.scene.accept::<ANY>(query, found, &mut hit);
-        if is_accepted {
-            self.record::<ANY>(ray, &hit);
-        }
-        is_accepted
+        self.test_exactly::<S, ANY>(traced, ray, |query, hit| traced.scene.accept::<ANY>(query, found, hit))
     }
 }

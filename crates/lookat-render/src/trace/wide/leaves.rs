@@ -133,17 +133,12 @@ impl WideTracer {
         ray: usize,
         (first, may): (u32, u32),
     ) -> bool {
-        let own = self.single(traced, ray);
-        let query = Query::new(traced.group, &own, traced.instances[ray], traced.is_shadow);
-        let mut hit = self.nearest_of(ray, &own);
-        let (mut found, mut sheared) = (false, None);
-        for lane in lanes_of(may) {
-            found |= traced.scene.meet_triangle::<ANY>(query, first + lane, &mut sheared, &mut hit);
-        }
-        if found {
-            self.record::<ANY>(ray, &hit);
-        }
-        found
+        self.test_exactly::<S, ANY>(traced, ray, |query, hit| {
+            let mut sheared = None;
+            lanes_of(may).fold(false, |found, lane| {
+                found | traced.scene.meet_triangle::<ANY>(query, first + lane, &mut sheared, hit)
+            })
+        })
     }
 
     /// Tests a ray against a non-triangle. True if it hits it, nearer than anything else that is decided.
@@ -154,10 +149,23 @@ impl WideTracer {
         ray: usize,
         other: NonTriangle,
     ) -> bool {
+        self.test_exactly::<S, ANY>(traced, ray, |query, hit| {
+            traced.scene.meet_non_triangle::<S, ANY>(traced.simd, query, other, hit)
+        })
+    }
+
+    /// Runs a test of a single ray, which replaces its nearest hit that is decided if it returns true. Returns that.
+    #[inline(always)]
+    pub(super) fn test_exactly<S: Simd, const ANY: bool>(
+        &mut self,
+        traced: &Traced<S>,
+        ray: usize,
+        test: impl FnOnce(Query, &mut Hit) -> bool,
+    ) -> bool {
         let own = self.single(traced, ray);
         let query = Query::new(traced.group, &own, traced.instances[ray], traced.is_shadow);
         let mut hit = self.nearest_of(ray, &own);
-        let found = traced.scene.meet_non_triangle::<S, ANY>(traced.simd, query, other, &mut hit);
+        let found = test(query, &mut hit);
         if found {
             self.record::<ANY>(ray, &hit);
         }
@@ -166,7 +174,7 @@ impl WideTracer {
 
     /// One of the rays.
     #[inline(always)]
-    pub(super) fn single<S: Simd>(&mut self, traced: &Traced<S>, ray: usize) -> Ray {
+    fn single<S: Simd>(&mut self, traced: &Traced<S>, ray: usize) -> Ray {
         if self.has_single >> ray & 1 == 0 {
             self.has_single |= 1 << ray;
             let tree = Tree { scene: traced.scene };
@@ -177,7 +185,7 @@ impl WideTracer {
 
     /// The nearest hit of a ray that is decided, or one that any hit replaces.
     #[inline(always)]
-    pub(super) fn nearest_of(&self, ray: usize, own: &Ray) -> Hit {
+    fn nearest_of(&self, ray: usize, own: &Ray) -> Hit {
         self.hits.nearest(ray).copied().unwrap_or_else(|| nothing(own))
     }
 
