@@ -155,6 +155,8 @@ impl Binning {
         // For what nearly always is one block, one axis is enough.
         let least = if elements > WIDTH { f32::MIN_POSITIVE } else { extent.max_element() };
         let is_wide = [0, 1, 2].map(|axis| extent[axis] >= least && scale[axis].is_finite());
+        // Along the other axes all are in one bin: products with infinity would be no numbers, whose maxima differ between processors.
+        let scale = Vec3A::select(is_wide.into(), scale, Vec3A::ZERO);
         Binning { half_low: centers.min * 0.5, scale, count, is_wide }
     }
 
