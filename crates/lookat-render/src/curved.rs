@@ -1,20 +1,25 @@
 //! Curved shapes in their places: what rays meet of them, and points of them.
 
+pub(crate) mod eight;
+mod part;
+mod profile;
 mod quadric;
-pub(crate) mod sphere;
+mod real;
+mod sphere;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
+use fearless_simd::{Simd, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Quadric, QuadricForm};
 
-use crate::curved::quadric::Disk;
-use crate::curved::quadric::Paraboloid;
-use crate::curved::quadric::Sweep;
-use crate::curved::quadric::TurnedSegment;
-use crate::number::prefetch;
+use crate::curved::part::{Part, Sweep};
+use crate::curved::profile::Crossings;
+use crate::curved::quadric::{Disk, Paraboloid, TurnedSegment};
+use crate::curved::real::Real;
+use crate::number::{V3, Vec3x8, prefetch, vectorized};
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 pub(crate) use sphere::Sphere;
@@ -129,7 +134,9 @@ impl Curved {
     pub fn intersect(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
         let (o, d) = self.own_ray(ray);
         let intersect = |leaving| match &self.form {
-            UnitShape::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
+            UnitShape::Sphere(sphere) if sphere.is_whole() => {
+                sphere.meet(o, d)?.first(t_max, leaving, |_| true)
+            }
             other => other.intersect(o, d, t_max, leaving),
         };
         let t = intersect(leaving)?;
@@ -160,18 +167,14 @@ impl Curved {
         let own = *m * offset;
         let size = own.abs()
             + DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs()) * (offset.abs() + spread);
-        self.form.value(own).abs() <= ROUNDING * self.form.gradient(own).abs().dot(size)
+        let gradient = DVec3::from(self.form.gradient(V3::from(own)));
+        self.form.value(own).abs() <= ROUNDING * gradient.abs().dot(size)
     }
 
     /// True if the end of the ray, a point of the shape, lies behind another part of it. `leaving`: the ray leaves the shape.
     pub fn hides_end_of(&self, ray: &Ray, leaving: bool) -> bool {
         let (o, d) = self.own_ray(ray);
-        let middle = match &self.form {
-            UnitShape::Disk(_) => None,
-            UnitShape::Sphere(_) => Some(-o.dot(d) / d.length_squared()),
-            UnitShape::TurnedSegment(segment) => segment.profile.meet(o, d).map(|line| line.middle()),
-            UnitShape::Paraboloid(paraboloid) => paraboloid.profile.meet(o, d).map(|line| line.middle()),
-        };
+        let middle = self.form.meet(o, d).map(|line| line.middle);
         middle.is_some_and(|middle| ray.t_max > middle && self.intersect(ray, middle, leaving).is_some())
     }
 
@@ -185,24 +188,59 @@ impl Curved {
         self.placed(self.own_point(p))
     }
 
+    /// As [`Curved::project`], of eight points, to the bit.
+    #[inline(always)]
+    pub fn project_all<S: Simd>(&self, p: Vec3x8<S>) -> (Vec3x8<S>, Vec3x8<S>) {
+        match self.form {
+            UnitShape::Sphere(_) => self.placed_near(p),
+            _ => self.project_others(p),
+        }
+    }
+
+    /// Out of line: spheres are not to pay for the others.
+    #[inline(never)]
+    fn project_others<S: Simd>(&self, p: Vec3x8<S>) -> (Vec3x8<S>, Vec3x8<S>) {
+        vectorized!(p.x.token(), self.placed_near(p))
+    }
+
+    #[inline(always)]
+    fn placed_near<T: Real>(&self, p: V3<T>) -> (V3<T>, V3<T>) {
+        self.placed_of(self.own_of(p))
+    }
+
     /// Position and unit normal of a point of its own space that is on the shape.
     pub fn placed(&self, own: DVec3) -> (DVec3, DVec3) {
-        let normal = self.own_from_world.transpose() * self.form.gradient(own);
-        (self.center + self.world_from_own() * own, normal.normalize_or(DVec3::Z))
+        let (p, n) = self.placed_of(V3::from(own));
+        (p.into(), n.into())
+    }
+
+    #[inline(always)]
+    fn placed_of<T: Real>(&self, own: V3<T>) -> (V3<T>, V3<T>) {
+        let normal = self.form.gradient(own).by(&self.own_from_world.transpose());
+        (own.by(&self.world_from_own()).moved_by(self.center), T::normalize(normal))
     }
 
     /// The point of the shape nearest to a point of the world that is near it; in its own space.
     fn own_point(&self, p: DVec3) -> DVec3 {
-        let own = self.own_from_world * (p - self.center);
+        self.own_of(V3::from(p)).into()
+    }
+
+    #[inline(always)]
+    fn own_of<T: Real>(&self, p: V3<T>) -> V3<T> {
+        let own = p.moved_by(-self.center).by(&self.own_from_world);
         match &self.form {
-            UnitShape::Sphere(sphere) => own.normalize_or(DVec3::Z) * sphere.radius,
-            UnitShape::Disk(_) => own.with_z(0.0),
-            UnitShape::TurnedSegment(segment) => {
-                quadric::project(own, |p| (segment.value(p), segment.gradient(p)))
-            }
-            UnitShape::Paraboloid(paraboloid) => {
-                quadric::project(own, |p| (paraboloid.value(p), paraboloid.gradient(p)))
-            }
+            UnitShape::Sphere(sphere) => T::normalize(own) * own.x.same(sphere.radius),
+            UnitShape::Disk(_) => V3 { z: own.z.same(0.0), ..own },
+            UnitShape::TurnedSegment(segment) => profile::project(
+                own,
+                #[inline(always)]
+                |p| (segment.value(p), segment.gradient(p)),
+            ),
+            UnitShape::Paraboloid(paraboloid) => profile::project(
+                own,
+                #[inline(always)]
+                |p| (paraboloid.value(p), paraboloid.gradient(p)),
+            ),
         }
     }
 
@@ -242,7 +280,7 @@ impl Curved {
             UnitShape::Paraboloid(paraboloid) => paraboloid.stretch(own),
         };
         // The cofactors of the transformation, applied to the normal.
-        let normal = self.form.gradient(own).normalize_or(DVec3::Z);
+        let normal = DVec3::from(self.form.gradient(V3::from(own))).normalize_or(DVec3::Z);
         area * self.world_from_own().determinant().abs() * (self.own_from_world.transpose() * normal).length()
     }
 
@@ -285,19 +323,29 @@ impl UnitShape {
         }
     }
 
-    /// Out of line: spheres, of which scenes have many, are not to pay for the others.
+    /// Out of line: whole spheres, of which scenes have many, are not to pay for the others.
     #[inline(never)]
     fn intersect(&self, o: DVec3, d: DVec3, t_max: f64, leaving: bool) -> Option<f64> {
+        self.meet(o, d)?.first(t_max, leaving, |p| self.part().is_none_or(|part| part.has(p)))
+    }
+
+    /// Where a line meets the uncut form.
+    fn meet(&self, o: DVec3, d: DVec3) -> Option<Crossings> {
         match self {
-            UnitShape::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
-            UnitShape::Disk(_) if leaving => None,
-            UnitShape::Disk(disk) => disk.intersect(o, d, t_max),
-            UnitShape::TurnedSegment(segment) => {
-                segment.profile.meet(o, d)?.first(t_max, leaving, |p| segment.has(p))
-            }
-            UnitShape::Paraboloid(paraboloid) => {
-                paraboloid.profile.meet(o, d)?.first(t_max, leaving, |p| paraboloid.has(p))
-            }
+            UnitShape::Sphere(sphere) => sphere.meet(o, d),
+            UnitShape::Disk(disk) => disk.meet(o, d),
+            UnitShape::TurnedSegment(segment) => segment.profile.meet(o, d),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.profile.meet(o, d),
+        }
+    }
+
+    /// The part that there is; `None` of a whole sphere.
+    fn part(&self) -> Option<Part> {
+        match self {
+            UnitShape::Sphere(sphere) => sphere.part(),
+            UnitShape::Disk(disk) => Some(disk.part),
+            UnitShape::TurnedSegment(segment) => Some(segment.part),
+            UnitShape::Paraboloid(paraboloid) => Some(paraboloid.part),
         }
     }
 
@@ -306,16 +354,17 @@ impl UnitShape {
         match self {
             UnitShape::Sphere(sphere) => p.length_squared() - sphere.radius * sphere.radius,
             UnitShape::Disk(_) => p.z,
-            UnitShape::TurnedSegment(segment) => segment.value(p),
-            UnitShape::Paraboloid(paraboloid) => paraboloid.value(p),
+            UnitShape::TurnedSegment(segment) => segment.value(V3::from(p)),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.value(V3::from(p)),
         }
     }
 
     /// In the direction of the normal, half the gradient of that, or more; at the tip of a cone zero.
-    fn gradient(&self, p: DVec3) -> DVec3 {
+    #[inline(always)]
+    fn gradient<T: Real>(&self, p: V3<T>) -> V3<T> {
         match self {
             UnitShape::Sphere(_) => p,
-            UnitShape::Disk(_) => DVec3::Z,
+            UnitShape::Disk(_) => V3 { x: p.x.same(0.0), y: p.x.same(0.0), z: p.x.same(1.0) },
             UnitShape::TurnedSegment(segment) => segment.gradient(p),
             UnitShape::Paraboloid(paraboloid) => paraboloid.gradient(p),
         }

@@ -237,7 +237,7 @@ impl<'s> Sheet<'s> {
                 (p0 * b0 + p1 * b1 + p2 * b2, Vec3x8::splat(simd, *n))
             }
             SheetShape::Round { curved, is_inward } => {
-                let (p, outward) = curved.on_sphere(rays.at(hits.t));
+                let (p, outward) = curved.project_all(rays.at(hits.t));
                 (p, if *is_inward { -outward } else { outward })
             }
         };

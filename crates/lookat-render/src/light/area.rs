@@ -18,9 +18,10 @@ use lookat_scene::{Primitive, Shape};
 use super::tree::Emitter;
 use super::{LEAST_COSINE, LightSample, Receivers};
 use crate::curved::Curved;
+use crate::curved::eight::ShapeRays;
 use crate::frame::flipped;
 use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, set_lanes, strength, vectorized};
-use crate::ray::{ElementId, Ray};
+use crate::ray::ElementId;
 use crate::surface::{ShapePoint, ShapePoints, Surfaces};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
@@ -258,13 +259,10 @@ impl SurfaceLight {
             let on_light = ShapePoint { p, magnitude, n, ns: n, emitting };
             let density = Density::by_area(areas.simd_into(simd));
             let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), &density);
-            for lane in set_lanes(sample.is_valid) {
-                let Rays { o, d, t_max, .. } = &sample.shadow;
-                let ray = Ray { t_max: t_max[lane], ..Ray::new(o.lane(lane), d.lane(lane)) };
-                // Another part of the same shape may be in front.
-                let is_hidden = shape.hides_end_of(&ray, leaving.to_bitmask() >> lane & 1 == 1);
-                sample.is_valid &= bits(simd, !(u64::from(is_hidden) << lane));
-            }
+            let Rays { o, d, t_max, .. } = sample.shadow;
+            // Another part of the same shape may be in front.
+            let rays = ShapeRays { o, d, t_max, leaving, active: sample.is_valid };
+            sample.is_valid &= !shape.hides_ends_of(&rays);
             sample
         })
     }

@@ -4,8 +4,8 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use super::rays::{Hits, NONE, POINT_LIGHT, Rays};
 use crate::curved::Curved;
-use crate::curved::sphere::Meetings;
-use crate::number::{Vec3x8, bits, set_lanes, vectorized};
+use crate::curved::eight::{Meetings, ShapeRays};
+use crate::number::{bits, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
@@ -219,10 +219,8 @@ fn meet_sphere<S: Simd>(
     leaving: mask64x8<S>,
     active: mask64x8<S>,
 ) -> (mask64x8<S>, f64x8<S>) {
-    let Some(sphere) = curved.as_sphere() else { return (active & !active, t_max) };
-    let o = (rays.o - Vec3x8::splat(simd, curved.center)).by(&curved.own_from_world);
-    let d = rays.d.by(&curved.own_from_world);
-    let Meetings { met, t, doubtful } = sphere.meet((o, d), t_max, leaving, active);
+    let Meetings { met, t, doubtful } =
+        curved.meet(&ShapeRays { o: rays.o, d: rays.d, t_max, leaving, active });
     if !doubtful.any_true() {
         return (met, t);
     }
@@ -254,7 +252,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::number::side_by_side;
+    use crate::number::{Vec3x8, side_by_side};
     use crate::prepare::Prepared;
     use crate::testing::{noise, scene};
 
