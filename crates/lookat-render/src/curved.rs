@@ -11,15 +11,16 @@ mod tests;
 
 use std::sync::Arc;
 
-use fearless_simd::{Simd, prelude::*};
+use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Quadric, QuadricForm};
 
+use crate::curved::eight::FormNumbers;
 use crate::curved::part::{Part, Sweep};
 use crate::curved::profile::Crossings;
 use crate::curved::quadric::{Disk, Paraboloid, TurnedSegment};
 use crate::curved::real::Real;
-use crate::number::{V3, Vec3x8, prefetch, vectorized};
+use crate::number::{LANES, V3, Vec2x8, Vec3x8, prefetch, vectorized};
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 pub(crate) use sphere::Sphere;
@@ -39,6 +40,8 @@ pub(crate) struct Curved {
     radius: f64,
     /// The length of 1 of its own space, in object space.
     unit: f64,
+    /// For tests of eight rays; of what is no whole sphere.
+    numbers: Option<Box<FormNumbers>>,
     /// Has what is rarely needed.
     quadric: Arc<Quadric>,
 }
@@ -53,7 +56,7 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 #[derive(Debug, Clone)]
 enum UnitShape {
     Sphere(Sphere),
-    Disk(Disk),
+    Disk(Box<Disk>),
     TurnedSegment(Box<TurnedSegment>),
     Paraboloid(Box<Paraboloid>),
 }
@@ -68,8 +71,10 @@ impl Curved {
             QuadricForm::Sphere(_) => 1.0,
             _ => power_of_two(radius.max(half_height)),
         };
+        let form = UnitShape::new(quadric, middle, unit);
         Curved {
-            form: UnitShape::new(quadric, middle, unit),
+            numbers: eight::numbers_of(&form, radius / unit),
+            form,
             center: m.w_axis.truncate() - origin + m.z_axis.truncate() * middle,
             own_from_world: *transform.inverse_linear() * unit.recip(),
             radius: radius / unit,
@@ -269,19 +274,32 @@ impl Curved {
     /// The ratio of a small area of the shape at `p`, in the world, to the area of the unit square that [`Curved::sample`]
     /// maps to it: the inverse of the density by area.
     pub fn stretch(&self, p: DVec3) -> f64 {
-        self.own_stretch(self.own_from_world * (p - self.center))
+        self.own_stretch(V3::from(self.own_from_world * (p - self.center)))
     }
 
-    fn own_stretch(&self, own: DVec3) -> f64 {
+    #[inline(always)]
+    fn own_stretch<T: Real>(&self, own: V3<T>) -> T {
         let area = match &self.form {
-            UnitShape::Sphere(sphere) => sphere.area(),
-            UnitShape::Disk(disk) => disk.area(),
-            UnitShape::TurnedSegment(segment) => segment.stretch(own),
-            UnitShape::Paraboloid(paraboloid) => paraboloid.stretch(own),
+            UnitShape::Sphere(sphere) => own.x.same(sphere.area()),
+            UnitShape::Disk(disk) => own.x.same(disk.area()),
+            UnitShape::TurnedSegment(segment) => own.z.each(|z| segment.stretch(z)),
+            UnitShape::Paraboloid(paraboloid) => own.z.each(|z| paraboloid.stretch(z)),
         };
         // The cofactors of the transformation, applied to the normal.
-        let normal = DVec3::from(self.form.gradient(V3::from(own))).normalize_or(DVec3::Z);
-        area * self.world_from_own().determinant().abs() * (self.own_from_world.transpose() * normal).length()
+        let normal = T::normalize(self.form.gradient(own)).by(&self.own_from_world.transpose());
+        area * self.world_from_own().determinant().abs() * normal.length_squared().sqrt()
+    }
+
+    /// Eight points of the shape for some of the unit square, their normals, and the stretches there: [`Curved::sample`],
+    /// [`Curved::placed`] and [`Curved::stretch`].
+    #[inline(always)]
+    pub fn sample_all<S: Simd>(&self, u: Vec2x8<S>) -> (Vec3x8<S>, Vec3x8<S>, f64x8<S>) {
+        let mut own = Vec3x8::splat(u[0].token(), DVec3::ZERO);
+        for lane in 0..LANES {
+            own.set_lane(lane, self.sample(DVec2::new(u[0][lane], u[1][lane])));
+        }
+        let (p, n) = self.placed_of(own);
+        (p, n, self.own_stretch(p.moved_by(-self.center).by(&self.own_from_world)))
     }
 
     /// A grid over the shape: of each cell a point, the normal there, as [`Curved::project`] has it, and the area, about.
@@ -291,7 +309,7 @@ impl Curved {
         (0..SIDE * SIDE).map(move |i| {
             let own = self.sample(DVec2::new(middle(i % SIDE), middle(i / SIDE)));
             let (p, n) = self.placed(own);
-            (p, n, self.own_stretch(own) / f64::from(SIDE * SIDE))
+            (p, n, self.own_stretch(V3::from(own)) / f64::from(SIDE * SIDE))
         })
     }
 }
@@ -308,7 +326,7 @@ impl UnitShape {
                 UnitShape::Sphere(Sphere::new(sphere, sweep, quadric.world_from_object.linear()))
             }
             QuadricForm::Disk(disk) => {
-                UnitShape::Disk(Disk::new(disk.radius / unit, disk.inner_radius / unit, sweep))
+                UnitShape::Disk(Box::new(Disk::new(disk.radius / unit, disk.inner_radius / unit, sweep)))
             }
             QuadricForm::Cylinder(form) => {
                 segment(DVec3::new(form.radius, 0.0, form.z_min), DVec3::new(form.radius, 0.0, form.z_max))

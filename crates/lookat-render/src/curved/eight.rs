@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use super::part::{Part, PartNumbers, have};
+use super::part::{PART, have};
 use super::profile::{Crossings, DOUBT, Equation, ProfileNumbers};
 use super::{AT_ORIGIN, Curved, UnitShape};
 use crate::number::{LANES, V3, Vec3x8, bits, has_compress, set_lanes, vectorized};
@@ -23,7 +23,10 @@ impl Kind {
 }
 
 /// The numbers of a form that tests need: the largest distance from its axis, those of its part, and those of its kind.
-pub(crate) type FormNumbers<T> = [T; 16];
+pub(crate) type FormNumbers<T = f64> = [T; OWN + 6];
+/// The first number of the part, and of the kind.
+const CUT: usize = 1;
+const OWN: usize = CUT + PART;
 
 /// Possible hits of rays on curved shapes.
 pub(crate) struct Meetings<S: Simd> {
@@ -56,58 +59,80 @@ impl<S: Simd> ShapeRays<S> {
     /// The hits of rays in the spaces of their shapes, whole spheres of these radii, with the bits of [`Curved::intersect`].
     #[inline(always)]
     pub fn meet_whole_spheres(&self, radius: f64x8<S>) -> Meetings<S> {
-        let (crossings, meets, doubtful) = Crossings8::of_spheres(radius, (self.o, self.d), self.active);
-        if !(meets | doubtful).any_true() {
-            return Meetings { met: meets, t: self.t_max, doubtful };
+        match Meet::spheres(radius, self) {
+            Some(meet) => meet.first(
+                radius,
+                self,
+                #[inline(always)]
+                |_, may| (may, may & !may),
+            ),
+            None => Meetings::none(self.t_max),
         }
-        let found = crossings.first_of(meets, (radius, None), self.t_max, self.leaving);
-        Meetings { doubtful: found.doubtful | doubtful, ..found }
     }
 
-    /// The hits of rays in the spaces of their shapes, of a kind, with the bits of [`Curved::intersect`]. `ends_at_middle`: only those before the middle of both places
-    /// where the line meets the form count.
-    #[inline(never)]
-    pub fn meet(&self, kind: Kind, numbers: &FormNumbers<f64x8<S>>, ends_at_middle: bool) -> Meetings<S> {
-        let ShapeRays { o, d, t_max, leaving, active } = *self;
-        let none = active & !active;
+    /// The hits of rays in the spaces of their shapes, of a kind, with the bits of [`Curved::intersect`]. `ends_at_middle`: only those before
+    /// the middle of both places where the line meets the form count.
+    #[inline(always)]
+    pub fn meet(&self, kind: Kind, number: impl Fn(usize) -> f64x8<S>, ends_at_middle: bool) -> Meetings<S> {
+        let none = Meetings::none(self.t_max);
         // Others have no fused operations, or need more code for this than fits their caches.
-        if !has_compress(active.token()) {
-            return Meetings { met: none, t: t_max, doubtful: active };
+        if !has_compress(self.t_max.token()) {
+            return Meetings { doubtful: self.active, ..none };
         }
-        vectorized!(active.token(), {
-            let [radius, part @ .., a, b, c, e, f, g] = numbers;
-            let (crossings, meets, doubtful) = match kind {
-                Kind::WholeSphere | Kind::PartialSphere => Crossings8::of_spheres(*radius, (o, d), active),
-                Kind::Disk => Crossings8::of_disks([*a, *b], (o, d), active),
-                Kind::Profile => Crossings8::of_profiles(&[*a, *b, *c, *e, *f, *g], (o, d), active),
-            };
-            if !(meets | doubtful).any_true() {
-                return Meetings { met: meets, t: t_max, doubtful };
+        let radius = number(0);
+        let meet = match kind {
+            Kind::WholeSphere | Kind::PartialSphere => Meet::spheres(radius, self),
+            Kind::Disk => Meet::disks([number(OWN), number(OWN + 1)], self),
+            Kind::Profile => {
+                let [w, a, b] = [number(OWN), number(OWN + 1), number(OWN + 2)];
+                let [c, e, reach_squared] = [number(OWN + 3), number(OWN + 4), number(OWN + 5)];
+                Meet::profiles(&[w, a, b, c, e, reach_squared], self, ends_at_middle)
             }
-            let mut t_max = t_max;
-            if ends_at_middle {
-                t_max =
-                    t_max.simd_gt(crossings.middle).select(crossings.middle, 0.0.simd_into(t_max.token()));
-            }
-            let found = crossings.first_of(meets, (*radius, Some(part)), t_max, leaving);
-            Meetings { doubtful: found.doubtful | doubtful, ..found }
-        })
+        };
+        let (Some(meet), mut rays) = (meet, *self) else { return none };
+        if ends_at_middle {
+            let middle = meet.crossings.middle;
+            rays.t_max = self.t_max.simd_gt(middle).select(middle, 0.0.simd_into(middle.token()));
+        }
+        meet.first(
+            radius,
+            &rays,
+            #[inline(always)]
+            |p, may| {
+                have(
+                    #[inline(always)]
+                    |at| number(CUT + at),
+                    p,
+                    may,
+                )
+            },
+        )
     }
+}
+
+/// What [`ShapeRays::meet`] needs to know of a form. `None` of whole spheres, of which the radius is enough.
+pub(super) fn numbers_of(form: &UnitShape, radius: f64) -> Option<Box<FormNumbers>> {
+    let mut numbers = Box::new([radius; OWN + 6]);
+    numbers[CUT..OWN].copy_from_slice(&form.part()?.numbers());
+    match form {
+        UnitShape::Sphere(_) => {}
+        UnitShape::Disk(disk) => numbers[OWN..OWN + 2].copy_from_slice(&disk.numbers()),
+        UnitShape::TurnedSegment(segment) => numbers[OWN..].copy_from_slice(&segment.profile.numbers()),
+        UnitShape::Paraboloid(paraboloid) => numbers[OWN..].copy_from_slice(&paraboloid.profile.numbers()),
+    }
+    Some(numbers)
 }
 
 /// The numbers of shapes, one for each lane.
 #[inline(always)]
-pub(crate) fn gather<S: Simd>(simd: S, shapes: &[&Curved]) -> FormNumbers<f64x8<S>> {
-    let mut columns = [[1.0; LANES]; 16];
+pub(crate) fn gather(shapes: &[&Curved]) -> FormNumbers<[f64; LANES]> {
+    let mut columns = [[1.0; LANES]; OWN + 6];
     for (lane, shape) in shapes.iter().enumerate().take(LANES) {
-        for (column, x) in columns.iter_mut().zip(shape.numbers()) {
-            column[lane] = x;
+        for (column, x) in columns.iter_mut().zip(shape.numbers.iter().flat_map(|all| all.iter())) {
+            column[lane] = *x;
         }
     }
-    columns.map(
-        #[inline(always)]
-        |column| column.simd_into(simd),
-    )
+    columns
 }
 
 impl Curved {
@@ -125,19 +150,6 @@ impl Curved {
             UnitShape::Disk(_) => Kind::Disk,
             UnitShape::TurnedSegment(_) | UnitShape::Paraboloid(_) => Kind::Profile,
         }
-    }
-
-    /// What [`ShapeRays::meet`] needs to know of the form.
-    pub fn numbers(&self) -> FormNumbers<f64> {
-        let mut numbers = [self.radius; 16];
-        numbers[1..10].copy_from_slice(&self.form.part().unwrap_or(Part::WHOLE).numbers());
-        match &self.form {
-            UnitShape::Sphere(_) => {}
-            UnitShape::Disk(disk) => numbers[10..12].copy_from_slice(&disk.numbers()),
-            UnitShape::TurnedSegment(segment) => numbers[10..].copy_from_slice(&segment.profile.numbers()),
-            UnitShape::Paraboloid(paraboloid) => numbers[10..].copy_from_slice(&paraboloid.profile.numbers()),
-        }
-        numbers
     }
 
     /// The hits of eight rays, whose origins and directions are in the world, with the bits of [`Curved::intersect`].
@@ -167,28 +179,41 @@ impl Curved {
     #[inline(never)]
     fn meet_own<S: Simd>(&self, own: &ShapeRays<S>, ends_at_middle: bool) -> Meetings<S> {
         let simd = own.t_max.token();
+        let Some(numbers) = &self.numbers else {
+            return Meetings { doubtful: own.active, ..Meetings::none(own.t_max) };
+        };
         vectorized!(simd, {
-            let numbers = self.numbers();
-            let mut splat = [own.t_max; 16];
-            for (all, x) in splat.iter_mut().zip(numbers) {
-                *all = x.simd_into(simd);
-            }
-            own.meet(self.kind(), &splat, ends_at_middle)
+            own.meet(
+                self.kind(),
+                #[inline(always)]
+                |at| numbers[at].simd_into(simd),
+                ends_at_middle,
+            )
         })
     }
 }
 
-/// Where eight lines meet forms.
-type Crossings8<S> = Crossings<Vec3x8<S>, f64x8<S>>;
-
-impl<S: Simd> Crossings8<S> {
-    /// As [`super::Sphere::meet`], for spheres of these radii. Also returns which lines meet theirs, and which of all are doubtful.
+impl<S: Simd> Meetings<S> {
     #[inline(always)]
-    fn of_spheres(
-        radius: f64x8<S>,
-        (o, d): (Vec3x8<S>, Vec3x8<S>),
-        active: mask64x8<S>,
-    ) -> (Self, mask64x8<S>, mask64x8<S>) {
+    fn none(t: f64x8<S>) -> Self {
+        let none = bits(t.token(), 0);
+        Meetings { met: none, t, doubtful: none }
+    }
+}
+
+/// Where eight lines meet forms.
+struct Meet<S: Simd> {
+    crossings: Crossings<Vec3x8<S>, f64x8<S>>,
+    /// The lines that meet their forms, and those of which that is not certain.
+    meets: mask64x8<S>,
+    doubtful: mask64x8<S>,
+}
+
+impl<S: Simd> Meet<S> {
+    /// As [`super::Sphere::meet`], for spheres of these radii. `None` where no line meets its own.
+    #[inline(always)]
+    fn spheres(radius: f64x8<S>, rays: &ShapeRays<S>) -> Option<Self> {
+        let ShapeRays { o, d, active, .. } = *rays;
         let dd = d.length_squared();
         let k = -o.dot(d) / dd;
         let near = o + d * k;
@@ -197,79 +222,86 @@ impl<S: Simd> Crossings8<S> {
         let distance = near.length_squared().sqrt();
         let squared = (radius - distance) * (radius + distance);
         let doubtful = (radius - distance).abs().simd_le(o.magnitude() * (8.0 * f64::EPSILON)) & active;
-        let met = active & !squared.simd_lt(0.0);
+        let meets = active & !squared.simd_lt(0.0);
+        if !(meets | doubtful).any_true() {
+            return None;
+        }
         let half = (squared / dd).sqrt();
         let t = [k + (correction - half), k + (correction + half)];
-        (Crossings { d, near, offsets: [-half, half], t, middle: k + correction }, met, doubtful)
+        let crossings = Crossings { d, near, offsets: [-half, half], t, middle: k + correction };
+        Some(Meet { crossings, meets, doubtful })
     }
 
-    /// As [`super::Disk::meet`], for disks with these radii. Also returns which lines meet theirs, and which of all are doubtful.
+    /// As [`super::Disk::meet`], for disks of these outer and inner radii. `None` where no line meets its own.
     #[inline(always)]
-    fn of_disks(
-        [outer, inner]: [f64x8<S>; 2],
-        (o, d): (Vec3x8<S>, Vec3x8<S>),
-        active: mask64x8<S>,
-    ) -> (Self, mask64x8<S>, mask64x8<S>) {
+    fn disks([outer, inner]: [f64x8<S>; 2], rays: &ShapeRays<S>) -> Option<Self> {
+        let ShapeRays { o, d, t_max, leaving, active } = *rays;
         let t = -o.z / d.z;
+        let is_ahead = active & t.simd_gt(0.0) & t.simd_le(t_max) & !leaving;
+        if !is_ahead.any_true() {
+            return None;
+        }
         let near = fused(o, d, t);
         let offset = -(near.z / d.z);
         let p = near + d * offset;
         let r = (p.x * p.x + p.y * p.y).sqrt();
-        let is_ahead = active & t.simd_gt(0.0);
         let (at_rim, at_hole) = ((r - outer).abs(), (r - inner).abs());
         let is_clear = at_rim.simd_gt(outer * 1e-14) & (at_hole.simd_gt(inner * 1e-14) | inner.simd_eq(0.0));
         let meets = is_ahead & r.simd_le(outer) & r.simd_ge(inner);
-        let none = f64x8::splat(active.token(), f64::NAN);
-        let middle = f64x8::splat(active.token(), f64::NEG_INFINITY);
-        let crossings = Crossings { d, near, offsets: [offset; 2], t: [t, none], middle };
-        (crossings, meets, is_ahead & !is_clear)
+        let never = f64x8::splat(t.token(), f64::NAN);
+        let middle = f64x8::splat(t.token(), f64::NEG_INFINITY);
+        let crossings = Crossings { d, near, offsets: [offset; 2], t: [t, never], middle };
+        Some(Meet { crossings, meets, doubtful: is_ahead & !is_clear })
     }
 
-    /// As [`super::profile::Profile::meet`], for profiles with these numbers. Also returns which lines meet theirs, and which of these are doubtful.
+    /// As [`super::profile::Profile::meet`], for profiles with these numbers. `None` where no line meets its own. The middle is found only if
+    /// it is needed.
     #[inline(always)]
-    fn of_profiles(
-        numbers: &ProfileNumbers<f64x8<S>>,
-        (o, d): (Vec3x8<S>, Vec3x8<S>),
-        active: mask64x8<S>,
-    ) -> (Self, mask64x8<S>, mask64x8<S>) {
+    fn profiles(numbers: &ProfileNumbers<f64x8<S>>, rays: &ShapeRays<S>, needs_middle: bool) -> Option<Self> {
+        let ShapeRays { o, d, active, .. } = *rays;
         let [w, .., reach_squared] = *numbers;
         let dd = d.length_squared();
         let k = -o.dot(d) / dd;
         let near = fused(o, d, k);
         let beside = near.dot(d);
-        let is_near = active & !(near.length_squared() - beside * beside / dd).simd_gt(reach_squared);
+        let is_far = ((near.length_squared() - reach_squared) * dd).simd_gt(beside * beside);
+        let is_near = active & !is_far;
+        if !is_near.any_true() {
+            return None;
+        }
         let (Equation { alpha, beta, gamma, margin }, size) = Equation::new(numbers, near, d);
         let is_safe = margin.abs().simd_gt(size * DOUBT);
+        let (meets, unsure) = (is_near & margin.simd_ge(0.0), is_near & !is_safe);
+        if !(meets | unsure).any_true() {
+            return None;
+        }
         let root = (w * margin).sqrt();
         let q = -(beta + root.copysign(beta));
         let (a, b) = (q / alpha, gamma / q);
         let offsets = [a.min(b), a.max(b)];
-        let meets = is_near & margin.simd_ge(0.0);
-        let doubtful = is_near & (!is_safe | (meets & !(a - b).is_finite()));
-        let t = [k + offsets[0], k + offsets[1]];
-        (Crossings { d, near, offsets, t, middle: k + -beta / alpha }, meets, doubtful)
+        let doubtful = unsure | (meets & !(a - b).is_finite());
+        let needs_middle = needs_middle || rays.leaving.any_true();
+        let middle = if needs_middle { k + -beta / alpha } else { k };
+        let crossings = Crossings { d, near, offsets, t: [k + offsets[0], k + offsets[1]], middle };
+        Some(Meet { crossings, meets, doubtful })
     }
 
-    /// As [`Crossings::first`], for lines that meet forms of these radii. `part`: of forms that are cut.
+    /// As [`Crossings::first`], for forms of these radii. `has`: which of points of the forms their parts have, and which are doubtful.
     #[inline(always)]
-    fn first_of(
+    fn first(
         &self,
-        meets: mask64x8<S>,
-        (radius, part): (f64x8<S>, Option<&PartNumbers<f64x8<S>>>),
-        t_max: f64x8<S>,
-        leaving: mask64x8<S>,
+        radius: f64x8<S>,
+        rays: &ShapeRays<S>,
+        has: impl Fn(Vec3x8<S>, mask64x8<S>) -> (mask64x8<S>, mask64x8<S>),
     ) -> Meetings<S> {
-        let Crossings { d, near, offsets, t, middle } = *self;
-        let mut is_first = meets & t[0].simd_gt(0.0) & t[0].simd_le(t_max) & !leaving;
-        let mut is_second =
-            meets & t[1].simd_gt(0.0) & t[1].simd_le(t_max) & !(leaving & middle.simd_le(0.0));
-        let mut doubtful = meets & !meets;
-        if let Some(part) = part {
-            let (first, first_doubt) = have(part, near + d * offsets[0], is_first);
-            let (second, second_doubt) = have(part, near + d * offsets[1], is_second);
-            (is_first, is_second) = (first, second);
-            doubtful = first_doubt | second_doubt;
-        }
+        let Crossings { d, near, offsets, t, middle } = self.crossings;
+        let ShapeRays { t_max, leaving, .. } = *rays;
+        let meets = self.meets;
+        let is_first = meets & t[0].simd_gt(0.0) & t[0].simd_le(t_max) & !leaving;
+        let is_second = meets & t[1].simd_gt(0.0) & t[1].simd_le(t_max) & !(leaving & middle.simd_le(0.0));
+        let (is_first, first_doubt) = has(near + d * offsets[0], is_first);
+        let (is_second, second_doubt) = has(near + d * offsets[1], is_second);
+        let doubtful = self.doubtful | first_doubt | second_doubt;
         let met = is_first | is_second;
         let t = is_first.select(t[0], t[1]);
         // Such rays may leave their shapes.

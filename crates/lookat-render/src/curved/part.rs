@@ -34,8 +34,8 @@ impl Seam {
     }
 }
 
-/// The numbers of a [`Part`], for tests side by side.
-pub(super) type PartNumbers<T> = [T; 9];
+/// How many numbers tests side by side need of a [`Part`].
+pub(super) const PART: usize = 9;
 
 /// The least angle between a point and an end of the sweep that tests side by side tell from none, in radians.
 const CLEAR: f64 = 1e-12;
@@ -54,26 +54,27 @@ impl Part {
         self.z_min <= p.z && p.z <= self.z_max && self.sweep.has(p.truncate(), self.seam.at(p.z))
     }
 
-    pub fn numbers(&self) -> PartNumbers<f64> {
+    pub fn numbers(&self) -> [f64; PART] {
         let Part { z_min, z_max, seam: Seam { middle, slope }, sweep: Sweep { max, end } } = *self;
-        [z_min, z_max, middle.x, middle.y, slope.x, slope.y, max, end.x, end.y]
+        [z_min, z_max, max, end.x, end.y, middle.x, slope.x, middle.y, slope.y]
     }
 }
 
 /// The points that parts with these numbers have, and those that [`Part::has`] must decide about.
 #[inline(always)]
 pub(super) fn have<S: Simd>(
-    part: &PartNumbers<f64x8<S>>,
+    number: impl Fn(usize) -> f64x8<S>,
     p: Vec3x8<S>,
     active: mask64x8<S>,
 ) -> (mask64x8<S>, mask64x8<S>) {
-    let [z_min, z_max, x, y, x_slope, y_slope, max, cos, sin] = *part;
-    let has = active & p.z.simd_ge(z_min) & p.z.simd_le(z_max);
+    let has = active & p.z.simd_ge(number(0)) & p.z.simd_le(number(1));
+    let max = number(2);
     let is_cut = max.simd_lt(TAU);
     if !(has & is_cut).any_true() {
         return (has, has & !has);
     }
-    let (x, y) = (x + x_slope * p.z, y + y_slope * p.z);
+    let (cos, sin) = (number(3), number(4));
+    let (x, y) = (number(5) + number(6) * p.z, number(7) + number(8) * p.z);
     // The point turned back by the angle of the seam, times a length.
     let (ahead, aside) = (x * p.x + y * p.y, x * p.y - y * p.x);
     let left = sin * ahead - cos * aside;

@@ -184,12 +184,12 @@ impl Paraboloid {
         (at_angle(u.x * sweep.max) * r).extend(z)
     }
 
-    /// The inverse of the density by area of a sample at `p`.
-    pub fn stretch(&self, p: DVec3) -> f64 {
+    /// The inverse of the density by area of a sample at a height.
+    pub fn stretch(&self, z: f64) -> f64 {
         let Part { z_min, z_max, .. } = self.part;
         let height = z_max - z_min;
-        let share = ((p.z - z_min) / height).clamp(0.0, 1.0);
-        self.area_at(p.z) * height / linear_pdf(share, self.ends)
+        let share = ((z - z_min) / height).clamp(0.0, 1.0);
+        self.area_at(z) * height / linear_pdf(share, self.ends)
     }
 }
 
@@ -277,9 +277,9 @@ impl TurnedSegment {
         at_angle(u.x * self.part.sweep.max).rotate(p.truncate()).extend(p.z)
     }
 
-    /// The inverse of the density by area of a sample at `p`.
-    pub fn stretch(&self, p: DVec3) -> f64 {
-        let v = ((p.z - self.p1.z) / self.along.z).clamp(0.0, 1.0);
+    /// The inverse of the density by area of a sample at a height.
+    pub fn stretch(&self, z: f64) -> f64 {
+        let v = ((z - self.p1.z) / self.along.z).clamp(0.0, 1.0);
         self.area_at(v) / linear_pdf(v, self.ends)
     }
 }

@@ -26,6 +26,9 @@ pub(crate) trait Real:
 
     fn sqrt(self) -> Self;
 
+    /// A function of each.
+    fn each(self, f: impl Fn(f64) -> f64) -> Self;
+
     /// Of length one, or +z where this is impossible.
     fn normalize(v: V3<Self>) -> V3<Self>;
 
@@ -44,6 +47,10 @@ impl Real for f64 {
 
     fn sqrt(self) -> Self {
         self.sqrt()
+    }
+
+    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+        f(self)
     }
 
     fn normalize(v: V3<Self>) -> V3<Self> {
@@ -69,6 +76,14 @@ impl<S: Simd> Real for f64x8<S> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         <Self as SimdFloat<S>>::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn each(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for x in self.as_mut_slice() {
+            *x = f(*x);
+        }
+        self
     }
 
     #[inline(always)]

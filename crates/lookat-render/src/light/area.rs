@@ -243,21 +243,14 @@ impl SurfaceLight {
         simd: S,
         shape: &Curved,
         (at, leaving): (&Receivers<S>, mask64x8<S>),
-        [u, v]: Vec2x8<S>,
+        u: Vec2x8<S>,
     ) -> LightSample<S> {
         vectorized!(simd, {
-            let (mut p, mut n) = (at.surfaces.p, at.surfaces.n);
-            let mut areas = [0.0; LANES];
-            for (lane, area) in areas.iter_mut().enumerate() {
-                let (own_p, own_n) = shape.placed(shape.sample(DVec2::new(u[lane], v[lane])));
-                p.set_lane(lane, own_p);
-                n.set_lane(lane, own_n);
-                *area = shape.stretch(own_p);
-            }
+            let (p, n, stretch) = shape.sample_all(u);
             let emitting = if self.primitive.reverse_orientation { -n } else { n };
             let magnitude = shape.magnitude().simd_into(simd);
             let on_light = ShapePoint { p, magnitude, n, ns: n, emitting };
-            let density = Density::by_area(areas.simd_into(simd));
+            let density = Density::by_area(stretch);
             let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), &density);
             let Rays { o, d, t_max, .. } = sample.shadow;
             // Another part of the same shape may be in front.

@@ -108,7 +108,15 @@ impl WideTracer {
                 };
                 let found = match kind {
                     Kind::WholeSphere => own.meet_whole_spheres(numbers[18].simd_into(simd)),
-                    _ => own.meet(kind, &gather(simd, &shapes[..pairs.count]), false),
+                    _ => {
+                        let columns = gather(&shapes[..pairs.count]);
+                        own.meet(
+                            kind,
+                            #[inline(always)]
+                            |at| columns[at].simd_into(simd),
+                            false,
+                        )
+                    }
                 };
                 let Meetings { met: certain, t, .. } = found;
                 doubtful = found.doubtful;
