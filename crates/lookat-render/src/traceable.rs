@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd};
 use glam::{DMat3, DVec3};
 use lookat_scene::{MaterialKind, Mesh, Object, Primitive, Shape, Transform, World};
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::frame::Bounds;
-use crate::number::prefetch;
+use crate::number::{Vec3x8, prefetch};
 use crate::parametric::Parametric;
 use crate::ray::{Hit, Ray};
 use crate::trace::rays::Labels;
@@ -358,6 +358,12 @@ impl PlacedInstance {
     /// A position of the world in the space of the object.
     pub fn to_object(&self, p: DVec3) -> DVec3 {
         self.object_from_world * p + self.offset
+    }
+
+    /// As [`PlacedInstance::to_object`].
+    #[inline(always)]
+    pub fn all_to_object<S: Simd>(&self, p: Vec3x8<S>) -> Vec3x8<S> {
+        p.by(&self.object_from_world).moved_by(self.offset)
     }
 
     /// The largest coordinate that the way back to the world computes with, for a position of the object whose own
