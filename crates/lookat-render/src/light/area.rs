@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 use std::iter::once;
 
 use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use lookat_scene::{Primitive, Shape};
 
 use super::tree::Emitter;
