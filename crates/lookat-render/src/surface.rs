@@ -217,7 +217,7 @@ impl<'s> Sheet<'s> {
                 let shape = SheetShape::Flat { triangle, corners, n };
                 mesh.normals().is_empty().then_some(Sheet { shape, magnitude })
             }
-            (ListedShape::Sphere(curved), _) => {
+            (ListedShape::Curved(curved), _) => {
                 let is_inward = primitive.reverse_orientation != primitive.mirrored;
                 let shape = SheetShape::Round { curved, is_inward };
                 Some(Sheet { shape, magnitude: curved.magnitude() })

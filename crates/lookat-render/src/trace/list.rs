@@ -46,7 +46,7 @@ pub(crate) struct Element<'s> {
 #[derive(Clone, Copy)]
 pub(crate) enum ListedShape<'s> {
     Triangle(BoxedTriangle<'s>),
-    Sphere(&'s Curved),
+    Curved(&'s Curved),
 }
 
 impl<'s> List<'s> {
@@ -64,9 +64,8 @@ impl<'s> List<'s> {
         for other in &world.non_triangles {
             let NonTriangle::Curved { primitive, shape } = *other else { return None };
             let curved = &scene.curved[shape as usize];
-            curved.as_sphere()?;
             let id = ElementId { instance: ElementId::WORLD, primitive, index: 0 };
-            elements.push(Element::new(scene, id, Hit::NO_PLACE, ListedShape::Sphere(curved)));
+            elements.push(Element::new(scene, id, Hit::NO_PLACE, ListedShape::Curved(curved)));
         }
         elements.sort_by_key(|element| element.id);
         let (filter, has_emitters) =
@@ -86,7 +85,7 @@ impl<'s> List<'s> {
             ListedShape::Triangle(BoxedTriangle { triangle, .. }) => {
                 triangle.barycentric([hits.sides[0][lane], hits.sides[1][lane], hits.sides[2][lane]])
             }
-            ListedShape::Sphere(_) => [0.0; 2],
+            ListedShape::Curved(_) => [0.0; 2],
         };
         Hit { t: hits.t[lane], element: element.id, barycentric, place: element.place }
     }
@@ -238,7 +237,7 @@ impl<'s> Element<'s> {
             let ray = Ray { t_max: rays.t_max[lane], ..Ray::new(rays.o.lane(lane), rays.d.lane(lane)) };
             let is_end = match &self.shape {
                 ListedShape::Triangle(boxed) => holds_end(&ray, &boxed.triangle.corners),
-                ListedShape::Sphere(sphere) => sphere.is_met_at_end(&ray, rays.leaving[lane] == own[lane]),
+                ListedShape::Curved(curved) => curved.is_met_at_end(&ray, rays.leaving[lane] == own[lane]),
             };
             ends |= u64::from(is_end) << lane;
         }
@@ -262,8 +261,8 @@ impl<'s> Element<'s> {
                 let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
                 (met, t, Some(sides))
             }
-            ListedShape::Sphere(sphere) => {
-                let (met, t) = meet_sphere(simd, sphere, rays, t_max, leaving, active);
+            ListedShape::Curved(curved) => {
+                let (met, t) = meet_curved(simd, curved, rays, t_max, leaving, active);
                 (met, t, None)
             }
         }
@@ -271,7 +270,7 @@ impl<'s> Element<'s> {
 }
 
 #[inline(always)]
-fn meet_sphere<S: Simd>(
+fn meet_curved<S: Simd>(
     simd: S,
     curved: &Curved,
     rays: &Rays<S>,
@@ -287,7 +286,7 @@ fn meet_sphere<S: Simd>(
     one_by_one(simd, curved, rays, t_max, leaving, (met, t, doubtful))
 }
 
-/// Asks the sphere ray by ray.
+/// Asks the shape ray by ray.
 #[inline(never)]
 fn one_by_one<S: Simd>(
     simd: S,
