@@ -162,9 +162,14 @@ impl Curved {
         let starts_here = !leaving
             && t * t * d.length_squared() <= AT_ORIGIN * self.radius * self.radius
             && self.holds(ray.o, DVec3::ZERO);
-        // The place of the hit will be needed.
-        prefetch(self.quadric.world_from_object.linear(), 0..2);
+        self.prefetch_place();
         if starts_here { intersect(true) } else { Some(t) }
+    }
+
+    /// Asks for the memory that the place of a hit will need.
+    #[inline(always)]
+    pub fn prefetch_place(&self) {
+        prefetch(self.quadric.world_from_object.linear(), 0..2);
     }
 
     /// True if a shadow ray to a point light, which meets the shape, does so nowhere but at the light.
