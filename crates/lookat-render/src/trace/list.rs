@@ -50,7 +50,7 @@ pub(crate) enum ListedShape<'s> {
 }
 
 impl<'s> List<'s> {
-    /// `None` of worlds that are too large, or have other elements.
+    /// `None` of worlds that are too large, or have curves or instances.
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
         if world.triangles.len() + world.non_triangles.len() > most(scene.level) {
@@ -286,7 +286,7 @@ fn meet_curved<S: Simd>(
     one_by_one(simd, curved, rays, t_max, leaving, (met, t, doubtful))
 }
 
-/// Asks the shape ray by ray.
+/// Tests the rays one by one.
 #[inline(never)]
 fn one_by_one<S: Simd>(
     simd: S,

@@ -57,10 +57,9 @@ fn rays_hit_in_small_worlds_what_they_hit_alone() {
          Translate .3 .4 .5 Scale .2 .5 .1 Shape \"sphere\" Shape \"sphere\" Scale 1e-5 1e-5 1e-5 Shape \"sphere\""
     );
     let quadrics = &format!(
-        "{squares} AttributeBegin AreaLightSource \"diffuse\" Shape \"cylinder\" \"float radius\" .2 Shape \"disk\" \"float height\" .3
-         Translate .6 .6 0 Shape \"disk\" \"float radius\" .3 \"float innerradius\" .1 \"float phimax\" 250 AttributeEnd
-         Shape \"paraboloid\" \"float radius\" .5 Translate .3 .4 .1 Rotate 70 3 1 2 Shape \"cone\" \"float radius\" .4 \"float phimax\" 100
-         Shape \"cylinder\" \"float radius\" .3 \"float phimax\" 200 Scale .2 .5 .1 Shape \"hyperboloid\" Shape \"sphere\" \"float phimax\" 300"
+        "{squares} Shape \"cylinder\" \"float radius\" .3 Translate .1 .2 .3 Shape \"disk\" Shape \"disk\" AreaLightSource \"diffuse\" Rotate 50 1 2 0
+         Shape \"disk\" \"float radius\" .4 \"float phimax\" 200 Shape \"cone\" Shape \"paraboloid\" Scale 1 .2 2
+         Shape \"hyperboloid\" \"point p1\" [.2 0 0] \"point p2\" [.1 .3 .5] Shape \"cylinder\" \"float radius\" .2 \"float phimax\" 100"
     );
     let holes = &format!("Texture \"holes\" \"float\" \"checkerboard\" \"float tex1\" 0 \"float tex2\" 1 \"float uscale\" 7
         \"float vscale\" 7 {squares} Translate 0 0 .1 {square} \"integer indices\" [0 1 2 0 2 3] \"float uv\" [0 0 1 0 1 1 0 1]
