@@ -20,7 +20,7 @@ use crate::curved::part::{Part, Sweep};
 use crate::curved::profile::Crossings;
 use crate::curved::quadric::{Disk, Paraboloid, TurnedSegment};
 use crate::curved::real::Real;
-use crate::number::{LANES, V3, Vec2x8, Vec3x8, power_of_two, prefetch, vectorized};
+use crate::number::{V3, Vec2x8, Vec3x8, power_of_two, prefetch, vectorized};
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 pub(crate) use sphere::Sphere;
@@ -162,9 +162,14 @@ impl Curved {
         let starts_here = !leaving
             && t * t * d.length_squared() <= AT_ORIGIN * self.radius * self.radius
             && self.holds(ray.o, DVec3::ZERO);
-        // The place of the hit will be needed.
-        prefetch(self.quadric.world_from_object.linear(), 0..2);
+        self.prefetch_place();
         if starts_here { intersect(true) } else { Some(t) }
+    }
+
+    /// Asks for the memory that the place of a hit will need.
+    #[inline(always)]
+    pub fn prefetch_place(&self) {
+        prefetch(self.quadric.world_from_object.linear(), 0..2);
     }
 
     /// True if a shadow ray to a point light, which meets the shape, does so nowhere but at the light.
@@ -307,10 +312,10 @@ impl Curved {
     /// Eight points of the shape for some of the unit square, their normals, and the stretches there: [`Curved::sample`],
     /// [`Curved::placed`] and [`Curved::stretch`].
     #[inline(always)]
-    pub fn sample_all<S: Simd>(&self, u: Vec2x8<S>) -> (Vec3x8<S>, Vec3x8<S>, f64x8<S>) {
-        let mut own = Vec3x8::splat(u[0].token(), DVec3::ZERO);
-        for lane in 0..LANES {
-            own.set_lane(lane, self.sample(DVec2::new(u[0][lane], u[1][lane])));
+    pub fn sample_all<S: Simd>(&self, [u, v]: Vec2x8<S>) -> (Vec3x8<S>, Vec3x8<S>, f64x8<S>) {
+        let mut own = Vec3x8::splat(u.token(), DVec3::ZERO);
+        for (lane, (u, v)) in u.as_slice().iter().zip(v.as_slice()).enumerate() {
+            own.set_lane(lane, self.sample(DVec2::new(*u, *v)));
         }
         let (p, n) = self.placed_of(own);
         (p, n, self.own_stretch(p.moved_by(-self.center).by(&self.own_from_world)))

@@ -436,6 +436,9 @@ impl Tree<'_> {
             let mut elements = [ElementId::NONE; LANES];
             for lane in set_lanes(others) {
                 elements[lane] = self.element(hits, lane).0;
+                if let Some(curved) = self.scene.curved(elements[lane].primitive) {
+                    curved.prefetch_place();
+                }
             }
             let is_same = |first: usize, lane: usize| elements[first] == elements[lane];
             for (first, own) in groups(others.to_bitmask(), is_same) {

@@ -201,7 +201,7 @@ pub(crate) struct Sheet<'s> {
 enum SheetShape<'s> {
     /// A triangle, its corners as the mesh has them, and its normal.
     Flat { triangle: &'s Triangle, corners: [DVec3; 3], n: DVec3 },
-    /// A sphere; whether its normal points inwards.
+    /// A curved shape; whether its normal points inwards.
     Round { curved: &'s Curved, is_inward: bool },
 }
 

@@ -244,10 +244,11 @@ impl<S: Simd> Meet<S> {
         let near = fused(o, d, t);
         let offset = -(near.z / d.z);
         let p = near + d * offset;
-        let r = (p.x * p.x + p.y * p.y).sqrt();
-        let (at_rim, at_hole) = ((r - outer).abs(), (r - inner).abs());
-        let is_clear = at_rim.simd_gt(outer * 1e-14) & (at_hole.simd_gt(inner * 1e-14) | inner.simd_eq(0.0));
-        let meets = is_ahead & r.simd_le(outer) & r.simd_ge(inner);
+        let (squared, outer, inner) = (p.x * p.x + p.y * p.y, outer * outer, inner * inner);
+        // Farther from both rims than a ray alone must be.
+        let is_clear =
+            (squared - outer).abs().simd_gt(outer * 1e-13) & (squared - inner).abs().simd_ge(inner * 1e-13);
+        let meets = is_ahead & squared.simd_le(outer) & squared.simd_ge(inner);
         let never = f64x8::splat(t.token(), f64::NAN);
         let middle = f64x8::splat(t.token(), f64::NEG_INFINITY);
         let crossings = Crossings { d, near, offsets: [offset; 2], t: [t, never], middle };

@@ -1,7 +1,7 @@
 use std::array::from_fn;
 use std::f64::consts::TAU;
 
-use fearless_simd::prelude::*;
+use fearless_simd::{f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Cone, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Sphere, Transform};
 
@@ -364,9 +364,9 @@ fn rays_meet_side_by_side_what_they_meet_alone() {
     assert!(met > 50_000 && hidden > 1000 && doubts * 5 < tested, "{met} {hidden} {doubts} of {tested}");
 }
 
-/// Points are brought onto shapes side by side as they are alone.
+/// Points are brought onto shapes, and sampled, side by side as they are alone.
 #[test]
-fn points_are_projected_side_by_side_as_they_are_alone() {
+fn points_are_projected_and_sampled_side_by_side_as_they_are_alone() {
     let name = |(p, n): (DVec3, DVec3)| [p, n].map(|v| v.to_array().map(f64::to_bits));
     for (number, shape) in shapes().iter().enumerate() {
         for round in 0..20 {
@@ -382,10 +382,15 @@ fn points_are_projected_side_by_side_as_they_are_alone() {
                     for lane in 1..LANES {
                         points.set_lane(lane, near(lane));
                     }
+                    let u = [6.6, 7.7].map(|k| f64x8::from_fn(simd, |lane| noise(number * 20 + round + lane, k).abs()));
+                    let (on, normals, stretches) = shape.sample_all(u);
                     let (p, n) = shape.project_all(points);
                     for lane in 0..LANES {
                         let (found, alone) = ((p.lane(lane), n.lane(lane)), shape.project(points.lane(lane)));
                         assert_eq!(name(found), name(alone), "{shape:?}");
+                        let sample = shape.placed(shape.sample(DVec2::new(u[0][lane], u[1][lane])));
+                        assert_eq!(name((on.lane(lane), normals.lane(lane))), name(sample), "{shape:?}");
+                        assert_eq!(stretches[lane].to_bits(), shape.stretch(sample.0).to_bits(), "{shape:?}");
                     }
                 });
             }
