@@ -15,7 +15,7 @@ use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Lunes, Receivers, weights};
 use crate::number::{LANES, Vec2x8, Vec3x8, bits, to_f64, vectorized};
 use crate::sampler::Streams;
-use crate::shading::Shaded;
+use crate::shading::{Found, Shaded};
 use crate::surface::Surfaces;
 
 /// Eight path vertices, with the state for direct lighting.
@@ -102,7 +102,7 @@ impl Lighting<'_> {
     ) {
         let mut slots = LobeSlots::new();
         let views = camera.map(|of| paths.views(of, &batch.camera_samples));
-        let Shaded { surfaces, frames, .. } =
+        let Shaded { found: Found { surfaces, .. }, frames, .. } =
             self.world.shaded(simd, tracer, paths, views.as_ref(), &mut slots);
         let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, frames, -paths.rays.d, &mut slots);
         tracer.profile(|profiler| profiler.enter(Stage::Lights));
