@@ -110,7 +110,7 @@ fn bumped<S: Simd>(
         let mut slopes = [f64x8::splat(simd, STEP); 2];
         for (axis, slope) in slopes.iter_mut().enumerate() {
             let mut step = *slope;
-            if let Some(Footprint { duv: [x, y], .. }) = &at.footprint {
+            if let Some(Footprint { duv: [x, y], .. }) = at.footprint {
                 let mean = (x[axis].abs() + y[axis].abs()) * 0.5;
                 step = mean.simd_eq(0.0).select(step, mean);
             }
@@ -144,7 +144,7 @@ impl<S: Simd> Coordinates<S> {
     pub fn new(scene: &Traceable, found: &Found<S>, d: Vec3x8<S>, active: mask64x8<S>) -> Self {
         let (simd, Found { surfaces, elements, barycentric }) = (active.token(), found);
         vectorized!(simd, {
-            let (mut triangles, mut ns) = (ParametricTriangles::none(simd), surfaces.ns);
+            let (mut triangles, mut ns) = (ParametricTriangles::new(simd), surfaces.ns);
             let mut others = 0;
             for (first, own) in groups(active.to_bitmask(), |a, b| elements[a] == elements[b]) {
                 let ElementId { primitive, instance, index } = elements[first];
@@ -227,7 +227,7 @@ impl<S: Simd> Shaded<S> {
                 let (material, active) = (material(first), bits(simd, own));
                 let views = views.filter(|_| material.needs().footprint);
                 let footprint =
-                    views.map(|views| *footprint.get_or_insert_with(|| footprints(&surfaces, flat, views)));
+                    views.map(|views| &*footprint.get_or_insert_with(|| footprints(&surfaces, flat, views)));
                 let at = TexturePoint { p: surfaces.p, origin: scene.origin, uv: flat.uv, footprint };
                 let (ns, dpdu) = match material.bump() {
                     Some(bump) => bumped(&at, bump, &surfaces, &coordinates.shading, active),

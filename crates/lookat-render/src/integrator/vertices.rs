@@ -12,7 +12,7 @@ use crate::bsdf::{Bsdf, BsdfSample, Domain, LobeFilter, LobeSlots};
 use crate::camera::Viewer;
 use crate::columns::{Column, ROOM, Stored, columns};
 use crate::integrator::world::Tracer;
-use crate::light::{Chosen, Lunes, Receivers, weights};
+use crate::light::{Chosen, Estimates, Lunes, Receivers, weights};
 use crate::number::{LANES, Vec2x8, Vec3x8, bits, to_f64, vectorized};
 use crate::sampler::Streams;
 use crate::shading::{Found, Shaded};
@@ -110,7 +110,8 @@ impl Lighting<'_> {
         let smooth = paths.active & bsdf.has(LobeFilter::NonDelta);
         let lunes = if self.has_lunes { Lunes::new(&domain, smooth) } else { None };
         let receivers = &Receivers { surfaces, domain, lunes };
-        let sampler = &self.sampler(simd, receivers);
+        let mut room = Estimates::new();
+        let sampler = &self.sampler(simd, receivers, &mut room);
         let illumination = Illumination { simd, lighting: self, receivers, sampler };
         does(tracer, &Vertices { illumination, paths, bsdf }, batch);
     }

@@ -37,21 +37,23 @@ pub(crate) struct ParametricTriangles<S: Simd> {
 }
 
 impl<S: Simd> ParametricTriangles<S> {
-    /// No triangle in any lane.
+    /// A triangle in each lane whose coordinates are those of the plane that it lies in: where no other is set, it takes no detour.
     #[inline(always)]
-    pub fn none(simd: S) -> Self {
-        let (zero, none) = ([Vec3x8::splat(simd, DVec3::ZERO); 3], bits(simd, 0));
-        let uvs = [[0.0.simd_into(simd); 2]; 3];
-        let (normals, tangents) = (zero, zero);
-        let (is_reversed, has_normals, has_tangents) = (none, none, none);
+    pub fn new(simd: S) -> Self {
+        let none = bits(simd, 0);
+        let [positions, normals, tangents] = [DEFAULT, [DVec2::ZERO; 3], [DVec2::ZERO; 3]].map(
+            #[inline(always)]
+            |corners| corners.map(|corner| Vec3x8::splat(simd, corner.extend(0.0))),
+        );
+        let uvs = positions.map(|corner| [corner.x, corner.y]);
         ParametricTriangles {
-            positions: zero,
+            positions,
             normals,
             tangents,
             uvs,
-            is_reversed,
-            has_normals,
-            has_tangents,
+            is_reversed: none,
+            has_normals: none,
+            has_tangents: none,
         }
     }
 
@@ -128,15 +130,13 @@ fn flat<S: Simd>(
     );
     let ([dpdu, dpdv], is_valid) = by_coordinates(uvs, [p0 - p2, p1 - p2]);
     let is_valid = is_valid & !is_zero(dpdu.cross(dpdv));
-    let [x, y] = pbrt_frame((p2 - p0).cross(p1 - p0).normalize_or(DVec3::Z));
     let zero = Vec3x8::splat(b0.token(), DVec3::ZERO);
-    Parametrics {
-        uv: [u, v],
-        dpdu: dpdu.keep_where(is_valid, x),
-        dpdv: dpdv.keep_where(is_valid, y),
-        dndu: zero,
-        dndv: zero,
+    let mut flat = Parametrics { uv: [u, v], dpdu, dpdv, dndu: zero, dndv: zero };
+    if !is_valid.all_true() {
+        let [x, y] = pbrt_frame((p2 - p0).cross(p1 - p0).normalize_or(DVec3::Z));
+        (flat.dpdu, flat.dpdv) = (dpdu.keep_where(is_valid, x), dpdv.keep_where(is_valid, y));
     }
+    flat
 }
 
 /// The derivatives of the normals in the file.
