@@ -165,19 +165,21 @@ impl<'v, S: Simd> LightSampler<'v, S> {
     }
 
     /// Chooses by a tree.
-    #[inline(always)]
+    #[inline(never)]
     fn ask(&mut self, tree: TreeSampler<'v, S>) {
         let (simd, TreeSampler { leaves, beside, at }) = (self.count.token(), tree);
-        for number in beside {
-            self.add(self.if_eligible(*number, self.table.lights[*number].estimate(simd, at)));
-        }
-        leaves.tree.estimates(
-            simd,
-            at,
-            #[inline(always)]
-            |estimate| self.add(estimate),
-        );
-        self.tree = Some(tree);
+        vectorized!(simd, {
+            for number in beside {
+                self.add(self.if_eligible(*number, self.table.lights[*number].estimate(simd, at)));
+            }
+            leaves.tree.estimates(
+                simd,
+                at,
+                #[inline(always)]
+                |estimate| self.add(estimate),
+            );
+            self.tree = Some(tree);
+        });
     }
 
     #[inline(always)]
