@@ -14,7 +14,7 @@ use crate::curved::quadric::Disk;
 use crate::curved::quadric::Paraboloid;
 use crate::curved::quadric::Sweep;
 use crate::curved::quadric::TurnedSegment;
-use crate::number::prefetch;
+use crate::number::{power_of_two, prefetch};
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 pub(crate) use sphere::Sphere;
@@ -94,6 +94,20 @@ impl Curved {
     /// The largest coordinate of the box around it.
     pub fn magnitude(&self) -> f64 {
         (self.center.abs() + self.half_extent()).max_element()
+    }
+
+    /// The radius of a ball around the center that holds the uncut form, in the world.
+    pub fn bounding_radius(&self) -> f64 {
+        let m = self.world_from_own();
+        let (low, high, _) = self.quadric.extent();
+        let own = match self.form {
+            UnitShape::Sphere(_) => self.radius,
+            _ => libm::hypot(self.radius, 0.5 * (high - low) / self.unit),
+        };
+        // Not less than the longest axis of the ellipsoid that the unit ball becomes.
+        let squares = m.transpose() * m;
+        let columns = [squares.x_axis, squares.y_axis, squares.z_axis];
+        own * columns.map(|column| column.abs().element_sum()).into_iter().fold(0.0, f64::max).sqrt()
     }
 
     /// The sphere that it is.
@@ -320,9 +334,4 @@ impl UnitShape {
             UnitShape::Paraboloid(paraboloid) => paraboloid.gradient(p),
         }
     }
-}
-
-/// The largest power of two that is not above `x`, a normal number.
-fn power_of_two(x: f64) -> f64 {
-    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits())
 }

@@ -397,6 +397,11 @@ pub(crate) fn splat_f32<S: Simd>(simd: S, x: f32) -> f32x8<S> {
     x.simd_into(simd)
 }
 
+/// The largest power of two that is not above `x`, a normal number.
+pub(crate) fn power_of_two(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits())
+}
+
 /// Rounded to `f32`.
 #[inline(always)]
 pub(crate) fn to_f32<S: Simd>(x: f64x8<S>) -> f32x8<S> {

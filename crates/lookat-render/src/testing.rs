@@ -38,3 +38,8 @@ pub(crate) fn levels() -> Vec<Level> {
     let older: [Option<Level>; 0] = [];
     [best].into_iter().chain(older.into_iter().flatten()).collect()
 }
+
+/// The number of cases of a property test: that in the environment variable LOOKAT_CASES, or else `usual`.
+pub(crate) fn cases(usual: usize) -> usize {
+    std::env::var("LOOKAT_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(usual)
+}

@@ -123,12 +123,7 @@ impl<'s> World<'s> {
     ) {
         vectorized!(simd, {
             match &self.aggregate {
-                Aggregate::List(list, _) => {
-                    for (first, own) in eights(active) {
-                        let found = list.nearest(simd, &rays.eight(simd, first), bits(simd, own));
-                        hits.set_eight(simd, first, &found);
-                    }
-                }
+                Aggregate::List(list, _) => list.nearest(simd, rays, active, hits),
                 Aggregate::Tree(tree) => tree.nearest(simd, &mut tracer.wide, rays, active, hits),
             }
         })
@@ -148,18 +143,10 @@ impl<'s> World<'s> {
         vectorized!(simd, {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
             tracer.begin_rays(stage, rays, active);
-            let mut met = 0;
-            match &self.aggregate {
-                Aggregate::List(list, _) => {
-                    for (first, own) in eights(active) {
-                        let own = list.occluded(simd, &rays.eight(simd, first), bits(simd, own), is_shadow);
-                        met |= own.to_bitmask() << first;
-                    }
-                }
-                Aggregate::Tree(tree) => {
-                    met = tree.occluded(simd, &mut tracer.wide, rays, active, is_shadow);
-                }
-            }
+            let met = match &self.aggregate {
+                Aggregate::List(list, _) => list.occluded(simd, rays, active, is_shadow),
+                Aggregate::Tree(tree) => tree.occluded(simd, &mut tracer.wide, rays, active, is_shadow),
+            };
             tracer.profile(Profiler::end_rays);
             met
         })

@@ -1,25 +1,34 @@
 //! Small worlds, whose elements are tested one after the other without a BVH.
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+mod filter;
+#[cfg(test)]
+mod tests;
 
-use super::rays::{Hits, NONE, POINT_LIGHT, Rays};
+use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
+
+use super::rays::{HitColumns, Hits, NONE, POINT_LIGHT, RayColumns, Rays};
 use crate::curved::Curved;
 use crate::curved::sphere::Meetings;
-use crate::number::{Vec3x8, bits, set_lanes, vectorized};
+use crate::number::{LANES, Vec3x8, bits, eights, has_compress, set_lanes, side_by_side, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
 use crate::triangle::{Triangle, holds_end};
+use filter::ListFilter;
 
-/// Above this number of triangles, a BVH is faster.
-pub(crate) const MOST: usize = 32;
-/// The cost of a sphere, in triangles.
-const SPHERE: usize = 2;
+/// The most elements of a list.
+pub(crate) const MOST: usize = 64;
+
+/// Above this number of elements, a BVH is faster: with AVX-512 and AVX2, at 48; with SSE2, at 16.
+fn most(level: Level) -> usize {
+    side_by_side!(level, simd => if has_compress(simd) { 48 } else { 16 })
+}
 
 /// All elements of a small world, sorted by name.
 pub(crate) struct List<'s> {
     scene: &'s Traceable,
     pub elements: Vec<Element<'s>>,
+    filter: ListFilter,
     has_emitters: bool,
 }
 
@@ -44,8 +53,7 @@ impl<'s> List<'s> {
     /// `None` of worlds that are too large, or have other elements.
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
-        let count = world.triangles.len() + SPHERE * world.non_triangles.len();
-        if count > MOST {
+        if world.triangles.len() + world.non_triangles.len() > most(scene.level) {
             return None;
         }
         let triangle = |(place, triangle): (u32, &'s Triangle)| {
@@ -61,7 +69,9 @@ impl<'s> List<'s> {
             elements.push(Element::new(scene, id, Hit::NO_PLACE, ListedShape::Sphere(curved)));
         }
         elements.sort_by_key(|element| element.id);
-        Some(List { scene, has_emitters: elements.iter().any(|element| element.emits), elements })
+        let (filter, has_emitters) =
+            (ListFilter::new(&elements)?, elements.iter().any(|element| element.emits));
+        Some(List { scene, elements, filter, has_emitters })
     }
 
     /// The number of an element, or [`NONE`].
@@ -81,16 +91,49 @@ impl<'s> List<'s> {
         Hit { t: hits.t[lane], element: element.id, barycentric, place: element.place }
     }
 
-    /// The nearest hits of the rays that are active.
+    /// The numbers of the elements that any of eight rays may hit.
     #[inline(always)]
-    pub fn nearest<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
+    fn numbers(&self, may: &[u64; MOST], first: usize) -> impl Iterator<Item = usize> {
+        let is_met = |number: usize| u64::from(may[number] >> first & 0xff != 0);
+        let mut rest =
+            (0..self.elements.len().min(MOST)).fold(0, |set, number| set | is_met(number) << number);
+        std::iter::from_fn(
+            #[inline(always)]
+            move || {
+                let number = (rest != 0).then(|| rest.trailing_zeros() as usize % MOST)?;
+                rest &= rest - 1;
+                Some(number)
+            },
+        )
+    }
+
+    /// Finds the nearest hits of active rays; each bit of `active` is a ray.
+    #[inline(always)]
+    pub fn nearest<S: Simd>(&self, simd: S, rays: &RayColumns, active: u64, hits: &mut HitColumns) {
+        let mut may = [active; MOST];
+        self.filter.test::<S, false>(simd, rays, active, &mut may);
+        for (first, own) in eights(active) {
+            let found = self.nearest_of_eight(simd, &rays.eight(simd, first), bits(simd, own), (&may, first));
+            hits.set_eight(simd, first, &found);
+        }
+    }
+
+    #[inline(always)]
+    fn nearest_of_eight<S: Simd>(
+        &self,
+        simd: S,
+        rays: &Rays<S>,
+        active: mask64x8<S>,
+        (may, first): (&[u64; MOST], usize),
+    ) -> Hits<S> {
         let sheared = ShearedRays::new(rays.o, rays.d, active);
         let none: f64x8<S> = NONE.simd_into(simd);
         let mut hits = Hits { t: rays.t_max, ..Hits::none(simd) };
         // They come in the order of their names: of hits as near as each other, the first counts.
-        for (number, element) in self.elements.iter().enumerate() {
+        for number in self.numbers(may, first) {
+            let (element, may) = (&self.elements[number], may[number] >> first & 0xff);
             let own: f64x8<S> = (number as f64).simd_into(simd);
-            let (met, t, sides) = element.meet(own, rays, &sheared, hits.t, active);
+            let (met, t, sides) = element.meet(own, rays, &sheared, hits.t, bits(simd, may));
             let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
             let nearer = if element.is_cut_out && nearer.any_true() {
                 element.meet_solid(self.scene, rays, nearer, false)
@@ -112,25 +155,42 @@ impl<'s> List<'s> {
         hits
     }
 
-    /// The active rays that hit anything but their targets. `is_shadow`: these are shadow rays, which may pass other holes.
+    /// The active rays that hit anything but their targets; each bit is a ray. `is_shadow`: these are shadow rays, which may pass other holes.
     #[inline(always)]
-    pub fn occluded<S: Simd>(
+    pub fn occluded<S: Simd>(&self, simd: S, rays: &RayColumns, active: u64, is_shadow: bool) -> u64 {
+        let mut may = [active; MOST];
+        // Only what emits is ever a target.
+        for (may, element) in may.iter_mut().zip(&self.elements).filter(|(_, element)| element.emits) {
+            for (first, own) in eights(active) {
+                let target = f64x8::from_slice(simd, &rays.target[first..first + LANES]);
+                *may &= !((target.simd_eq(element.label).to_bitmask() & own) << first);
+            }
+        }
+        let blocked = self.filter.test::<S, true>(simd, rays, active, &mut may);
+        let rest = may[..self.elements.len()].iter().fold(0, |rest, may| rest | may) & !blocked;
+        let mut met = blocked;
+        for (first, own) in eights(rest) {
+            let rays = &rays.eight(simd, first);
+            met |= self.occluded_of_eight(simd, rays, own, (&may, first), is_shadow) << first;
+        }
+        met
+    }
+
+    #[inline(always)]
+    fn occluded_of_eight<S: Simd>(
         &self,
         simd: S,
         rays: &Rays<S>,
-        active: mask64x8<S>,
+        active: u64,
+        (may, first): (&[u64; MOST], usize),
         is_shadow: bool,
-    ) -> mask64x8<S> {
-        let sheared = ShearedRays::new(rays.o, rays.d, active);
+    ) -> u64 {
+        let sheared = ShearedRays::new(rays.o, rays.d, bits(simd, active));
         let mut free = active;
-        for (number, element) in self.elements.iter().enumerate() {
-            if !free.any_true() {
-                break;
-            }
+        for number in self.numbers(may, first) {
+            let (element, may) = (&self.elements[number], may[number] >> first & free);
             let own: f64x8<S> = (number as f64).simd_into(simd);
-            // Only what emits is ever a target.
-            let others = if element.emits { free & !rays.target.simd_eq(element.label) } else { free };
-            let (met, t, _) = element.meet(own, rays, &sheared, rays.t_max, others);
+            let (met, t, _) = element.meet(own, rays, &sheared, rays.t_max, bits(simd, may));
             let mut is_blocked = met & t.simd_le(rays.t_max);
             if element.is_cut_out && is_blocked.any_true() {
                 is_blocked = element.meet_solid(self.scene, rays, is_blocked, is_shadow);
@@ -139,7 +199,7 @@ impl<'s> List<'s> {
             if may_be_end.any_true() {
                 is_blocked &= !element.ends(own, rays, may_be_end);
             }
-            free &= !is_blocked;
+            free &= !is_blocked.to_bitmask();
         }
         active & !free
     }
@@ -247,42 +307,4 @@ fn one_by_one<S: Simd>(
         t[lane] = found.unwrap_or(0.0);
     }
     (bits(simd, met), t)
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::DVec3;
-
-    use super::*;
-    use crate::number::side_by_side;
-    use crate::prepare::Prepared;
-    use crate::testing::{noise, scene};
-
-    /// Where meshes have holes, others of them for shadow rays, rays meet what they meet in a tree.
-    #[test]
-    fn rays_pass_the_holes_of_small_worlds() {
-        let mesh = "Shape \"trianglemesh\" \"point P\" [-2 -2 0 2 -2 0 2 2 0 -2 2 0] \"integer indices\" [0 1 2 0 2 3]
-            \"float uv\" [0 0 1 0 1 1 0 1]";
-        let traceable = Prepared::new(&scene(&format!(
-            "Film \"image\" Camera \"perspective\" WorldBegin
-             Texture \"h\" \"float\" \"checkerboard\" \"float uscale\" 4 \"float vscale\" 4 Translate 0 0 3
-             {mesh} \"texture alpha\" \"h\" Translate 0 0 1 {mesh} \"texture shadowalpha\" \"h\" Translate 1 0 1 {mesh} WorldEnd"
-        )))
-        .traceable;
-        let list = List::new(&traceable).unwrap();
-        let mut passed = 0;
-        side_by_side!(traceable.level, simd => for case in 0..2000 {
-            let ray = Ray::new(DVec3::ZERO, DVec3::new(noise(case, 1.1), noise(case, 2.3), 2.0).normalize());
-            let (rays, all) = (Rays::new(Vec3x8::splat(simd, ray.o), Vec3x8::splat(simd, ray.d)), bits(simd, 0xff));
-            let hits = list.nearest(simd, &rays, all);
-            let name = |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits));
-            let own = hits.is_hit().all_true().then(|| name(list.hit(&hits, 5)));
-            assert_eq!(own, traceable.nearest(&ray).map(name), "{ray:?}");
-            assert_eq!(list.occluded(simd, &rays, all, false).all_true(), own.is_some());
-            let is_blocked = traceable.occluded(&ray);
-            assert_eq!(list.occluded(simd, &rays, all, true).all_true(), is_blocked, "{ray:?}");
-            passed += u32::from(own.is_some() && !is_blocked);
-        });
-        assert!((100..1900).contains(&passed), "{passed} of 2000 pass as shadow rays alone");
-    }
 }

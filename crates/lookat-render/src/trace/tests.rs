@@ -1,5 +1,9 @@
+use fearless_simd::{Simd, prelude::*};
 use glam::DVec3;
 
+use super::rays::{HitColumns, Hits, OneRay, RayColumns};
+use crate::columns::MOST;
+use crate::number::LANES;
 use crate::prepare::Prepared;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::Surface;
@@ -125,4 +129,96 @@ fn shadows_are_those_of_f64() {
         counts[usize::from(occluded)] += 1;
     }
     assert!(counts.iter().all(|count| *count > 1_000), "{counts:?}");
+}
+
+/// Rays of all kinds: along axes and in planes, at vertices and edges, short ones, those that leave a triangle, those that go to a light
+/// or a point, and some out of the range of `f32`.
+fn ray(scene: &Traceable, i: usize) -> Ray {
+    let vector = |k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
+    let triangles = &scene.world.triangles;
+    let place = i * 7919 % triangles.len();
+    let triangle = &triangles[place];
+    let [p, q, r] = triangle.corners;
+    let target = match i % 4 {
+        0 => p,
+        1 => p + (q - p) * noise(i, 9.0).abs(),
+        _ => vector(2.0) * 0.5 + 0.5,
+    };
+    let o = vector(4.0) * DVec3::new(1.0, 1.0, 2.0);
+    let o = match i % 77 {
+        0 => o * 1e24,
+        1 => o * 1e9,
+        at if at % 11 == 0 => o.with_z(0.0),
+        _ => o,
+    };
+    let d = (target - o).normalize_or(DVec3::Z);
+    let d = match i % 13 {
+        0 => DVec3::Z * d.z.signum(),
+        1 => DVec3::new(d.x, 0.0, d.z).normalize_or(DVec3::X),
+        2 => DVec3::new(-0.0, d.y, 1e-30).normalize_or(DVec3::X),
+        _ => d,
+    };
+    let mut ray = Ray::new(o, d);
+    if i.is_multiple_of(3) {
+        ray.t_max = (target - o).length() * [1.0, 0.999, 3.0][i % 9 / 3];
+    }
+    if i.is_multiple_of(5) {
+        (ray.o, ray.leaving_place) = ((p + q + r) / 3.0, place as u32);
+        ray.leaving = ElementId { instance: ElementId::WORLD, ..ElementId::NONE };
+    }
+    if i.is_multiple_of(7) {
+        ray.target =
+            if i.is_multiple_of(2) { ElementId::POINT_LIGHT } else { triangle.element(ElementId::WORLD) };
+    }
+    ray
+}
+
+/// Rays that are traced together.
+pub(super) struct Batch {
+    pub all: Vec<Ray>,
+    pub rays: RayColumns,
+    /// Bits of those that count.
+    pub active: u64,
+}
+
+impl Batch {
+    /// The rays of a case. `leaving`: the number of the element that a ray leaves.
+    pub fn new(scene: &Traceable, case: usize, leaving: impl Fn(&Ray) -> f64) -> Self {
+        let all: Vec<Ray> = (0..MOST).map(|k| ray(scene, case * MOST + k)).collect();
+        let (mut rays, mut active) = (RayColumns::new(), 0);
+        for (at, ray) in all.iter().enumerate() {
+            let Ray { o, d, t_max, target, .. } = *ray;
+            let (leaving, leaving_instance) = (leaving(ray), ElementId::WORLD);
+            rays.set(at, &OneRay { o, d, t_max, leaving, leaving_instance, target: scene.labels.of(target) });
+            active |= u64::from(at % LANES < [LANES, 5, 0][(case + at / LANES) % 3]) << at;
+        }
+        Batch { all, rays, active }
+    }
+
+    /// Checks each ray against all elements. Returns the number of hits. `hit`: one of eight hits.
+    pub fn check<S: Simd>(
+        &self,
+        simd: S,
+        scene: &Traceable,
+        hits: &HitColumns,
+        occluded: u64,
+        hit: impl Fn(&Hits<S>, usize) -> Hit,
+    ) -> usize {
+        let mut met = 0;
+        for (at, ray) in self.all.iter().enumerate() {
+            let (hits, lane) = (hits.eight(simd, at / LANES * LANES), at % LANES);
+            if self.active >> at & 1 == 0 {
+                assert!(hits.element[lane] < 0.0 && occluded >> at & 1 == 0);
+                continue;
+            }
+            let name =
+                |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits), hit.place);
+            let own = (hits.element[lane] >= 0.0).then(|| hit(&hits, lane));
+            assert_eq!(own.map(name), scene.nearest_by_all(ray).map(name), "{ray:?}");
+            assert_eq!(own.is_some_and(|hit| scene.emits(&hit)), hits.emits.to_bitmask() >> lane & 1 == 1);
+            assert_eq!(occluded >> at & 1 == 1, scene.occluded_by_all(ray), "{ray:?}");
+            met += usize::from(own.is_some());
+        }
+        met
+    }
 }

@@ -1,6 +1,6 @@
 use std::array::from_fn;
 
-use fearless_simd::{Level, Simd, prelude::*};
+use fearless_simd::{Level, Simd};
 use glam::{DVec3, Vec3A};
 
 use super::slabs::FusedSlabs;
@@ -9,9 +9,10 @@ use crate::bvh::{Node, within_box};
 use crate::frame::Bounds;
 use crate::number::side_by_side;
 use crate::ray::Ray;
-use crate::testing::{levels, noise, scene};
+use crate::testing::{cases, levels, noise, scene};
 use crate::trace::Tree;
-use crate::trace::rays::{NONE, OneRay};
+use crate::trace::rays::NONE;
+use crate::trace::tests::Batch;
 
 const LAMP: &str = "AttributeBegin AreaLightSource \"diffuse\" Translate 0 0 2 Shape \"trianglemesh\"
     \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] AttributeEnd";
@@ -36,82 +37,26 @@ fn field(shapes: &str) -> lookat_scene::Scene {
     ))
 }
 
-/// Rays of all kinds: along axes and in planes, at vertices and edges, short ones, those that leave a triangle, those that go to a light
-/// or a point, and some out of the range of `f32`.
-fn ray(scene: &Traceable, i: usize) -> Ray {
-    let vector = |k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
-    let triangles = &scene.world.triangles;
-    let place = i * 7919 % triangles.len();
-    let triangle = &triangles[place];
-    let [p, q, r] = triangle.corners;
-    let target = match i % 4 {
-        0 => p,
-        1 => p + (q - p) * noise(i, 9.0).abs(),
-        _ => vector(2.0) * 0.5 + 0.5,
-    };
-    let o = vector(4.0) * DVec3::new(1.0, 1.0, 2.0);
-    let o = match i % 77 {
-        0 => o * 1e24,
-        1 => o * 1e9,
-        at if at % 11 == 0 => o.with_z(0.0),
-        _ => o,
-    };
-    let d = (target - o).normalize_or(DVec3::Z);
-    let d = match i % 13 {
-        0 => DVec3::Z * d.z.signum(),
-        1 => DVec3::new(d.x, 0.0, d.z).normalize_or(DVec3::X),
-        2 => DVec3::new(-0.0, d.y, 1e-30).normalize_or(DVec3::X),
-        _ => d,
-    };
-    let mut ray = Ray::new(o, d);
-    if i.is_multiple_of(3) {
-        ray.t_max = (target - o).length() * [1.0, 0.999, 3.0][i % 9 / 3];
-    }
-    if i.is_multiple_of(5) {
-        (ray.o, ray.leaving_place) = ((p + q + r) / 3.0, place as u32);
-        ray.leaving = ElementId { instance: ElementId::WORLD, ..ElementId::NONE };
-    }
-    if i.is_multiple_of(7) {
-        ray.target =
-            if i.is_multiple_of(2) { ElementId::POINT_LIGHT } else { triangle.element(ElementId::WORLD) };
-    }
-    ray
-}
-
-/// Traces a case with the instructions of `simd`, and checks each ray against all elements. Returns the number of hits.
+/// Traces a case with the instructions of `simd`, and checks it. Returns the number of hits.
 fn check<S: Simd>(simd: S, scene: &Traceable, tracer: &mut WideTracer, case: usize) -> usize {
-    let all: Vec<Ray> = (0..MOST_RAYS).map(|k| ray(scene, case * MOST_RAYS + k)).collect();
-    let (mut rays, mut active) = (RayColumns::new(), 0);
-    for (at, Ray { o, d, t_max, leaving_place, target, .. }) in all.iter().enumerate() {
-        let leaving = if *leaving_place == Hit::NO_PLACE { NONE } else { f64::from(*leaving_place) };
-        let (leaving_instance, target) = (ElementId::WORLD, scene.labels.of(*target));
-        rays.set(at, &OneRay { o: *o, d: *d, t_max: *t_max, leaving, leaving_instance, target });
-        active |= u64::from(at % LANES < [LANES, 5, 0][(case + at / LANES) % 3]) << at;
-    }
+    let leaving = |ray: &Ray| {
+        if ray.leaving_place == Hit::NO_PLACE { NONE } else { f64::from(ray.leaving_place) }
+    };
+    let batch = Batch::new(scene, case, leaving);
     let mut hits = HitColumns::new();
     hits.clear();
-    let beyond = tracer.nearest(simd, scene, &rays, active, &mut hits);
-    let (occluded, also_beyond) = tracer.occluded(simd, scene, &rays, active, true);
+    let beyond = tracer.nearest(simd, scene, &batch.rays, batch.active, &mut hits);
+    let (occluded, also_beyond) = tracer.occluded(simd, scene, &batch.rays, batch.active, true);
     assert_eq!(beyond, also_beyond);
-    let (tree, mut met) = (Tree { scene }, 0);
-    for (at, ray) in all.iter().enumerate() {
-        let (hits, lane) = (hits.eight(simd, at / LANES * LANES), at % LANES);
-        assert_eq!(beyond >> at & 1 == 1, active >> at & 1 == 1 && ray.o.abs().max_element() > 1e23);
-        if (active & !beyond) >> at & 1 == 0 {
-            assert!(hits.element[lane] < 0.0 && occluded >> at & 1 == 0);
-            continue;
-        }
-        let name = |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits), hit.place);
-        let own = (hits.element[lane] >= 0.0).then(|| tree.hit(&hits, lane));
-        assert_eq!(own.map(name), scene.nearest_by_all(ray).map(name), "{ray:?}");
-        assert_eq!(own.is_some_and(|hit| scene.emits(&hit)), hits.emits.to_bitmask() >> lane & 1 == 1);
-        assert_eq!(occluded >> at & 1 == 1, scene.occluded_by_all(ray), "{ray:?}");
-        met += usize::from(own.is_some());
+    for (at, ray) in batch.all.iter().enumerate() {
+        assert_eq!(beyond >> at & 1 == 1, batch.active >> at & 1 == 1 && ray.o.abs().max_element() > 1e23);
     }
-    met
+    let tree = Tree { scene };
+    Batch { active: batch.active & !beyond, ..batch }
+        .check(simd, scene, &hits, occluded, |hits, lane| tree.hit(hits, lane))
 }
 
-/// What rays hit side by side has the same bits as what each hits among all elements, one by one. LOOKAT_CASES: the number of cases.
+/// What rays hit side by side has the same bits as what each hits among all elements, one by one.
 #[test]
 fn rays_hit_side_by_side_what_they_hit_alone() {
     let quadrics =
@@ -140,7 +85,7 @@ fn rays_hit_side_by_side_what_they_hit_alone() {
         \"float vscale\" 7 Translate 0 0 .1 {square} \"integer indices\" [0 1 2 0 2 3] \"float uv\" [0 0 1 0 1 1 0 1]
         \"texture alpha\" \"holes\" Translate 0 0 .01 {square} \"integer indices\" [0 1 2 0 2 3] \"float shadowalpha\" 0");
     let far = "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [-1e12 -1e12 -1 1e12 -1e12 -1 0 1e12 -1]";
-    let cases = std::env::var("LOOKAT_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(40);
+    let cases = cases(40);
     for shapes in ["", quadrics, disks, twice, instances, objects, holes, far] {
         let mut scene = crate::Prepared::new(&field(shapes)).traceable;
         let (mut met, mut tracer) = (0, WideTracer::new());

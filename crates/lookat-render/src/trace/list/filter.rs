@@ -1,0 +1,422 @@
+//! What rays may hit in a small world: tests in `f32`, sixteen rays side by side.
+
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16, prelude::*};
+use glam::{DVec3, Vec3Swizzles};
+
+use super::{Element, ListedShape, MOST};
+use crate::columns;
+use crate::curved::Curved;
+use crate::number::{LANES, V3, Vec3x8, power_of_two};
+use crate::ray::NEAR_END;
+use crate::trace::rays::{RayColumns, Rays};
+use crate::triangle::{Triangle, UNIT};
+
+/// The rays that are tested side by side.
+const WIDE: usize = 2 * LANES;
+
+/// The elements of a small world in `f32`.
+pub(super) struct ListFilter {
+    /// The middle of a box around all elements.
+    center: DVec3,
+    /// A power of two by which positions are scaled, so that no element is farther than 1 from the center.
+    scale: f64,
+    /// The triangles and the other elements, with their numbers.
+    triangles: Vec<(usize, TriangleOutline)>,
+    balls: Vec<(usize, Ball)>,
+}
+
+/// A triangle by the Plücker coordinates of its edges.
+///
+/// The reciprocal product of a ray and an edge tells the side on which they pass each other. With u for the rounding of one operation, a
+/// product is off by less than 10 u times the sizes of its factors, and 16 u are allowed for. Factors count as at least 2^-26 times the
+/// distances that they come by: more than what `f64` rounds.
+struct TriangleOutline {
+    edges: [Edge; 3],
+    /// The normal, not of length one, and its product with a corner.
+    normal: [f32; 3],
+    height: f32,
+    /// The error of the sides for each unit of the ray's direction and of its moment.
+    side_error: [f32; 2],
+    /// The error of the distance between plane and origin, times the length of the normal: what is the same for all rays, and what comes for each unit
+    /// of the origin.
+    volume_error: [f32; 2],
+    /// The side from which on a hit is certain, besides errors: 0, or infinite if there may be holes.
+    least_side: f32,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Edge {
+    along: [f32; 3],
+    moment: [f32; 3],
+}
+
+/// A ball around a curved shape.
+struct Ball {
+    center: [f32; 3],
+    radius: f32,
+}
+
+/// Rays as lines, relative to the center and scaled.
+struct Lines<S: Simd> {
+    o: V3<f32x16<S>>,
+    d: V3<f32x16<S>>,
+    /// o x d.
+    moment: V3<f32x16<S>>,
+    /// The largest coordinates of the three.
+    o_size: f32x16<S>,
+    d_size: f32x16<S>,
+    moment_size: f32x16<S>,
+    /// The ends of the rays.
+    t_max: f32x16<S>,
+    /// The number of the element that each leaves.
+    leaving: f32x16<S>,
+    active: mask32x16<S>,
+}
+
+/// Where rays may hit an element: at distances that are ratios of two numbers, both with bounds of their errors.
+struct Crossing<S: Simd> {
+    /// The rays that may hit the element, and those that certainly do, as far as the distance is not concerned.
+    may: mask32x16<S>,
+    is_certain: mask32x16<S>,
+    numerator: f32x16<S>,
+    /// Not negative.
+    denominator: f32x16<S>,
+    numerator_error: f32x16<S>,
+    denominator_error: f32x16<S>,
+}
+
+impl<S: Simd> Crossing<S> {
+    /// The least and the greatest numerator.
+    #[inline(always)]
+    fn numerators(&self) -> [f32x16<S>; 2] {
+        [self.numerator - self.numerator_error, self.numerator + self.numerator_error]
+    }
+
+    /// The rays that may hit the element before their ends.
+    #[inline(always)]
+    fn may_be_before(&self, end: f32x16<S>) -> mask32x16<S> {
+        let [least, most] = self.numerators();
+        let is_beyond = least.simd_gt(end * (self.denominator + self.denominator_error));
+        self.may & !(is_beyond | self.is_behind(most))
+    }
+
+    /// The rays that would hit the element before they start. `most`: the greatest numerator.
+    #[inline(always)]
+    fn is_behind(&self, most: f32x16<S>) -> mask32x16<S> {
+        // A ray that is nearly in the plane may pass it in either direction.
+        most.simd_lt(0.0) & self.denominator.simd_gt(self.denominator_error)
+    }
+
+    /// The rays that certainly hit the element before their ends.
+    #[inline(always)]
+    fn is_before(&self, end: f32x16<S>) -> mask32x16<S> {
+        let [least, most] = self.numerators();
+        let is_near = most.simd_lt(end * (self.denominator - self.denominator_error));
+        self.is_certain & is_near & least.simd_gt(0.0)
+    }
+
+    /// The least distances where rays may hit the element, infinite for rays that miss it; and the greatest ones where they certainly do, infinite for
+    /// others.
+    #[inline(always)]
+    fn distances(&self) -> [f32x16<S>; 2] {
+        let simd = self.may.token();
+        let (zero, infinity) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, f32::INFINITY));
+        let [least, most] = self.numerators();
+        let inverse = 1.0 / self.denominator;
+        // 1 / (1 + e) is not less than 1 - e, and up to 1/2, 1 / (1 - e) is not more than 1 + 2 e.
+        let error = self.denominator_error * inverse;
+        let is_ahead = least.simd_gt(0.0);
+        let (near, far) = (least * inverse * (1.0 - error), most * inverse * (1.0 + error * 2.0));
+        let is_certain = self.is_certain & is_ahead & error.simd_lt(0.5);
+        let near = is_ahead.select(near, zero);
+        [(self.may & !self.is_behind(most)).select(near, infinity), is_certain.select(far, infinity)]
+    }
+}
+
+/// Scaled distances of origins beyond this, and directions of other lengths than about one, have no bounds.
+const FARTHEST: f64 = 1e6;
+/// More than what numbers lose that vanish in `f32`.
+const VANISHING: f32 = 1e-30;
+/// See [`TriangleOutline`].
+const LEAST_FACTOR: f64 = 1.0 / (1 << 26) as f64;
+
+impl ListFilter {
+    /// `None` where elements are too small for their distance from the origin.
+    pub fn new(elements: &[Element]) -> Option<Self> {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for element in elements {
+            let (own_low, own_high) = match element.shape {
+                ListedShape::Triangle(boxed) => {
+                    let [p, q, r] = boxed.triangle.corners;
+                    (p.min(q).min(r), p.max(q).max(r))
+                }
+                ListedShape::Sphere(curved) => {
+                    (curved.center - curved.half_extent(), curved.center + curved.half_extent())
+                }
+            };
+            (low, high) = (low.min(own_low), high.max(own_high));
+        }
+        let center = low + (high - low) * 0.5;
+        let reach = (high - low).length();
+        let scale = power_of_two(0.5 / reach);
+        let is_safe = scale.is_normal() && center.abs().max_element() * scale < FARTHEST;
+        let placed = |p| (p - center) * scale;
+        let (mut triangles, mut balls) = (Vec::new(), Vec::new());
+        for (number, element) in elements.iter().enumerate() {
+            match element.shape {
+                ListedShape::Triangle(boxed) => {
+                    triangles
+                        .push((number, TriangleOutline::new(boxed.triangle, placed, element.is_cut_out)));
+                }
+                ListedShape::Sphere(curved) => balls.push((number, Ball::new(curved, placed, scale))),
+            }
+        }
+        is_safe.then_some(ListFilter { center, scale, triangles, balls })
+    }
+
+    /// Removes the rays that certainly miss an element from those in `may`, bits for each element. With `ANY`, returns the rays that certainly hit one
+    /// before their ends; else the rays that certainly hit another element before are removed, too.
+    #[inline(always)]
+    pub fn test<S: Simd, const ANY: bool>(
+        &self,
+        simd: S,
+        rays: &RayColumns,
+        active: u64,
+        may: &mut [u64; MOST],
+    ) -> u64 {
+        let (mut blocked, mut least) = (0, [[0.0; WIDE]; MOST]);
+        for first in (0..columns::MOST).step_by(WIDE).filter(|first| active >> first & 0xffff != 0) {
+            let eights = [rays.eight(simd, first), rays.eight(simd, first + LANES)];
+            let lines = Lines::new(self, eights, active >> first & 0xffff);
+            let mut found = Found { nearest: lines.t_max, is_blocked: mask32x16::splat(simd, false) };
+            for (number, triangle) in &self.triangles {
+                let crossing = triangle.crossing(&lines, *number as f32);
+                found.add::<ANY>(
+                    &lines,
+                    crossing,
+                    first,
+                    &mut may[*number % MOST],
+                    &mut least[*number % MOST],
+                );
+            }
+            for (number, ball) in &self.balls {
+                let crossing = Some(ball.crossing(&lines));
+                found.add::<ANY>(
+                    &lines,
+                    crossing,
+                    first,
+                    &mut may[*number % MOST],
+                    &mut least[*number % MOST],
+                );
+            }
+            if ANY {
+                blocked |= found.is_blocked.to_bitmask() << first;
+                continue;
+            }
+            let count = self.triangles.len() + self.balls.len();
+            for (may, least) in may.iter_mut().zip(&least).take(count) {
+                let is_near = f32x16::from_slice(simd, least).simd_lt(found.nearest);
+                *may &= !(0xffff << first) | is_near.to_bitmask() << first;
+            }
+        }
+        blocked & active
+    }
+}
+
+/// What sixteen rays certainly hit.
+struct Found<S: Simd> {
+    /// A distance that their nearest hits are not beyond.
+    nearest: f32x16<S>,
+    /// The rays that hit anything before their ends, if `ANY` hit will do.
+    is_blocked: mask32x16<S>,
+}
+
+impl<S: Simd> Found<S> {
+    /// Adds an element. `may`: bits of the rays for which it counts, of sixteen from `first` on; if `ANY` hit will do, those that miss it are removed.
+    /// `least`: becomes the least distances where rays may hit it, else.
+    #[inline(always)]
+    fn add<const ANY: bool>(
+        &mut self,
+        lines: &Lines<S>,
+        crossing: Option<Crossing<S>>,
+        first: usize,
+        may: &mut u64,
+        least: &mut [f32; WIDE],
+    ) {
+        let others = !(0xffff << first);
+        match crossing {
+            None if ANY => *may &= others,
+            None => *least = [f32::INFINITY; WIDE],
+            Some(crossing) if ANY => {
+                let own = mask32x16::from_bitmask(lines.t_max.token(), *may >> first & 0xffff);
+                self.is_blocked |= own & crossing.is_before(lines.t_max * BEFORE_END);
+                *may &= others | crossing.may_be_before(lines.t_max).to_bitmask() << first;
+            }
+            Some(crossing) => {
+                let [near, far] = crossing.distances();
+                self.nearest = self.nearest.min(far);
+                near.store_slice(least);
+            }
+        }
+    }
+}
+
+/// The share of its way on which what a ray certainly hits is not its end.
+const BEFORE_END: f32 = NEAR_END as f32;
+
+impl<S: Simd> Lines<S> {
+    #[inline(always)]
+    fn new(filter: &ListFilter, rays: [Rays<S>; 2], active: u64) -> Self {
+        let [low, high] = [Line::new(filter, &rays[0]), Line::new(filter, &rays[1])];
+        Lines {
+            o: both3(low.o, high.o),
+            d: both3(low.d, high.d),
+            moment: both3(low.moment, high.moment),
+            o_size: both(low.o_size, high.o_size),
+            d_size: both(low.d_size, high.d_size),
+            moment_size: both(low.moment_size, high.moment_size),
+            t_max: both(low.t_max, high.t_max),
+            leaving: both(low.leaving, high.leaving),
+            active: mask32x16::from_bitmask(rays[0].t_max.token(), active),
+        }
+    }
+
+    /// The reciprocal products of the rays and an edge.
+    #[inline(always)]
+    fn side(&self, edge: &Edge) -> f32x16<S> {
+        let (simd, [x, y, z]) = (self.t_max.token(), edge.along);
+        let V3 { x: m_x, y: m_y, z: m_z } = self.moment;
+        let of_direction = dot(&self.d, &edge.moment);
+        let of_z = m_z.mul_add(f32x16::splat(simd, z), of_direction);
+        m_x.mul_add(f32x16::splat(simd, x), m_y.mul_add(f32x16::splat(simd, y), of_z))
+    }
+}
+
+/// Sixteen numbers, rounded to `f32`.
+#[inline(always)]
+fn both<S: Simd>(low: f64x8<S>, high: f64x8<S>) -> f32x16<S> {
+    low.token().narrow_f64x8(low, high)
+}
+
+#[inline(always)]
+fn both3<S: Simd>(low: Vec3x8<S>, high: Vec3x8<S>) -> V3<f32x16<S>> {
+    V3 { x: both(low.x, high.x), y: both(low.y, high.y), z: both(low.z, high.z) }
+}
+
+/// Half of [`Lines`], exact.
+struct Line<S: Simd> {
+    o: Vec3x8<S>,
+    d: Vec3x8<S>,
+    moment: Vec3x8<S>,
+    o_size: f64x8<S>,
+    d_size: f64x8<S>,
+    moment_size: f64x8<S>,
+    t_max: f64x8<S>,
+    leaving: f64x8<S>,
+}
+
+impl<S: Simd> Line<S> {
+    #[inline(always)]
+    fn new(filter: &ListFilter, rays: &Rays<S>) -> Self {
+        let (simd, d, leaving) = (rays.t_max.token(), rays.d, rays.leaving);
+        let o = (rays.o - Vec3x8::splat(simd, filter.center)) * f64x8::splat(simd, filter.scale);
+        let moment = o.cross(d);
+        let (o_size, d_size) = (o.magnitude(), d.magnitude());
+        let moment_size = moment.magnitude() + (o_size + 1.0) * d_size * LEAST_FACTOR;
+        // Rays that are out of range get bounds that tell nothing.
+        let is_safe = o_size.simd_lt(FARTHEST) & d_size.simd_gt(0.25) & d_size.simd_lt(4.0);
+        let moment_size = is_safe.select(moment_size, f64x8::splat(simd, f64::INFINITY));
+        let t_max = rays.t_max * (filter.scale * (1.0 + f64::from(4.0 * UNIT)));
+        Line { o, d, moment, o_size, d_size, moment_size, t_max, leaving }
+    }
+}
+
+/// The sum of products with numbers that are the same for all rays.
+#[inline(always)]
+fn dot<S: Simd>(v: &V3<f32x16<S>>, [x, y, z]: &[f32; 3]) -> f32x16<S> {
+    let simd = v.x.token();
+    v.x.mul_add(f32x16::splat(simd, *x), v.y.mul_add(f32x16::splat(simd, *y), v.z * *z))
+}
+
+impl TriangleOutline {
+    /// `placed`: brings points to the space of the filter.
+    fn new(triangle: &Triangle, placed: impl Fn(DVec3) -> DVec3, is_cut_out: bool) -> Self {
+        let corners = triangle.corners.map(placed);
+        let edges = [[1, 2], [2, 0], [0, 1]].map(|[from, to]| (corners[from], corners[to]));
+        let (e, f) = (corners[1] - corners[0], corners[2] - corners[0]);
+        let normal = e.cross(f);
+        let sum = |v: DVec3| v.abs().element_sum();
+        let most = |of: &dyn Fn(&(DVec3, DVec3)) -> f64| edges.iter().map(of).fold(0.0, f64::max);
+        let along = most(&|(p, q)| sum(q - p));
+        let moment = most(&|(p, q)| sum(p.cross(*q))) + along * LEAST_FACTOR;
+        // The terms of the normal, which may cancel.
+        let terms = (e.abs().yzx() * f.abs().zxy() + e.abs().zxy() * f.abs().yzx()).element_sum();
+        let height = normal.dot(corners[0]);
+        let unit = f64::from(16.0 * UNIT);
+        let f32s = |v: DVec3| v.as_vec3().to_array();
+        TriangleOutline {
+            edges: edges.map(|(p, q)| Edge { along: f32s(q - p), moment: f32s(p.cross(q)) }),
+            normal: f32s(normal),
+            height: height as f32,
+            side_error: [moment * unit, along * unit].map(|x| x as f32 + VANISHING),
+            volume_error: [(height.abs() + terms) * unit, terms * unit].map(|x| x as f32 + VANISHING),
+            least_side: if is_cut_out { f32::INFINITY } else { 0.0 },
+        }
+    }
+
+    /// Where rays may hit the triangle. `number`: that of the element. `None` where all miss it.
+    #[inline(always)]
+    fn crossing<S: Simd>(&self, lines: &Lines<S>, number: f32) -> Option<Crossing<S>> {
+        let [a, b, c] = &self.edges;
+        let (u, v, w) = (lines.side(a), lines.side(b), lines.side(c));
+        let error = lines.d_size * self.side_error[0] + lines.moment_size * self.side_error[1];
+        let certain = error + self.least_side;
+        let (least, most) = (u.min(v).min(w), u.max(v).max(w));
+        let is_outside = least.simd_lt(-error) & most.simd_gt(error);
+        let is_inside = least.simd_gt(certain) | most.simd_lt(-certain);
+        let may = lines.active & !(is_outside | lines.leaving.simd_eq(number));
+        if !may.any_true() {
+            return None;
+        }
+        let det = u + v + w;
+        let volume = self.height - dot(&lines.o, &self.normal);
+        Some(Crossing {
+            may,
+            is_certain: may & is_inside,
+            numerator: det.simd_lt(0.0).select(-volume, volume),
+            denominator: det.abs(),
+            numerator_error: lines.o_size * self.volume_error[1] + self.volume_error[0],
+            denominator_error: error * 3.0,
+        })
+    }
+}
+
+impl Ball {
+    fn new(curved: &Curved, placed: impl Fn(DVec3) -> DVec3, scale: f64) -> Self {
+        let radius = curved.bounding_radius() * scale;
+        Ball { center: placed(curved.center).as_vec3().to_array(), radius: (radius * (1.0 + 1e-6)) as f32 }
+    }
+
+    /// Where rays may be in the ball.
+    #[inline(always)]
+    fn crossing<S: Simd>(&self, lines: &Lines<S>) -> Crossing<S> {
+        let [x, y, z] = self.center;
+        let (o, d, m) = (&lines.o, &lines.d, &lines.moment);
+        // The vector from the center to the nearest point of the line, turned by a right angle.
+        let away = [m.x - (d.z * y - d.y * z), m.y - (d.x * z - d.z * x), m.z - (d.y * x - d.x * y)];
+        let distance_squared = away[0] * away[0] + away[1] * away[1] + away[2] * away[2];
+        // Centers are not farther than 1 from the origin.
+        let error = (lines.moment_size + lines.d_size * 2.0) * (16.0 * UNIT) + VANISHING;
+        let length_squared = d.x * d.x + d.y * d.y + d.z * d.z;
+        let half = length_squared.sqrt() * (self.radius * (1.0 + 8.0 * UNIT)) + error * 2.0;
+        let may = lines.active & !distance_squared.simd_gt(half * half * (1.0 + 16.0 * UNIT));
+        Crossing {
+            may,
+            is_certain: may & !may,
+            numerator: dot(d, &self.center) - (d.x * o.x + d.y * o.y + d.z * o.z),
+            denominator: length_squared,
+            numerator_error: half + (lines.o_size + 1.0) * lines.d_size * (32.0 * UNIT),
+            denominator_error: length_squared * (16.0 * UNIT),
+        }
+    }
+}
