@@ -57,7 +57,9 @@ impl Texel for Vec3 {
 
     #[inline]
     fn of_bytes(bytes: &[u8], index: usize, values: &[f32; 256]) -> Option<Self> {
-        bytes.as_chunks().0.get(index).map(|rgb: &[u8; 3]| rgb.map(|byte| values[usize::from(byte)]).into())
+        // Without a division by the size of a texel.
+        let rgb: &[u8; 3] = bytes.get(index.checked_mul(3)?..)?.first_chunk()?;
+        Some(rgb.map(|byte| values[usize::from(byte)]).into())
     }
 }
 

@@ -24,7 +24,7 @@ use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 pub(crate) use area::LightHits;
 use area::{SurfaceForm, SurfaceLight};
-pub(crate) use choice::{Chosen, LightSampler};
+pub(crate) use choice::{Chosen, Estimates, LightSampler};
 use environment::{Environment, EnvironmentSample};
 pub(crate) use lune::Lunes;
 use point::{PointLight, Spread};

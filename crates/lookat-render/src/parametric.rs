@@ -1,6 +1,6 @@
 //! Parametric derivatives of surfaces (PBR 3.6).
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::number::{Vec2x8, Vec3x8};
@@ -32,6 +32,19 @@ impl<S: Simd> Parametrics<S> {
             dpdv: self.dpdv.lane(lane),
             dndu: self.dndu.lane(lane),
             dndv: self.dndv.lane(lane),
+        }
+    }
+
+    /// Keeps the lanes in `mask` and takes the other lanes from `others`.
+    #[inline(always)]
+    pub fn keep_where(&self, mask: mask64x8<S>, others: &Self) -> Self {
+        let ([u, v], [other_u, other_v]) = (self.uv, others.uv);
+        Parametric {
+            uv: [mask.select(u, other_u), mask.select(v, other_v)],
+            dpdu: self.dpdu.keep_where(mask, others.dpdu),
+            dpdv: self.dpdv.keep_where(mask, others.dpdv),
+            dndu: self.dndu.keep_where(mask, others.dndu),
+            dndv: self.dndv.keep_where(mask, others.dndv),
         }
     }
 

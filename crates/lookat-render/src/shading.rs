@@ -23,45 +23,31 @@ use crate::trace::{
 use crate::traceable::Traceable;
 use crate::triangle::uv::ParametricTriangles;
 
-/// A ray and its hit.
-pub(crate) type RayHit = (Ray, Hit);
-
 /// The texture coordinates of a surface, where a ray has found it.
-pub(crate) fn uv(scene: &Traceable, surface: &Surface, found: RayHit) -> DVec2 {
+pub(crate) fn uv(scene: &Traceable, surface: &Surface, ray: &Ray, hit: &Hit) -> DVec2 {
     baseline!(simd => {
         let none = Vec3x8::splat(simd, DVec3::ZERO);
         let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
         let mut surfaces = Surfaces { p: none, n: none, ns: none, magnitude: 0.0.simd_into(simd), element, instance };
         surfaces.set_lane(0, surface);
-        let mut all = [None; LANES];
-        all[0] = Some(found);
-        Coordinates::new(scene, &surfaces, &all, first_lanes(simd, 1)).flat.lane(0).uv
+        let barycentric = hit.barycentric.map(|b| b.simd_into(simd));
+        let found = Found { surfaces, elements: [hit.element; LANES], barycentric };
+        Coordinates::new(scene, &found, Vec3x8::splat(simd, ray.d), first_lanes(simd, 1)).flat.lane(0).uv
     })
 }
 
-/// The points where the textures of a material are evaluated, and the shading frames there.
-#[inline(always)]
-fn points<S: Simd>(
-    (scene, material): (&Traceable, &Material),
-    surfaces: &Surfaces<S>,
-    found: &[Option<RayHit>; LANES],
-    views: Option<&Views>,
-    active: mask64x8<S>,
-) -> (TexturePoint<S>, Frames<f64x8<S>>) {
-    let coordinates = Coordinates::new(scene, surfaces, found, active);
-    let views = views.filter(|_| material.needs().footprint);
-    let footprint = views.map(|views| footprint(surfaces, &coordinates.flat, views));
-    let at = TexturePoint { p: surfaces.p, origin: scene.origin, uv: coordinates.flat.uv, footprint };
-    let (ns, dpdu) = match material.bump() {
-        Some(bump) => bumped(&at, bump, surfaces, &coordinates.shading, active),
-        None => (surfaces.ns, coordinates.shading.dpdu),
-    };
-    (at, Frames::from_zx(ns, dpdu))
+/// What rays have found.
+#[derive(Clone, Copy)]
+pub(crate) struct Found<S: Simd> {
+    pub surfaces: Surfaces<S>,
+    pub elements: [ElementId; LANES],
+    /// Weights of the first two vertices of triangles, u and v of curves.
+    pub barycentric: Vec2x8<S>,
 }
 
 /// The change of surface points and texture coordinates from camera rays to their neighbors (PBR 10.1.1).
 #[inline(never)]
-fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Views) -> Footprint<S> {
+fn footprints<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Views) -> Footprint<S> {
     let (simd, Surfaces { p, n, .. }) = (surfaces.magnitude.token(), *surfaces);
     vectorized!(simd, {
         let [right, below] = views.neighbors(simd).map(
@@ -124,7 +110,7 @@ fn bumped<S: Simd>(
         let mut slopes = [f64x8::splat(simd, STEP); 2];
         for (axis, slope) in slopes.iter_mut().enumerate() {
             let mut step = *slope;
-            if let Some(Footprint { duv: [x, y], .. }) = &at.footprint {
+            if let Some(Footprint { duv: [x, y], .. }) = at.footprint {
                 let mean = (x[axis].abs() + y[axis].abs()) * 0.5;
                 step = mean.simd_eq(0.0).select(step, mean);
             }
@@ -153,96 +139,103 @@ struct Coordinates<S: Simd> {
 }
 
 impl<S: Simd> Coordinates<S> {
-    /// The coordinates of the active surfaces. `found`: the rays and hits.
+    /// The coordinates of the active surfaces. `d`: the directions of the rays.
     #[inline(never)]
-    pub fn new(
-        scene: &Traceable,
-        surfaces: &Surfaces<S>,
-        found: &[Option<RayHit>; LANES],
-        active: mask64x8<S>,
-    ) -> Self {
-        let simd = active.token();
+    pub fn new(scene: &Traceable, found: &Found<S>, d: Vec3x8<S>, active: mask64x8<S>) -> Self {
+        let (simd, Found { surfaces, elements, barycentric }) = (active.token(), found);
         vectorized!(simd, {
-            let all = || set_lanes(active).filter_map(|lane| Some((lane, found[lane].as_ref()?)));
-            let mut triangles = ParametricTriangles::default();
-            for (lane, (_, hit)) in all() {
-                let (primitive, index) = (scene.primitive(hit.element.primitive), hit.element.index);
-                if let Shape::TriangleMesh(mesh) = &primitive.shape {
-                    let mut ns = surfaces.ns.lane(lane);
-                    if let Some(instance) = scene.instance(hit.element.instance) {
-                        ns = instance.normal_to_object(ns);
-                    }
-                    let normal = (ns, primitive.reverse_orientation);
-                    triangles.set_lane(lane, (mesh, index as usize), hit.barycentric, normal);
+            let (mut triangles, mut ns) = (ParametricTriangles::new(simd), surfaces.ns);
+            let mut others = 0;
+            for (first, own) in groups(active.to_bitmask(), |a, b| elements[a] == elements[b]) {
+                let ElementId { primitive, instance, index } = elements[first];
+                let primitive = scene.primitive(primitive);
+                let Shape::TriangleMesh(mesh) = &primitive.shape else {
+                    others |= own;
+                    continue;
+                };
+                let own = bits(simd, own);
+                if let Some(instance) = scene.instance(instance) {
+                    ns = instance.normals_to_object(ns).keep_where(own, ns);
+                }
+                triangles.set(own, (mesh, index as usize), primitive.reverse_orientation);
+            }
+            let [flat, shading] = triangles.parametrics(*barycentric, ns);
+            let mut all = Coordinates { flat, shading };
+            for lane in set_lanes(bits(simd, others)) {
+                all.set_other(scene, found, d, lane);
+            }
+            let placed = (active & !surfaces.instance.simd_eq(WORLD)).to_bitmask();
+            for (first, own) in groups(placed, |a, b| elements[a].instance == elements[b].instance) {
+                let Some(instance) = scene.instance(elements[first].instance) else { continue };
+                for parametrics in [&mut all.flat, &mut all.shading] {
+                    let placed = instance.parametrics_to_world(parametrics);
+                    *parametrics = placed.keep_where(bits(simd, own), parametrics);
                 }
             }
-            let [flat, shading] = triangles.parametrics(simd);
-            let mut coordinates = Coordinates { flat, shading };
-            for (lane, found) in all() {
-                coordinates.place(scene, surfaces, (lane, found));
-            }
-            coordinates
+            all
         })
     }
 
-    /// Computes the coordinates of a single non-triangle or a triangle of an instance.
+    /// Computes the coordinates of a non-triangle, in its object.
     #[inline(never)]
-    fn place(&mut self, scene: &Traceable, surfaces: &Surfaces<S>, (lane, (ray, hit)): (usize, &RayHit)) {
-        let instance = scene.instance(hit.element.instance);
-        let own = match &scene.primitive(hit.element.primitive).shape {
-            Shape::TriangleMesh(_) if instance.is_none() => return,
-            Shape::TriangleMesh(_) => [self.flat.lane(lane), self.shading.lane(lane)],
-            Shape::Curve(_) => {
-                let d = instance.map_or(ray.d, |instance| instance.vector_to_object(ray.d));
-                [scene.curves.parametric(hit.element.index, d, hit.barycentric.into()); 2]
+    fn set_other(&mut self, scene: &Traceable, found: &Found<S>, d: Vec3x8<S>, lane: usize) {
+        let ElementId { primitive, instance, index } = found.elements[lane];
+        let instance = scene.instance(instance);
+        let own = match scene.curved(primitive) {
+            Some(curved) => {
+                let p = found.surfaces.p.lane(lane);
+                curved.parametric(instance.map_or(p, |instance| instance.to_object(p)))
             }
-            Shape::Quadric(_) => {
-                let p = surfaces.p.lane(lane);
-                let p = instance.map_or(p, |instance| instance.to_object(p));
-                // Every quadric is one of the curved shapes.
-                let curved = scene.curved(hit.element.primitive);
-                [curved.map(|curved| curved.parametric(p)).unwrap_or_default(); 2]
+            None => {
+                let d = instance.map_or(d.lane(lane), |instance| instance.vector_to_object(d.lane(lane)));
+                scene.curves.parametric(index, d, found.barycentric.map(|b| b[lane]).into())
             }
         };
-        let [flat, shading] = own.map(|own| match instance {
-            Some(instance) => instance.parametric_to_world(own),
-            None => own,
-        });
-        self.flat.set_lane(lane, &flat);
-        self.shading.set_lane(lane, &shading);
+        self.flat.set_lane(lane, &own);
+        self.shading.set_lane(lane, &own);
     }
 }
 
 /// Surfaces, and their shading frames.
 #[derive(Clone, Copy)]
 pub(crate) struct Shaded<S: Simd> {
-    pub surfaces: Surfaces<S>,
+    pub found: Found<S>,
     pub frames: Frames<f32x8<S>>,
     /// The surfaces whose materials have textures. [`Shaded::paint`] computes their lobes.
     pub is_open: mask64x8<S>,
 }
 
 impl<S: Simd> Shaded<S> {
-    /// Gives surfaces that are open their lobes and shading normals; `found` has the rays and hits of these. `views`: what has
-    /// found them, if these are camera rays.
+    /// Gives surfaces that are open their lobes and shading normals. `d`: the directions of the rays. `views`: what has found the
+    /// surfaces, if these are camera rays.
     #[inline(never)]
     pub fn paint(
         &mut self,
         scene: &Traceable,
-        found: &[Option<RayHit>; LANES],
+        d: Vec3x8<S>,
         views: Option<&Views>,
         slots: &mut LobeSlots<S>,
     ) {
-        let simd = self.is_open.token();
+        let (simd, Found { surfaces, elements, .. }) = (self.is_open.token(), self.found);
         vectorized!(simd, {
-            let material =
-                |lane: usize| found[lane].map(|(_, hit)| &scene.primitive(hit.element.primitive).material);
-            let is_same = |first: usize, lane: usize| matches!((material(first), material(lane)), (Some(a), Some(b)) if Arc::ptr_eq(a, b));
+            let coordinates = Coordinates::new(scene, &self.found, d, self.is_open);
+            let flat = &coordinates.flat;
+            let material = |lane: usize| &scene.primitive(elements[lane].primitive).material;
+            let is_same = |a: usize, b: usize| Arc::ptr_eq(material(a), material(b));
+            let mut footprint = None;
             for (first, own) in groups(self.is_open.to_bitmask(), is_same) {
-                let Some(material) = material(first) else { continue };
-                let active = bits(simd, own);
-                let (at, frames) = points((scene, material), &self.surfaces, found, views, active);
-                self.surfaces.ns = frames.z.keep_where(active, self.surfaces.ns);
+                let (material, active) = (material(first), bits(simd, own));
+                let views = views.filter(|_| material.needs().footprint);
+                let footprint =
+                    views.map(|views| &*footprint.get_or_insert_with(|| footprints(&surfaces, flat, views)));
+                let at = TexturePoint { p: surfaces.p, origin: scene.origin, uv: flat.uv, footprint };
+                let (ns, dpdu) = match material.bump() {
+                    Some(bump) => bumped(&at, bump, &surfaces, &coordinates.shading, active),
+                    None => (surfaces.ns, coordinates.shading.dpdu),
+                };
+                let frames = Frames::from_zx(ns, dpdu);
+                let ns = &mut self.found.surfaces.ns;
+                *ns = frames.z.keep_where(active, *ns);
                 self.frames = frames.narrow().keep_where(active, self.frames);
                 slots.build(material.kind(), &at, active);
             }
@@ -302,12 +295,12 @@ impl<'s> Materials<'s> {
     pub fn lobes<S: Simd>(
         &self,
         simd: S,
-        primitives: &[u32; LANES],
+        elements: &[ElementId; LANES],
         is_hit: mask64x8<S>,
         slots: &mut LobeSlots<S>,
     ) -> mask64x8<S> {
         let mut is_open = 0;
-        let of = |lane: usize| self.number(primitives[lane]);
+        let of = |lane: usize| self.number(elements[lane].primitive);
         for (first, own) in groups(is_hit.to_bitmask(), |first, lane| of(first) == of(lane)) {
             match &self.lobes[of(first) as usize] {
                 Some(lobes) => slots.add(simd, lobes, bits(simd, own)),
@@ -318,39 +311,36 @@ impl<'s> Materials<'s> {
     }
 }
 
-/// The forms of the elements of a list, and the primitives that they are of.
-pub(crate) struct Sheets<'s>(Vec<(Sheet<'s>, u32)>);
+/// The forms of the elements of a list, and their names.
+pub(crate) struct Sheets<'s>(Vec<(Sheet<'s>, ElementId)>);
 
 impl<'s> Sheets<'s> {
     /// `None` where any has normals of its own.
     pub fn new(traceable: &'s Traceable, list: &List<'s>) -> Option<Self> {
         let elements = list.elements.iter().map(|element| {
-            let number = element.id.primitive;
-            Some((Sheet::new(traceable.level, element, traceable.primitive(number))?, number))
+            let primitive = traceable.primitive(element.id.primitive);
+            Some((Sheet::new(traceable.level, element, primitive)?, element.id))
         });
         elements.collect::<Option<Vec<_>>>().map(Sheets)
     }
 
-    /// The surfaces at the hits, and their primitives. At least one ray has a hit.
+    /// What is at the hits. At least one ray has a hit.
     #[inline(always)]
-    pub fn at<S: Simd>(
-        &self,
-        simd: S,
-        (rays, hits): (&Rays<S>, &Hits<S>),
-        is_hit: mask64x8<S>,
-    ) -> (Surfaces<S>, [u32; LANES]) {
-        let (mut rest, mut primitives) = (is_hit, [0; LANES]);
-        let mut surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives);
+    pub fn at<S: Simd>(&self, simd: S, (rays, hits): (&Rays<S>, &Hits<S>), is_hit: mask64x8<S>) -> Found<S> {
+        let (mut rest, mut elements) = (is_hit, [ElementId::NONE; LANES]);
+        let (mut surfaces, mut barycentric) = self.next(simd, rays, hits, &mut rest, &mut elements);
         // Mostly it is one element.
         while rest.any_true() {
             let others = rest;
-            surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives).keep_where(others, surfaces);
+            let (own, [b0, b1]) = self.next(simd, rays, hits, &mut rest, &mut elements);
+            surfaces = own.keep_where(others, surfaces);
+            barycentric = [others.select(b0, barycentric[0]), others.select(b1, barycentric[1])];
         }
-        (surfaces, primitives)
+        Found { surfaces, elements, barycentric }
     }
 
     /// The surfaces of the element that the first remaining ray has hit. Removes all rays with this element from `rest`, and
-    /// records its primitive.
+    /// records its name.
     #[inline(always)]
     fn next<S: Simd>(
         &self,
@@ -358,33 +348,28 @@ impl<'s> Sheets<'s> {
         rays: &Rays<S>,
         hits: &Hits<S>,
         rest: &mut mask64x8<S>,
-        primitives: &mut [u32; LANES],
-    ) -> Surfaces<S> {
+        elements: &mut [ElementId; LANES],
+    ) -> (Surfaces<S>, Vec2x8<S>) {
         let element = hits.element[rest.to_bitmask().trailing_zeros() as usize];
         let is_same = hits.element.simd_eq(element);
         *rest &= !is_same;
-        let (sheet, primitive) = &self.0[element as usize];
+        let (sheet, name) = &self.0[element as usize];
         for lane in set_lanes(is_same) {
-            primitives[lane] = *primitive;
+            elements[lane] = *name;
         }
         sheet.points(simd, rays, hits)
     }
 }
 
 impl Tree<'_> {
-    /// The surfaces at the hits, and their primitives. At least one ray has a hit.
+    /// What is at the hits. At least one ray has a hit.
     #[inline(always)]
-    pub fn at<S: Simd>(
-        &self,
-        simd: S,
-        (rays, hits): (&Rays<S>, &Hits<S>),
-        is_hit: mask64x8<S>,
-    ) -> (Surfaces<S>, [u32; LANES]) {
+    pub fn at<S: Simd>(&self, simd: S, (rays, hits): (&Rays<S>, &Hits<S>), is_hit: mask64x8<S>) -> Found<S> {
         // What is far in memory is asked for before any of it is needed.
-        let mut elements = [(ElementId::NONE, Hit::NO_PLACE); LANES];
+        let (mut elements, mut places) = ([ElementId::NONE; LANES], [Hit::NO_PLACE; LANES]);
         for lane in set_lanes(is_hit) {
-            elements[lane] = self.element(hits, lane);
-            let (element, _) = elements[lane];
+            let (element, place) = self.element(hits, lane);
+            (elements[lane], places[lane]) = (element, place);
             if let Shape::TriangleMesh(mesh) = &self.scene.primitive(element.primitive).shape
                 && !mesh.normals().is_empty()
             {
@@ -393,14 +378,12 @@ impl Tree<'_> {
                 }
             }
         }
-        let (mut primitives, mut there) = ([0; LANES], 0);
-        let mut triangles = Triangles::default();
+        let (mut triangles, mut there) = (Triangles::default(), 0);
         for lane in set_lanes(is_hit) {
-            let (element, place) = elements[lane];
-            primitives[lane] = element.primitive;
+            let element = elements[lane];
             let primitive = self.scene.primitive(element.primitive);
             if let Shape::TriangleMesh(mesh) = &primitive.shape {
-                let corners = self.scene.group(element.instance).triangle(place).in_order();
+                let corners = self.scene.group(element.instance).triangle(places[lane]).in_order();
                 triangles.set_lane(lane, primitive, (mesh, element.index as usize, corners));
                 there |= 1 << lane;
             }
@@ -419,7 +402,7 @@ impl Tree<'_> {
         if rest != 0 {
             self.put_others(rays, hits, bits(simd, rest), &mut surfaces);
         }
-        (surfaces, primitives)
+        Found { surfaces, elements, barycentric: [hits.sides[0], hits.sides[1]] }
     }
 
     /// Adds the hits of curved shapes that several rays have hit, in the spaces of their objects. Returns the other hits of non-triangles.
@@ -449,7 +432,7 @@ impl Tree<'_> {
                     continue;
                 };
                 let p = rays.at(hits.t);
-                let p = self.scene.instance(instance).map_or(p, |instance| instance.all_to_object(p));
+                let p = self.scene.instance(instance).map_or(p, |instance| instance.points_to_object(p));
                 let (p, outward) = curved.project_all(p);
                 let Primitive { reverse_orientation, mirrored, .. } = self.scene.primitive(primitive);
                 let n = if reverse_orientation != mirrored { -outward } else { outward };

@@ -6,7 +6,7 @@ use lookat_scene::{Mesh, Primitive, Shape};
 
 use crate::curved::Curved;
 use crate::frame::flipped;
-use crate::number::{LANES, Vec3x8, bits, set_lanes, side_by_side, three};
+use crate::number::{LANES, Vec2x8, Vec3x8, bits, groups, set_lanes, side_by_side, three, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::{
     Element, ListedShape,
@@ -174,13 +174,21 @@ impl<S: Simd> Surfaces<S> {
     /// Transforms the points in `placed` from the space of their objects to the world.
     #[inline(never)]
     pub fn place_in_world(&mut self, scene: &Traceable, placed: mask64x8<S>) {
-        for lane in set_lanes(placed) {
-            let Some(instance) = scene.instance(self.instance[lane] as u32) else { continue };
-            self.p.set_lane(lane, instance.to_world(self.p.lane(lane)));
-            self.magnitude[lane] = instance.magnitude(self.magnitude[lane]);
-            self.n.set_lane(lane, instance.normal_to_world(self.n.lane(lane)));
-            self.ns.set_lane(lane, instance.normal_to_world(self.ns.lane(lane)));
-        }
+        let (simd, of) = (placed.token(), self.instance);
+        vectorized!(simd, {
+            for (first, own) in groups(placed.to_bitmask(), |a, b| of[a] == of[b]) {
+                let Some(instance) = scene.instance(of[first] as u32) else { continue };
+                let Surfaces { p, n, ns, magnitude, .. } = *self;
+                let in_world = Surfaces {
+                    p: instance.points_to_world(p),
+                    n: instance.normals_to_world(n),
+                    ns: instance.normals_to_world(ns),
+                    magnitude: instance.magnitudes(magnitude),
+                    ..*self
+                };
+                *self = in_world.keep_where(bits(simd, own), *self);
+            }
+        });
     }
 
     /// Replaces the surface in one lane.
@@ -226,23 +234,24 @@ impl<'s> Sheet<'s> {
         }
     }
 
-    /// The points where the rays hit the element.
+    /// The points where the rays hit the element, and the weights of the first two vertices of a triangle there.
     #[inline(always)]
-    pub fn points<S: Simd>(&self, simd: S, rays: &Rays<S>, hits: &Hits<S>) -> Surfaces<S> {
-        let (p, n) = match &self.shape {
+    pub fn points<S: Simd>(&self, simd: S, rays: &Rays<S>, hits: &Hits<S>) -> (Surfaces<S>, Vec2x8<S>) {
+        let (p, n, barycentric) = match &self.shape {
             SheetShape::Flat { triangle, corners: [p0, p1, p2], n } => {
                 let [b0, b1, b2] = triangle.weights(hits.sides);
                 let (p0, p1, p2) =
                     (Vec3x8::splat(simd, *p0), Vec3x8::splat(simd, *p1), Vec3x8::splat(simd, *p2));
-                (p0 * b0 + p1 * b1 + p2 * b2, Vec3x8::splat(simd, *n))
+                (p0 * b0 + p1 * b1 + p2 * b2, Vec3x8::splat(simd, *n), [b0, b1])
             }
             SheetShape::Round { curved, is_inward } => {
                 let (p, outward) = curved.project_all(rays.at(hits.t));
-                (p, if *is_inward { -outward } else { outward })
+                (p, if *is_inward { -outward } else { outward }, [0.0.simd_into(simd); 2])
             }
         };
         let Hits { element, instance, .. } = *hits;
-        Surfaces { p, n, ns: n, magnitude: self.magnitude.simd_into(simd), element, instance }
+        let magnitude = self.magnitude.simd_into(simd);
+        (Surfaces { p, n, ns: n, magnitude, element, instance }, barycentric)
     }
 }
 

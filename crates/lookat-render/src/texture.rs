@@ -9,16 +9,16 @@ use std::f64::consts::{PI, TAU};
 use std::ops::{Add, Mul};
 
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::{Bilerp, LUMINANCE, Mapping, Texture, Transform, Value, Varying};
 
-use crate::number::{Colors, LANES, Vec2x8, Vec3x8, set_lanes, splat_f32, to_f32, to_f64, vectorized};
+use crate::number::{Colors, LANES, Vec2x8, Vec3x8, splat_f32, to_f32, to_f64, vectorized};
 use crate::warp::{angle, longitude_latitude};
 use noise::{OctaveSum, PointInSpace};
 
 /// The points where a texture is evaluated.
 #[derive(Clone, Copy)]
-pub(crate) struct TexturePoint<S: Simd> {
+pub(crate) struct TexturePoint<'f, S: Simd> {
     /// Positions, relative to `origin`.
     pub p: Vec3x8<S>,
     /// World position that positions are relative to.
@@ -26,7 +26,7 @@ pub(crate) struct TexturePoint<S: Simd> {
     /// Coordinates of the surfaces.
     pub uv: Vec2x8<S>,
     /// The change of positions and coordinates from a camera ray to its neighbors. 0 without neighbors.
-    pub footprint: Option<Footprint<S>>,
+    pub footprint: Option<&'f Footprint<S>>,
 }
 
 /// The change of points with the film position, x to the right and y down, per distance of samples.
@@ -36,7 +36,7 @@ pub(crate) struct Footprint<S: Simd> {
     pub duv: [Vec2x8<S>; 2],
 }
 
-impl<S: Simd> TexturePoint<S> {
+impl<S: Simd> TexturePoint<'_, S> {
     /// The same point in all lanes, without a footprint.
     #[inline(always)]
     pub fn splat(simd: S, p: DVec3, uv: [f64; 2]) -> Self {
@@ -272,15 +272,11 @@ fn changes<S: Simd>(
             }
             Mapping::Spherical { texture_from_world: to }
             | Mapping::Cylindrical { texture_from_world: to } => {
-                let is_sphere = matches!(mapping, Mapping::Spherical { .. });
-                let derivative = if is_sphere { spherical_derivative } else { cylindrical_derivative };
-                let (p, dv) = (at.within(to), [within(to, dp0), within(to, dp1)]);
-                dv.map(|dv| {
-                    each(active, |lane| match dv.lane(lane) {
-                        DVec3::ZERO => DVec2::ZERO,
-                        dv => derivative(p.lane(lane), dv),
-                    })
-                })
+                let (is_sphere, p) = (matches!(mapping, Mapping::Spherical { .. }), at.within(to));
+                [within(to, dp0), within(to, dp1)].map(
+                    #[inline(always)]
+                    |dp| if is_sphere { spherical_derivative(p, dp) } else { cylindrical_derivative(p, dp) },
+                )
             }
             Mapping::Planar { axes, .. } => [along(axes, dp0), along(axes, dp1)],
         };
@@ -301,16 +297,6 @@ fn finite<S: Simd>([s, t]: Vec2x8<S>) -> Vec2x8<S> {
     [is_finite.select(s, zero), is_finite.select(t, zero)]
 }
 
-/// One by one.
-#[inline(always)]
-fn each<S: Simd>(active: mask64x8<S>, of: impl Fn(usize) -> DVec2) -> Vec2x8<S> {
-    let mut all = [f64x8::splat(active.token(), 0.0); 2];
-    for lane in set_lanes(active) {
-        [all[0][lane], all[1][lane]] = of(lane).into();
-    }
-    all
-}
-
 /// Latitude and longitude, each from 0 to 1.
 #[inline(always)]
 fn spherical<S: Simd>(v: Vec3x8<S>) -> Vec2x8<S> {
@@ -318,12 +304,12 @@ fn spherical<S: Simd>(v: Vec3x8<S>) -> Vec2x8<S> {
     [latitude, longitude]
 }
 
-#[inline(never)]
-fn spherical_derivative(v: DVec3, dv: DVec3) -> DVec2 {
-    let radius = v.truncate().length();
-    let outward = v.truncate().dot(dv.truncate()) / radius;
+#[inline(always)]
+fn spherical_derivative<S: Simd>(v: Vec3x8<S>, dv: Vec3x8<S>) -> Vec2x8<S> {
+    let radius = (v.x * v.x + v.y * v.y).sqrt();
+    let outward = (v.x * dv.x + v.y * dv.y) / radius;
     let dtheta = (v.z * outward - radius * dv.z) / v.length_squared();
-    DVec2::new(dtheta / PI, longitude_derivative(v, dv))
+    [dtheta / PI, longitude_derivative(v, dv)]
 }
 
 /// Longitude from 0 to 1, and the height on the unit sphere, as pbrt-v3 has it.
@@ -332,15 +318,16 @@ fn cylindrical<S: Simd>(v: Vec3x8<S>) -> Vec2x8<S> {
     [(PI + angle(v.y, v.x)) * (1.0 / TAU), v.normalize_or(DVec3::ZERO).z]
 }
 
-#[inline(never)]
-fn cylindrical_derivative(v: DVec3, dv: DVec3) -> DVec2 {
-    let length = v.length();
+#[inline(always)]
+fn cylindrical_derivative<S: Simd>(v: Vec3x8<S>, dv: Vec3x8<S>) -> Vec2x8<S> {
+    let length = v.length_squared().sqrt();
     let height = (dv.z - v.z * v.dot(dv) / (length * length)) / length;
-    DVec2::new(longitude_derivative(v, dv), height)
+    [longitude_derivative(v, dv), height]
 }
 
-fn longitude_derivative(v: DVec3, dv: DVec3) -> f64 {
-    v.truncate().perp_dot(dv.truncate()) / v.truncate().length_squared() / TAU
+#[inline(always)]
+fn longitude_derivative<S: Simd>(v: Vec3x8<S>, dv: Vec3x8<S>) -> f64x8<S> {
+    (v.x * dv.y - v.y * dv.x) / (v.x * v.x + v.y * v.y) / TAU
 }
 
 #[cfg(test)]
@@ -462,7 +449,7 @@ mod tests {
                 p: V3 { x: number(4.1), y: number(4.2), z: number(4.3) },
                 origin: DVec3::ZERO,
                 uv: [number(5.1), number(5.2)],
-                footprint: Some(footprint),
+                footprint: Some(&footprint),
             };
             let together = at.value(&texture, bits(simd, 0xff));
             let still = TexturePoint { footprint: None, ..at }.value(&texture, bits(simd, 0xff));

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::{Level, Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec3};
 use lookat_scene::{MaterialKind, Mesh, Object, Primitive, Shape, Transform, World};
 use rayon::prelude::*;
@@ -15,8 +15,8 @@ use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::frame::Bounds;
-use crate::number::{Vec3x8, prefetch};
-use crate::parametric::Parametric;
+use crate::number::{Vec3x8, prefetch, three};
+use crate::parametric::{Parametric, Parametrics};
 use crate::ray::{Hit, Ray};
 use crate::trace::rays::Labels;
 use crate::triangle::{Block, Extent, Triangle, corners};
@@ -362,7 +362,7 @@ impl PlacedInstance {
 
     /// As [`PlacedInstance::to_object`].
     #[inline(always)]
-    pub fn all_to_object<S: Simd>(&self, p: Vec3x8<S>) -> Vec3x8<S> {
+    pub fn points_to_object<S: Simd>(&self, p: Vec3x8<S>) -> Vec3x8<S> {
         p.by(&self.object_from_world).moved_by(self.offset)
     }
 
@@ -389,20 +389,43 @@ impl PlacedInstance {
         self.object_from_world * v
     }
 
-    /// A normal of the world, in the object.
-    pub fn normal_to_object(&self, n: DVec3) -> DVec3 {
-        (self.world_from_object.transpose() * n).normalize_or(DVec3::Z)
+    /// Does what [`PlacedInstance::to_world`] does, in eight lanes.
+    #[inline(always)]
+    pub fn points_to_world<S: Simd>(&self, p: Vec3x8<S>) -> Vec3x8<S> {
+        p.by(&self.world_from_object) + Vec3x8::splat(p.x.token(), self.origin)
+    }
+
+    /// Does what [`PlacedInstance::magnitude`] does, in eight lanes.
+    #[inline(always)]
+    pub fn magnitudes<S: Simd>(&self, magnitude: f64x8<S>) -> f64x8<S> {
+        let DMat3 { x_axis, y_axis, z_axis } = self.world_from_object;
+        let (rows, origin) = (x_axis.abs() + y_axis.abs() + z_axis.abs(), self.origin.abs());
+        let [x, y, z] = three!(axis, magnitude * rows[axis] + origin[axis]);
+        x.max(y).max(z)
+    }
+
+    /// Does what [`PlacedInstance::normal_to_world`] does, in eight lanes.
+    #[inline(always)]
+    pub fn normals_to_world<S: Simd>(&self, n: Vec3x8<S>) -> Vec3x8<S> {
+        n.by(&self.object_from_world.transpose()).normalize_or(DVec3::Z)
+    }
+
+    /// Normals of the world, in the object.
+    #[inline(always)]
+    pub fn normals_to_object<S: Simd>(&self, n: Vec3x8<S>) -> Vec3x8<S> {
+        n.by(&self.world_from_object.transpose()).normalize_or(DVec3::Z)
     }
 
     /// Derivatives in the object, in the world.
-    pub fn parametric_to_world(&self, object: Parametric) -> Parametric {
+    #[inline(always)]
+    pub fn parametrics_to_world<S: Simd>(&self, object: &Parametrics<S>) -> Parametrics<S> {
         let normals = self.object_from_world.transpose();
         Parametric {
             uv: object.uv,
-            dpdu: self.world_from_object * object.dpdu,
-            dpdv: self.world_from_object * object.dpdv,
-            dndu: normals * object.dndu,
-            dndv: normals * object.dndv,
+            dpdu: object.dpdu.by(&self.world_from_object),
+            dpdv: object.dpdv.by(&self.world_from_object),
+            dndu: object.dndu.by(&normals),
+            dndv: object.dndv.by(&normals),
         }
     }
 

@@ -70,7 +70,7 @@ fn bound(material: &MaterialKind) -> MostLobes {
 
 /// Collects the lobes of a material, at points that are active.
 struct Builder<'a, S: Simd> {
-    at: &'a TexturePoint<S>,
+    at: &'a TexturePoint<'a, S>,
     slots: &'a mut LobeSlots<S>,
     /// The lobes so far are in slots before this one.
     from: usize,

@@ -55,7 +55,7 @@ impl Ambient<'_> {
         batch: &mut PathBatch,
     ) {
         vectorized!(simd, {
-            let surfaces = self.world.plain(simd, paths, &mut LobeSlots::new()).surfaces;
+            let surfaces = self.world.plain(simd, paths, &mut LobeSlots::new()).found.surfaces;
             let n = surfaces.n.face_forward(-paths.rays.d);
             let frames = Frames::from_z(n.narrow());
             for k in 0..self.samples {

@@ -10,7 +10,7 @@ use super::profiler::Stage;
 use super::world::World;
 use crate::bsdf::LobeFilter;
 use crate::integrator::world::Tracer;
-use crate::light::{Chosen, LightHits, LightSample, LightSampler, LightTable, Receivers, weights};
+use crate::light::{Chosen, Estimates, LightHits, LightSample, LightSampler, LightTable, Receivers, weights};
 use crate::number::{Colors, Vec2x8, bits, eights, groups, set_lanes, to_f32, to_f64, vectorized};
 use crate::trace::rays::WORLD;
 
@@ -67,13 +67,18 @@ impl<'s> Lighting<'s> {
     }
 }
 
-impl<'s> Lighting<'s> {
-    /// The light sampler of surfaces.
+impl Lighting<'_> {
+    /// The light sampler of surfaces, which keeps its estimates in `room`.
     #[inline(always)]
-    pub fn sampler<S: Simd>(&self, simd: S, receivers: &Receivers<S>) -> LightSampler<'s, S> {
+    pub fn sampler<'v, S: Simd>(
+        &'v self,
+        simd: S,
+        receivers: &'v Receivers<S>,
+        room: &'v mut Estimates,
+    ) -> LightSampler<'v, S> {
         match self.samples {
-            LightSamples::One(choice) => LightSampler::new(simd, self.table, choice, receivers),
-            LightSamples::Each(_) => LightSampler::of_triangles(simd, self.table, receivers),
+            LightSamples::One(choice) => LightSampler::new(simd, (self.table, choice), receivers, room),
+            LightSamples::Each(_) => LightSampler::of_triangles(simd, self.table, receivers, room),
         }
     }
 
@@ -98,7 +103,8 @@ impl<'s> Lighting<'s> {
                 }
                 if (sees & own.active).any_true() {
                     let receivers = &receivers.eight(simd, first, self.has_lunes);
-                    let sampler = &self.sampler(simd, receivers);
+                    let mut room = Estimates::new();
+                    let sampler = &self.sampler(simd, receivers, &mut room);
                     let illumination = Illumination { simd, lighting: self, receivers, sampler };
                     add_light(radiance, own, illumination.light_of(tracer, own), own.active);
                 }

@@ -12,10 +12,10 @@ use crate::bsdf::{Bsdf, BsdfSample, Domain, LobeFilter, LobeSlots};
 use crate::camera::Viewer;
 use crate::columns::{Column, ROOM, Stored, columns};
 use crate::integrator::world::Tracer;
-use crate::light::{Chosen, Lunes, Receivers, weights};
+use crate::light::{Chosen, Estimates, Lunes, Receivers, weights};
 use crate::number::{LANES, Vec2x8, Vec3x8, bits, to_f64, vectorized};
 use crate::sampler::Streams;
-use crate::shading::Shaded;
+use crate::shading::{Found, Shaded};
 use crate::surface::Surfaces;
 
 /// Eight path vertices, with the state for direct lighting.
@@ -102,7 +102,7 @@ impl Lighting<'_> {
     ) {
         let mut slots = LobeSlots::new();
         let views = camera.map(|of| paths.views(of, &batch.camera_samples));
-        let Shaded { surfaces, frames, .. } =
+        let Shaded { found: Found { surfaces, .. }, frames, .. } =
             self.world.shaded(simd, tracer, paths, views.as_ref(), &mut slots);
         let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, frames, -paths.rays.d, &mut slots);
         tracer.profile(|profiler| profiler.enter(Stage::Lights));
@@ -110,7 +110,8 @@ impl Lighting<'_> {
         let smooth = paths.active & bsdf.has(LobeFilter::NonDelta);
         let lunes = if self.has_lunes { Lunes::new(&domain, smooth) } else { None };
         let receivers = &Receivers { surfaces, domain, lunes };
-        let sampler = &self.sampler(simd, receivers);
+        let mut room = Estimates::new();
+        let sampler = &self.sampler(simd, receivers, &mut room);
         let illumination = Illumination { simd, lighting: self, receivers, sampler };
         does(tracer, &Vertices { illumination, paths, bsdf }, batch);
     }

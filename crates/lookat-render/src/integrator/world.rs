@@ -1,7 +1,5 @@
 //! Traces packets of rays, counts them, and stops when the time is over.
 
-use std::array;
-
 use fearless_simd::{Simd, prelude::*};
 use glam::Vec3;
 
@@ -194,12 +192,12 @@ impl<'s> World<'s> {
     ) -> Shaded<S> {
         vectorized!(simd, {
             let is_hit = hits.is_hit() & *active;
-            let (surfaces, primitives) = match &self.aggregate {
+            let found = match &self.aggregate {
                 Aggregate::List(_, sheets) => sheets.at(simd, (rays, hits), is_hit),
                 Aggregate::Tree(tree) => tree.at(simd, (rays, hits), is_hit),
             };
-            let is_open = self.materials.lobes(simd, &primitives, is_hit, slots);
-            Shaded { surfaces, frames: Frames::from_z(surfaces.ns.narrow()), is_open }
+            let is_open = self.materials.lobes(simd, &found.elements, is_hit, slots);
+            Shaded { found, frames: Frames::from_z(found.surfaces.ns.narrow()), is_open }
         })
     }
 
@@ -216,11 +214,7 @@ impl<'s> World<'s> {
     ) -> Shaded<S> {
         let mut shaded = self.plain(simd, paths, slots);
         if shaded.is_open.any_true() {
-            let found = array::from_fn(|lane| match shaded.is_open.to_bitmask() >> lane & 1 {
-                1 => Some(self.one(&paths.rays, &paths.hits, lane)).and_then(|(ray, hit)| Some((ray, hit?))),
-                _ => None,
-            });
-            shaded.paint(tracer.scene, &found, views, slots);
+            shaded.paint(tracer.scene, paths.rays.d, views, slots);
         }
         shaded
     }

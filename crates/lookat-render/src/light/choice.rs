@@ -12,6 +12,7 @@ use smallvec::SmallVec;
 
 use super::tree::{Receiver, Step};
 use super::{LightTable, Receivers, SceneLight};
+use crate::bsdf::Domain;
 use crate::light::tree::Leaves;
 use crate::number::{Colors, LANES, Vec3x8, bits, set_lanes, strength, vectorized};
 use crate::traceable::Traceable;
@@ -38,12 +39,14 @@ pub(crate) struct LightSampler<'v, S: Simd> {
     rule: LightChoice,
     /// The number of lights to sample. They come first.
     count: f64x8<S>,
-    /// With "spatial" the estimates of all lights, with "power" only of skies. Most scenes have few.
-    estimates: SmallVec<[f64x8<S>; 4]>,
+    estimates: &'v mut Estimates,
     total: f64x8<S>,
-    /// Boxed, because it is large, and samplers are moved.
-    tree: Option<Box<TreeSampler<'v, S>>>,
+    tree: Option<TreeSampler<'v, S>>,
 }
+
+/// With "spatial" the estimates of all lights, or of those beside the tree and then of the entries of its cut; with "power" only of skies.
+/// Plain numbers: memory that is aligned for vectors takes several times as long to get.
+pub(crate) type Estimates = SmallVec<[[f64; LANES]; 12]>;
 
 impl LightTable {
     /// The number of lights that a surface samples, with a lune or without. They come first.
@@ -104,14 +107,17 @@ pub(super) fn needs_tree(lights: &[SceneLight]) -> bool {
 
 impl<'v, S: Simd> LightSampler<'v, S> {
     #[inline(never)]
-    pub fn new(simd: S, table: &'v LightTable, choice: LightChoice, at: &Receivers<S>) -> Self {
+    pub fn new(
+        simd: S,
+        (table, choice): (&'v LightTable, LightChoice),
+        at: &'v Receivers<S>,
+        estimates: &'v mut Estimates,
+    ) -> Self {
         vectorized!(simd, {
-            let (rule, count) = (table.rule(choice), table.eligible_at(simd, at));
-            let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
+            let (rule, count, total) = (table.rule(choice), table.eligible_at(simd, at), 0.0.simd_into(simd));
             let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
             if table.uses_bvh(choice) {
-                let (leaves, beside) = (table.leaves(), table.beside.as_slice());
-                sampler.tree = Some(Box::new(TreeSampler::new(simd, (leaves, beside), (table, count), at)));
+                sampler.ask(TreeSampler { leaves: table.leaves(), beside: &table.beside, at });
                 return sampler;
             }
             // Without a choice there is nothing to estimate.
@@ -126,7 +132,6 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             if rule == LightChoice::Power {
                 sampler.total = table.power_of_others().simd_into(simd);
             }
-            sampler.estimates.reserve(table.lights.len() - first);
             for (number, light) in table.lights.iter().enumerate().skip(first) {
                 let estimate = match rule {
                     LightChoice::Power => {
@@ -134,10 +139,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
                     }
                     _ => light.estimate(simd, at),
                 };
-                let is_eligible = count.simd_gt(number as f64);
-                let estimate = is_eligible.select(estimate, 0.0.simd_into(simd));
-                sampler.total += estimate;
-                sampler.estimates.push(estimate);
+                sampler.add(sampler.if_eligible(number, estimate));
             }
             sampler
         })
@@ -145,17 +147,51 @@ impl<'v, S: Simd> LightSampler<'v, S> {
 
     /// Chooses triangles of the lights that have too many to sample each.
     #[inline(never)]
-    pub fn of_triangles(simd: S, table: &'v LightTable, at: &Receivers<S>) -> Self {
+    pub fn of_triangles(
+        simd: S,
+        table: &'v LightTable,
+        at: &'v Receivers<S>,
+        estimates: &'v mut Estimates,
+    ) -> Self {
         vectorized!(simd, {
-            let (rule, count) = (LightChoice::Spatial, table.eligible_at(simd, at));
-            let (estimates, total) = (SmallVec::new(), 0.0.simd_into(simd));
-            let tree = if table.chooses_triangles() {
-                Some(Box::new(TreeSampler::new(simd, (table.triangles(), &[]), (table, count), at)))
-            } else {
-                None
-            };
-            LightSampler { table, rule, count, estimates, total, tree }
+            let (rule, count, total) =
+                (LightChoice::Spatial, table.eligible_at(simd, at), 0.0.simd_into(simd));
+            let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
+            if table.chooses_triangles() {
+                sampler.ask(TreeSampler { leaves: table.triangles(), beside: &[], at });
+            }
+            sampler
         })
+    }
+
+    /// Chooses by a tree.
+    #[inline(never)]
+    fn ask(&mut self, tree: TreeSampler<'v, S>) {
+        let (simd, TreeSampler { leaves, beside, at }) = (self.count.token(), tree);
+        vectorized!(simd, {
+            for number in beside {
+                self.add(self.if_eligible(*number, self.table.lights[*number].estimate(simd, at)));
+            }
+            leaves.tree.estimates(
+                simd,
+                at,
+                #[inline(always)]
+                |estimate| self.add(estimate),
+            );
+            self.tree = Some(tree);
+        });
+    }
+
+    #[inline(always)]
+    fn add(&mut self, estimate: f64x8<S>) {
+        self.total += estimate;
+        self.estimates.push(estimate.to_array());
+    }
+
+    /// An estimate of a light where it is one of those to sample.
+    #[inline(always)]
+    fn if_eligible(&self, light: usize, estimate: f64x8<S>) -> f64x8<S> {
+        self.count.simd_gt(light as f64).select(estimate, 0.0.simd_into(estimate.token()))
     }
 
     /// The points where there is more than one light.
@@ -175,7 +211,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
         let simd = u.token();
         vectorized!(simd, {
             if let Some(tree) = &self.tree {
-                return tree.choose(u, active);
+                return tree.choose((self.estimates, self.total), u, active);
             }
             let one = 1.0.simd_into(simd);
             let (mut light, mut estimate) = (0.0.simd_into(simd), one);
@@ -226,8 +262,9 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             let number: f64x8<S> = ((first + number) as f64).simd_into(mark.token());
             let is_eligible = open & number.simd_lt(self.count);
             light = is_eligible.select(number, light);
-            estimate = is_eligible.select(*own, estimate);
-            rest -= *own;
+            let own = (*own).simd_into(mark.token());
+            estimate = is_eligible.select(own, estimate);
+            rest -= own;
             open &= !rest.simd_lt(0.0);
         }
         (light, estimate)
@@ -238,7 +275,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
     pub fn probability(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
         let (simd, table) = (self.count.token(), self.table);
         if let Some(tree) = &self.tree {
-            return tree.probability((light, triangle), active);
+            return tree.probability((self.estimates, self.total), (light, triangle), active);
         }
         let (one, none): (f64x8<S>, f64x8<S>) = (1.0.simd_into(simd), 0.0.simd_into(simd));
         if !self.has_choice().any_true() {
@@ -336,82 +373,44 @@ impl SceneLight {
 }
 
 /// Chooses a leaf of the tree of lights, or a light beside it, for each of some points.
+#[derive(Clone, Copy)]
 struct TreeSampler<'v, S: Simd> {
     leaves: &'v Leaves,
     /// The lights beside the tree.
     beside: &'v [usize],
-    /// The estimates of these, and of the entries of the tree's cut.
-    estimates: Vec<f64x8<S>>,
-    receivers: [Receiver; LANES],
-    total: f64x8<S>,
+    at: &'v Receivers<S>,
 }
 
-impl<'v, S: Simd> TreeSampler<'v, S> {
-    /// `count`: how many of the lights there are to sample.
-    #[inline(never)]
-    pub fn new(
-        simd: S,
-        (leaves, beside): (&'v Leaves, &'v [usize]),
-        (table, count): (&'v LightTable, f64x8<S>),
-        at: &Receivers<S>,
-    ) -> Self {
-        vectorized!(simd, Self::estimated(simd, (leaves, beside), (table, count), at))
-    }
-
+impl<S: Simd> TreeSampler<'_, S> {
     #[inline(always)]
-    fn estimated(
-        simd: S,
-        (leaves, beside): (&'v Leaves, &'v [usize]),
-        (table, count): (&'v LightTable, f64x8<S>),
-        at: &Receivers<S>,
-    ) -> Self {
-        let mut total: f64x8<S> = 0.0.simd_into(simd);
-        let mut estimates = Vec::with_capacity(beside.len() + leaves.tree.entries());
-        for number in beside {
-            let estimate = table.lights[*number].estimate(simd, at);
-            let estimate = count.simd_gt(*number as f64).select(estimate, 0.0.simd_into(simd));
-            total += estimate;
-            estimates.push(estimate);
-        }
-        leaves.tree.estimates(
-            simd,
-            at,
-            #[inline(always)]
-            |estimate| {
-                total += estimate;
-                estimates.push(estimate);
-            },
-        );
-        let [two_sided, diffuse] =
-            [at.domain.is_two_sided, at.domain.is_diffuse].map(|mask| mask.to_bitmask());
-        let (n, ns) = (at.domain.n.narrow(), at.domain.ns.narrow());
-        let receivers = from_fn(
-            #[inline(always)]
-            |lane| Receiver {
-                p: at.surfaces.p.lane(lane),
-                n: n.lane(lane),
-                ns: ns.lane(lane),
-                is_two_sided: two_sided >> lane & 1 == 1,
-                is_diffuse: diffuse >> lane & 1 == 1,
-            },
-        );
-        TreeSampler { leaves, beside, estimates, receivers, total }
+    fn receiver(&self, lane: usize) -> Receiver {
+        let Domain { n, ns, is_two_sided, is_diffuse } = &self.at.domain;
+        let [is_two_sided, is_diffuse] =
+            [is_two_sided, is_diffuse].map(|mask| mask.to_bitmask() >> lane & 1 == 1);
+        let [n, ns] = [n, ns].map(|n| n.lane(lane).as_vec3());
+        Receiver { p: self.at.surfaces.p.lane(lane), n, ns, is_two_sided, is_diffuse }
     }
 
     /// A light for each of the points that are active, by a number.
     #[inline(always)]
-    pub fn choose(&self, u: f64x8<S>, active: mask64x8<S>) -> Chosen<S> {
+    fn choose(
+        &self,
+        (estimates, total): (&Estimates, f64x8<S>),
+        u: f64x8<S>,
+        active: mask64x8<S>,
+    ) -> Chosen<S> {
         let simd = u.token();
         let none: f64x8<S> = 0.0.simd_into(simd);
         let (mut entry, mut estimate, mut start) = (none, none, none);
-        let (mut rest, mut open) = (u * self.total, active);
-        for (number, own) in self.estimates.iter().enumerate() {
+        let (mut rest, mut open) = (u * total, active);
+        for (number, own) in estimates.iter().enumerate() {
+            let own: f64x8<S> = (*own).simd_into(simd);
             // If rounding passes all, the last one with light.
             let is_chosen = open & own.simd_gt(0.0);
             entry = is_chosen.select((number as f64).simd_into(simd), entry);
-            estimate = is_chosen.select(*own, estimate);
+            estimate = is_chosen.select(own, estimate);
             start = is_chosen.select(rest, start);
-            rest -= *own;
+            rest -= own;
             open &= !rest.simd_lt(0.0);
         }
         let is_valid = active & estimate.simd_gt(0.0);
@@ -424,10 +423,13 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
                 None => (light[lane], below[lane]) = (self.beside[entry[lane] as usize] as f64, 1.0),
             }
         }
-        // Side by side, because each step waits for the one before.
-        while steps.iter().any(|step| !step.is_done()) {
-            for (step, receiver) in steps.iter_mut().zip(&self.receivers) {
-                self.leaves.tree.descend(simd, receiver, step);
+        if steps.iter().any(|step| !step.is_done()) {
+            let receivers: [Receiver; LANES] = from_fn(|lane| self.receiver(lane));
+            // Side by side, because each step waits for the one before.
+            while steps.iter().any(|step| !step.is_done()) {
+                for (step, receiver) in steps.iter_mut().zip(&receivers) {
+                    self.leaves.tree.descend(simd, receiver, step);
+                }
             }
         }
         for (lane, step) in steps.iter().enumerate() {
@@ -436,28 +438,33 @@ impl<'v, S: Simd> TreeSampler<'v, S> {
             (light[lane], triangle[lane]) = (leaf.light as f64, leaf.triangle as f64);
             below[lane] = step.probability;
         }
-        let probability = share(estimate, self.total) * below;
+        let probability = share(estimate, total) * below;
         Chosen { is_valid, light, triangle: Some(triangle), probability }
     }
 
     /// The probabilities with which [`TreeSampler::choose`] gives lights and their triangles.
     #[inline(always)]
-    pub fn probability(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
+    fn probability(
+        &self,
+        (estimates, total): (&Estimates, f64x8<S>),
+        (light, triangle): (f64x8<S>, f64x8<S>),
+        active: mask64x8<S>,
+    ) -> f64x8<S> {
         let simd = light.token();
         let mut estimate: f64x8<S> = 0.0.simd_into(simd);
         for lane in set_lanes(active) {
             let number = light[lane] as usize;
             estimate[lane] = match self.leaves.find(number, triangle[lane] as usize) {
-                Some(leaf) => match self.leaves.tree.find(simd, &self.receivers[lane], leaf) {
-                    Some((entry, below)) => self.estimates[self.beside.len() + entry][lane] * below,
+                Some(leaf) => match self.leaves.tree.find(simd, &self.receiver(lane), leaf) {
+                    Some((entry, below)) => estimates[self.beside.len() + entry][lane] * below,
                     None => 0.0,
                 },
                 None => {
                     let entry = self.beside.iter().position(|beside| *beside == number);
-                    entry.map_or(0.0, |entry| self.estimates[entry][lane])
+                    entry.map_or(0.0, |entry| estimates[entry][lane])
                 }
             };
         }
-        share(estimate, self.total)
+        share(estimate, total)
     }
 }

@@ -170,11 +170,6 @@ impl LightTree {
         }
     }
 
-    /// The number of entries of the cut.
-    pub fn entries(&self) -> usize {
-        self.cut.len()
-    }
-
     /// Begins to choose a leaf below an entry of the cut by a number from 0 to 1.
     #[inline(always)]
     pub fn begin(&self, entry: usize, u: f64) -> Step {

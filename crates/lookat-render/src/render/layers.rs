@@ -104,7 +104,7 @@ impl Context<'_> {
         let number = |number: u32| DVec3::X * (f64::from(number) + 1.0);
         values[Layer::Depth as usize].x = self.camera.depth(surface.p);
         values[Layer::Position as usize] = surface.p + scene.origin;
-        values[Layer::Uv as usize] = shading::uv(scene, &surface, (ray, hit)).extend(0.0);
+        values[Layer::Uv as usize] = shading::uv(scene, &surface, &ray, &hit).extend(0.0);
         values[Layer::Shape as usize] = number(shape);
         values[Layer::Material as usize] = number(material);
     }

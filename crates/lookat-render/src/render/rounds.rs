@@ -194,8 +194,10 @@ impl Policy for Fixed {
     }
 
     fn jobs(&self, tile: &Tile, _state: &()) -> Vec<Job> {
-        let job = |pixel| self.pass.as_ref().map(|pass| Job::new(pass.pattern, pixel, pass.samples.clone()));
-        tile.sources.pixels().filter_map(job).collect()
+        let Some(pass) = &self.pass else { return Vec::new() };
+        let mut jobs = Vec::with_capacity(tile.sources.size());
+        jobs.extend(tile.sources.pixels().map(|pixel| Job::new(pass.pattern, pixel, pass.samples.clone())));
+        jobs
     }
 
     fn end(&mut self, film: &Film, _states: &mut [()], is_whole: bool) {

@@ -239,8 +239,8 @@ impl Context<'_> {
         let Some(Job { indices, .. }) = jobs.first() else { return };
         let (mut number, mut index) = (0, indices.start);
         loop {
-            let mut taken: ArrayVec<JobSample, PATHS> = ArrayVec::new();
-            while taken.len() < meter.batch() && number < jobs.len() {
+            let (mut taken, most) = (ArrayVec::<JobSample, PATHS>::new(), meter.batch());
+            while taken.len() < most && number < jobs.len() {
                 if index < jobs[number].indices.end {
                     taken.push(JobSample { job: number, index });
                     index += 1;

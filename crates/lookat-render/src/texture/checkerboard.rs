@@ -27,7 +27,7 @@ fn share_of_odd<S: Simd>(at: &TexturePoint<S>, cells: &Cells, active: mask64x8<S
         match cells {
             Cells::Plane { mapping, filtered } => {
                 let st = coordinates(mapping, at, active);
-                match &at.footprint {
+                match at.footprint {
                     Some(footprint) if *filtered => {
                         // How far s and t change up to the neighbors, at most.
                         let [x, y] = changes(mapping, at, footprint, active);
@@ -104,14 +104,12 @@ fn in_dot<S: Simd>([s, t]: Vec2x8<S>, active: mask64x8<S>) -> mask64x8<S> {
     let simd = active.token();
     vectorized!(simd, {
         let cell = [(s + 0.5).floor(), (t + 0.5).floor()];
-        let random = |s: f64, t: f64, active| {
-            noise(V3 { x: cell[0] + s, y: cell[1] + t, z: 0.5.simd_into(simd) }, active)
-        };
-        let has_dot = random(0.5, 0.5, active).simd_gt(0.0) & active;
+        let random = |s: f64, t: f64| noise(V3 { x: cell[0] + s, y: cell[1] + t, z: 0.5.simd_into(simd) });
+        let has_dot = random(0.5, 0.5).simd_gt(0.0) & active;
         if !has_dot.any_true() {
             return has_dot;
         }
-        let (x, y) = (random(1.5, 2.8, has_dot), random(4.5, 9.8, has_dot));
+        let (x, y) = (random(1.5, 2.8), random(4.5, 9.8));
         let (x, y) = (s - (cell[0] + MOST_SHIFT * x), t - (cell[1] + MOST_SHIFT * y));
         has_dot & (x * x + y * y).simd_lt(RADIUS * RADIUS)
     })

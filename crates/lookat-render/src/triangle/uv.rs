@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use lookat_scene::Mesh;
 
 use crate::frame::pbrt_frame;
-use crate::number::{LANES, V3, Vec2x8, Vec3x8, bits};
+use crate::number::{V3, Vec2x8, Vec3x8, bits};
 use crate::parametric::Parametrics;
 
 /// Coordinates of a triangle whose mesh has none, as pbrt-v3 gives them.
@@ -22,76 +22,72 @@ pub(crate) fn coordinates(mesh: &Mesh, index: usize) -> [DVec2; 3] {
     mesh.triangle(index).map(|vertex| DVec2::from(mesh.uvs()[vertex]))
 }
 
-/// Points of triangles of any meshes.
-#[derive(Default)]
-pub(crate) struct ParametricTriangles {
-    positions: [[[f64; LANES]; 3]; 3],
-    normals: [[[f64; LANES]; 3]; 3],
-    tangents: [[[f64; LANES]; 3]; 3],
-    uvs: [[[f64; LANES]; 2]; 3],
-    weights: [[f64; LANES]; 3],
-    /// The shading normals of the points.
-    ns: [[f64; LANES]; 3],
-    /// Bits of the points that ReverseOrientation reverses.
-    is_reversed: u64,
-    /// Bits of the points whose meshes have normals.
-    has_normals: u64,
-    /// Bits of the points whose meshes have tangents.
-    has_tangents: u64,
+/// Triangles of any meshes, one in each lane.
+pub(crate) struct ParametricTriangles<S: Simd> {
+    positions: [Vec3x8<S>; 3],
+    normals: [Vec3x8<S>; 3],
+    tangents: [Vec3x8<S>; 3],
+    uvs: [Vec2x8<S>; 3],
+    /// The triangles that ReverseOrientation reverses.
+    is_reversed: mask64x8<S>,
+    /// The triangles whose meshes have normals.
+    has_normals: mask64x8<S>,
+    /// The triangles whose meshes have tangents.
+    has_tangents: mask64x8<S>,
 }
 
-impl ParametricTriangles {
-    /// Sets the point in one lane: a triangle of a mesh, barycentric coordinates and the shading normal.
-    #[inline(never)]
-    pub fn set_lane(
-        &mut self,
-        lane: usize,
-        (mesh, index): (&Mesh, usize),
-        [b0, b1]: [f64; 2],
-        (ns, is_reversed): (DVec3, bool),
-    ) {
-        let vertices = mesh.triangle(index);
-        let gather = |to: &mut [[[f64; LANES]; 3]; 3], from: &[[f64; 3]]| {
-            for (own, vertex) in to.iter_mut().zip(vertices) {
-                [own[0][lane], own[1][lane], own[2][lane]] = from[vertex];
-            }
-        };
-        gather(&mut self.positions, mesh.positions());
-        if !mesh.normals().is_empty() {
-            gather(&mut self.normals, mesh.normals());
-            self.has_normals |= 1 << lane;
+impl<S: Simd> ParametricTriangles<S> {
+    /// A triangle in each lane whose coordinates are those of the plane that it lies in: where no other is set, it takes no detour.
+    #[inline(always)]
+    pub fn new(simd: S) -> Self {
+        let none = bits(simd, 0);
+        let [positions, normals, tangents] = [DEFAULT, [DVec2::ZERO; 3], [DVec2::ZERO; 3]].map(
+            #[inline(always)]
+            |corners| corners.map(|corner| Vec3x8::splat(simd, corner.extend(0.0))),
+        );
+        let uvs = positions.map(|corner| [corner.x, corner.y]);
+        ParametricTriangles {
+            positions,
+            normals,
+            tangents,
+            uvs,
+            is_reversed: none,
+            has_normals: none,
+            has_tangents: none,
         }
-        if !mesh.tangents().is_empty() {
-            gather(&mut self.tangents, mesh.tangents());
-            self.has_tangents |= 1 << lane;
-        }
-        for (own, uv) in self.uvs.iter_mut().zip(coordinates(mesh, index)) {
-            [own[0][lane], own[1][lane]] = uv.into();
-        }
-        for (own, weight) in self.weights.iter_mut().zip([b0, b1, 1.0 - b0 - b1]) {
-            own[lane] = weight;
-        }
-        [self.ns[0][lane], self.ns[1][lane], self.ns[2][lane]] = ns.into();
-        self.is_reversed |= u64::from(is_reversed) << lane;
     }
 
-    /// The derivatives of the flat triangles, and those by their shading normals.
+    /// Sets the triangle in some lanes.
     #[inline(always)]
-    pub fn parametrics<S: Simd>(&self, simd: S) -> [Parametrics<S>; 2] {
-        let uvs: [Vec2x8<S>; 3] =
-            [pair(simd, &self.uvs[0]), pair(simd, &self.uvs[1]), pair(simd, &self.uvs[2])];
-        let weights = self.weights.map(
-            #[inline(always)]
-            |weights| weights.simd_into(simd),
-        );
-        let flat = flat(uvs, Vec3x8::three(simd, &self.positions), weights);
-        let [has_normals, has_tangents] = [bits(simd, self.has_normals), bits(simd, self.has_tangents)];
+    pub fn set(&mut self, own: mask64x8<S>, (mesh, index): (&Mesh, usize), is_reversed: bool) {
+        let (simd, vertices) = (own.token(), mesh.triangle(index));
+        spread(&mut self.positions, own, vertices, mesh.positions());
+        if !mesh.normals().is_empty() {
+            spread(&mut self.normals, own, vertices, mesh.normals());
+            self.has_normals |= own;
+        }
+        if !mesh.tangents().is_empty() {
+            spread(&mut self.tangents, own, vertices, mesh.tangents());
+            self.has_tangents |= own;
+        }
+        for (to, from) in self.uvs.iter_mut().zip(coordinates(mesh, index)) {
+            *to = [own.select(from.x.simd_into(simd), to[0]), own.select(from.y.simd_into(simd), to[1])];
+        }
+        self.is_reversed |= own & mask64x8::splat(simd, is_reversed);
+    }
+
+    /// The derivatives of the flat triangles, and those by their shading normals, at points with these weights of the first two corners
+    /// and these shading normals.
+    #[inline(always)]
+    pub fn parametrics(&self, [b0, b1]: Vec2x8<S>, ns: Vec3x8<S>) -> [Parametrics<S>; 2] {
+        let (simd, uvs, weights) = (b0.token(), self.uvs, [b0, b1, 1.0 - b0 - b1]);
+        let Self { is_reversed, has_normals, has_tangents, .. } = *self;
+        let flat = flat(uvs, self.positions, weights);
         let is_smooth = has_normals | has_tangents;
         if !is_smooth.any_true() {
             return [flat, flat];
         }
-        let (ns, is_reversed) = (Vec3x8::from_arrays(simd, &self.ns), bits(simd, self.is_reversed));
-        let [s0, s1, s2] = Vec3x8::three(simd, &self.tangents);
+        let [s0, s1, s2] = self.tangents;
         let (tangent, is_valid) = (s0 * weights[0] + s1 * weights[1] + s2 * weights[2]).try_normalize();
         // pbrt-v3 keeps the direction of dpdu only, at length one.
         let along = tangent.keep_where(is_valid & has_tangents, flat.dpdu.normalize_or(DVec3::X));
@@ -101,7 +97,7 @@ impl ParametricTriangles {
         let [x, y] = pbrt_frame(own);
         let (dpdu, dpdv) = (across.cross(own).keep_where(is_valid, x), across.keep_where(is_valid, y));
         let zero = Vec3x8::splat(simd, DVec3::ZERO);
-        let [dndu, dndv] = bending(uvs, Vec3x8::three(simd, &self.normals));
+        let [dndu, dndv] = bending(uvs, self.normals);
         let shading = Parametrics {
             uv: flat.uv,
             dpdu: dpdu.keep_where(is_smooth, flat.dpdu),
@@ -113,9 +109,12 @@ impl ParametricTriangles {
     }
 }
 
+/// Sets what the vertices of a triangle have, in some lanes.
 #[inline(always)]
-fn pair<S: Simd>(simd: S, [u, v]: &[[f64; LANES]; 2]) -> Vec2x8<S> {
-    [(*u).simd_into(simd), (*v).simd_into(simd)]
+fn spread<S: Simd>(to: &mut [Vec3x8<S>; 3], own: mask64x8<S>, vertices: [usize; 3], from: &[[f64; 3]]) {
+    for (to, vertex) in to.iter_mut().zip(vertices) {
+        *to = Vec3x8::splat(own.token(), from[vertex]).keep_where(own, *to);
+    }
 }
 
 /// The derivatives of flat triangles at barycentric coordinates.
@@ -131,15 +130,13 @@ fn flat<S: Simd>(
     );
     let ([dpdu, dpdv], is_valid) = by_coordinates(uvs, [p0 - p2, p1 - p2]);
     let is_valid = is_valid & !is_zero(dpdu.cross(dpdv));
-    let [x, y] = pbrt_frame((p2 - p0).cross(p1 - p0).normalize_or(DVec3::Z));
     let zero = Vec3x8::splat(b0.token(), DVec3::ZERO);
-    Parametrics {
-        uv: [u, v],
-        dpdu: dpdu.keep_where(is_valid, x),
-        dpdv: dpdv.keep_where(is_valid, y),
-        dndu: zero,
-        dndv: zero,
+    let mut flat = Parametrics { uv: [u, v], dpdu, dpdv, dndu: zero, dndv: zero };
+    if !is_valid.all_true() {
+        let [x, y] = pbrt_frame((p2 - p0).cross(p1 - p0).normalize_or(DVec3::Z));
+        (flat.dpdu, flat.dpdv) = (dpdu.keep_where(is_valid, x), dpdv.keep_where(is_valid, y));
     }
+    flat
 }
 
 /// The derivatives of the normals in the file.

@@ -67,7 +67,7 @@ impl At {
         let domain = Domain { n, ns, is_two_sided, is_diffuse };
         let lunes = if table.has_skies() { Lunes::new(&domain, mask(true)) } else { None };
         let at = Receivers { surfaces: surfaces_at(simd, self.p), domain, lunes };
-        ask(&LightSampler::new(simd, table, choice, &at))
+        ask(&LightSampler::new(simd, (table, choice), &at, &mut Estimates::new()))
     }
 
     /// The probabilities of all lights.

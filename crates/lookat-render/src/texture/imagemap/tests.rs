@@ -1,3 +1,4 @@
+use std::array::from_fn;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
@@ -28,7 +29,7 @@ fn colors(map: &MipMap<Vec3>, filter: ImageFilter, places: &[Place; LANES]) -> [
             let pair = |of: &dyn Fn(&Place) -> DVec2| [lanes(&|at| of(at).x), lanes(&|at| of(at).y)];
             let none = Vec3x8::splat(simd, DVec3::ZERO);
             let footprint = Footprint { dp: [none; 2], duv: [pair(&|at| at.1[0]), pair(&|at| at.1[1])] };
-            let at = TexturePoint { p: none, origin: DVec3::ZERO, uv: pair(&|at| at.0), footprint: Some(footprint) };
+            let at = TexturePoint { p: none, origin: DVec3::ZERO, uv: pair(&|at| at.0), footprint: Some(&footprint) };
             let values = value::<_, Vec3>(&image, &at, bits(simd, 0xff));
             from_fn(|lane| values.lane(lane))
         })
