@@ -1,20 +1,26 @@
 //! Curved shapes in their places: what rays meet of them, and points of them.
 
+pub(crate) mod eight;
+mod part;
+mod profile;
 mod quadric;
-pub(crate) mod sphere;
+mod real;
+mod sphere;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
+use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Quadric, QuadricForm};
 
-use crate::curved::quadric::Disk;
-use crate::curved::quadric::Paraboloid;
-use crate::curved::quadric::Sweep;
-use crate::curved::quadric::TurnedSegment;
-use crate::number::{power_of_two, prefetch};
+use crate::curved::eight::FormNumbers;
+use crate::curved::part::{Part, Sweep};
+use crate::curved::profile::Crossings;
+use crate::curved::quadric::{Disk, Paraboloid, TurnedSegment};
+use crate::curved::real::Real;
+use crate::number::{LANES, V3, Vec2x8, Vec3x8, power_of_two, prefetch, vectorized};
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 pub(crate) use sphere::Sphere;
@@ -34,6 +40,8 @@ pub(crate) struct Curved {
     radius: f64,
     /// The length of 1 of its own space, in object space.
     unit: f64,
+    /// For tests of eight rays; of what is no whole sphere.
+    numbers: Option<Box<FormNumbers>>,
     /// Has what is rarely needed.
     quadric: Arc<Quadric>,
 }
@@ -48,7 +56,7 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 #[derive(Debug, Clone)]
 enum UnitShape {
     Sphere(Sphere),
-    Disk(Disk),
+    Disk(Box<Disk>),
     TurnedSegment(Box<TurnedSegment>),
     Paraboloid(Box<Paraboloid>),
 }
@@ -63,8 +71,10 @@ impl Curved {
             QuadricForm::Sphere(_) => 1.0,
             _ => power_of_two(radius.max(half_height)),
         };
+        let form = UnitShape::new(quadric, middle, unit);
         Curved {
-            form: UnitShape::new(quadric, middle, unit),
+            numbers: eight::numbers_of(&form, radius / unit),
+            form,
             center: m.w_axis.truncate() - origin + m.z_axis.truncate() * middle,
             own_from_world: *transform.inverse_linear() * unit.recip(),
             radius: radius / unit,
@@ -143,7 +153,9 @@ impl Curved {
     pub fn intersect(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
         let (o, d) = self.own_ray(ray);
         let intersect = |leaving| match &self.form {
-            UnitShape::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
+            UnitShape::Sphere(sphere) if sphere.is_whole() => {
+                sphere.meet(o, d)?.first(t_max, leaving, |_| true)
+            }
             other => other.intersect(o, d, t_max, leaving),
         };
         let t = intersect(leaving)?;
@@ -174,18 +186,14 @@ impl Curved {
         let own = *m * offset;
         let size = own.abs()
             + DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs()) * (offset.abs() + spread);
-        self.form.value(own).abs() <= ROUNDING * self.form.gradient(own).abs().dot(size)
+        let gradient = DVec3::from(self.form.gradient(V3::from(own)));
+        self.form.value(own).abs() <= ROUNDING * gradient.abs().dot(size)
     }
 
     /// True if the end of the ray, a point of the shape, lies behind another part of it. `leaving`: the ray leaves the shape.
     pub fn hides_end_of(&self, ray: &Ray, leaving: bool) -> bool {
         let (o, d) = self.own_ray(ray);
-        let middle = match &self.form {
-            UnitShape::Disk(_) => None,
-            UnitShape::Sphere(_) => Some(-o.dot(d) / d.length_squared()),
-            UnitShape::TurnedSegment(segment) => segment.profile.meet(o, d).map(|line| line.middle()),
-            UnitShape::Paraboloid(paraboloid) => paraboloid.profile.meet(o, d).map(|line| line.middle()),
-        };
+        let middle = self.form.meet(o, d).map(|line| line.middle);
         middle.is_some_and(|middle| ray.t_max > middle && self.intersect(ray, middle, leaving).is_some())
     }
 
@@ -199,24 +207,59 @@ impl Curved {
         self.placed(self.own_point(p))
     }
 
+    /// As [`Curved::project`], of eight points, to the bit.
+    #[inline(always)]
+    pub fn project_all<S: Simd>(&self, p: Vec3x8<S>) -> (Vec3x8<S>, Vec3x8<S>) {
+        match self.form {
+            UnitShape::Sphere(_) => self.placed_near(p),
+            _ => self.project_others(p),
+        }
+    }
+
+    /// Out of line: spheres are not to pay for the others.
+    #[inline(never)]
+    fn project_others<S: Simd>(&self, p: Vec3x8<S>) -> (Vec3x8<S>, Vec3x8<S>) {
+        vectorized!(p.x.token(), self.placed_near(p))
+    }
+
+    #[inline(always)]
+    fn placed_near<T: Real>(&self, p: V3<T>) -> (V3<T>, V3<T>) {
+        self.placed_of(self.own_of(p))
+    }
+
     /// Position and unit normal of a point of its own space that is on the shape.
     pub fn placed(&self, own: DVec3) -> (DVec3, DVec3) {
-        let normal = self.own_from_world.transpose() * self.form.gradient(own);
-        (self.center + self.world_from_own() * own, normal.normalize_or(DVec3::Z))
+        let (p, n) = self.placed_of(V3::from(own));
+        (p.into(), n.into())
+    }
+
+    #[inline(always)]
+    fn placed_of<T: Real>(&self, own: V3<T>) -> (V3<T>, V3<T>) {
+        let normal = self.form.gradient(own).by(&self.own_from_world.transpose());
+        (own.by(&self.world_from_own()).moved_by(self.center), T::normalize(normal))
     }
 
     /// The point of the shape nearest to a point of the world that is near it; in its own space.
     fn own_point(&self, p: DVec3) -> DVec3 {
-        let own = self.own_from_world * (p - self.center);
+        self.own_of(V3::from(p)).into()
+    }
+
+    #[inline(always)]
+    fn own_of<T: Real>(&self, p: V3<T>) -> V3<T> {
+        let own = p.moved_by(-self.center).by(&self.own_from_world);
         match &self.form {
-            UnitShape::Sphere(sphere) => own.normalize_or(DVec3::Z) * sphere.radius,
-            UnitShape::Disk(_) => own.with_z(0.0),
-            UnitShape::TurnedSegment(segment) => {
-                quadric::project(own, |p| (segment.value(p), segment.gradient(p)))
-            }
-            UnitShape::Paraboloid(paraboloid) => {
-                quadric::project(own, |p| (paraboloid.value(p), paraboloid.gradient(p)))
-            }
+            UnitShape::Sphere(sphere) => T::normalize(own) * own.x.same(sphere.radius),
+            UnitShape::Disk(_) => V3 { z: own.z.same(0.0), ..own },
+            UnitShape::TurnedSegment(segment) => profile::project(
+                own,
+                #[inline(always)]
+                |p| (segment.value(p), segment.gradient(p)),
+            ),
+            UnitShape::Paraboloid(paraboloid) => profile::project(
+                own,
+                #[inline(always)]
+                |p| (paraboloid.value(p), paraboloid.gradient(p)),
+            ),
         }
     }
 
@@ -245,19 +288,32 @@ impl Curved {
     /// The ratio of a small area of the shape at `p`, in the world, to the area of the unit square that [`Curved::sample`]
     /// maps to it: the inverse of the density by area.
     pub fn stretch(&self, p: DVec3) -> f64 {
-        self.own_stretch(self.own_from_world * (p - self.center))
+        self.own_stretch(V3::from(self.own_from_world * (p - self.center)))
     }
 
-    fn own_stretch(&self, own: DVec3) -> f64 {
+    #[inline(always)]
+    fn own_stretch<T: Real>(&self, own: V3<T>) -> T {
         let area = match &self.form {
-            UnitShape::Sphere(sphere) => sphere.area(),
-            UnitShape::Disk(disk) => disk.area(),
-            UnitShape::TurnedSegment(segment) => segment.stretch(own),
-            UnitShape::Paraboloid(paraboloid) => paraboloid.stretch(own),
+            UnitShape::Sphere(sphere) => own.x.same(sphere.area()),
+            UnitShape::Disk(disk) => own.x.same(disk.area()),
+            UnitShape::TurnedSegment(segment) => own.z.each(|z| segment.stretch(z)),
+            UnitShape::Paraboloid(paraboloid) => own.z.each(|z| paraboloid.stretch(z)),
         };
         // The cofactors of the transformation, applied to the normal.
-        let normal = self.form.gradient(own).normalize_or(DVec3::Z);
-        area * self.world_from_own().determinant().abs() * (self.own_from_world.transpose() * normal).length()
+        let normal = T::normalize(self.form.gradient(own)).by(&self.own_from_world.transpose());
+        area * self.world_from_own().determinant().abs() * normal.length_squared().sqrt()
+    }
+
+    /// Eight points of the shape for some of the unit square, their normals, and the stretches there: [`Curved::sample`],
+    /// [`Curved::placed`] and [`Curved::stretch`].
+    #[inline(always)]
+    pub fn sample_all<S: Simd>(&self, u: Vec2x8<S>) -> (Vec3x8<S>, Vec3x8<S>, f64x8<S>) {
+        let mut own = Vec3x8::splat(u[0].token(), DVec3::ZERO);
+        for lane in 0..LANES {
+            own.set_lane(lane, self.sample(DVec2::new(u[0][lane], u[1][lane])));
+        }
+        let (p, n) = self.placed_of(own);
+        (p, n, self.own_stretch(p.moved_by(-self.center).by(&self.own_from_world)))
     }
 
     /// A grid over the shape: of each cell a point, the normal there, as [`Curved::project`] has it, and the area, about.
@@ -267,7 +323,7 @@ impl Curved {
         (0..SIDE * SIDE).map(move |i| {
             let own = self.sample(DVec2::new(middle(i % SIDE), middle(i / SIDE)));
             let (p, n) = self.placed(own);
-            (p, n, self.own_stretch(own) / f64::from(SIDE * SIDE))
+            (p, n, self.own_stretch(V3::from(own)) / f64::from(SIDE * SIDE))
         })
     }
 }
@@ -284,7 +340,7 @@ impl UnitShape {
                 UnitShape::Sphere(Sphere::new(sphere, sweep, quadric.world_from_object.linear()))
             }
             QuadricForm::Disk(disk) => {
-                UnitShape::Disk(Disk::new(disk.radius / unit, disk.inner_radius / unit, sweep))
+                UnitShape::Disk(Box::new(Disk::new(disk.radius / unit, disk.inner_radius / unit, sweep)))
             }
             QuadricForm::Cylinder(form) => {
                 segment(DVec3::new(form.radius, 0.0, form.z_min), DVec3::new(form.radius, 0.0, form.z_max))
@@ -299,19 +355,29 @@ impl UnitShape {
         }
     }
 
-    /// Out of line: spheres, of which scenes have many, are not to pay for the others.
+    /// Out of line: whole spheres, of which scenes have many, are not to pay for the others.
     #[inline(never)]
     fn intersect(&self, o: DVec3, d: DVec3, t_max: f64, leaving: bool) -> Option<f64> {
+        self.meet(o, d)?.first(t_max, leaving, |p| self.part().is_none_or(|part| part.has(p)))
+    }
+
+    /// Where a line meets the uncut form.
+    fn meet(&self, o: DVec3, d: DVec3) -> Option<Crossings> {
         match self {
-            UnitShape::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
-            UnitShape::Disk(_) if leaving => None,
-            UnitShape::Disk(disk) => disk.intersect(o, d, t_max),
-            UnitShape::TurnedSegment(segment) => {
-                segment.profile.meet(o, d)?.first(t_max, leaving, |p| segment.has(p))
-            }
-            UnitShape::Paraboloid(paraboloid) => {
-                paraboloid.profile.meet(o, d)?.first(t_max, leaving, |p| paraboloid.has(p))
-            }
+            UnitShape::Sphere(sphere) => sphere.meet(o, d),
+            UnitShape::Disk(disk) => disk.meet(o, d),
+            UnitShape::TurnedSegment(segment) => segment.profile.meet(o, d),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.profile.meet(o, d),
+        }
+    }
+
+    /// The part that there is; `None` of a whole sphere.
+    fn part(&self) -> Option<Part> {
+        match self {
+            UnitShape::Sphere(sphere) => sphere.part(),
+            UnitShape::Disk(disk) => Some(disk.part),
+            UnitShape::TurnedSegment(segment) => Some(segment.part),
+            UnitShape::Paraboloid(paraboloid) => Some(paraboloid.part),
         }
     }
 
@@ -320,16 +386,17 @@ impl UnitShape {
         match self {
             UnitShape::Sphere(sphere) => p.length_squared() - sphere.radius * sphere.radius,
             UnitShape::Disk(_) => p.z,
-            UnitShape::TurnedSegment(segment) => segment.value(p),
-            UnitShape::Paraboloid(paraboloid) => paraboloid.value(p),
+            UnitShape::TurnedSegment(segment) => segment.value(V3::from(p)),
+            UnitShape::Paraboloid(paraboloid) => paraboloid.value(V3::from(p)),
         }
     }
 
     /// In the direction of the normal, half the gradient of that, or more; at the tip of a cone zero.
-    fn gradient(&self, p: DVec3) -> DVec3 {
+    #[inline(always)]
+    fn gradient<T: Real>(&self, p: V3<T>) -> V3<T> {
         match self {
             UnitShape::Sphere(_) => p,
-            UnitShape::Disk(_) => DVec3::Z,
+            UnitShape::Disk(_) => V3 { x: p.x.same(0.0), y: p.x.same(0.0), z: p.x.same(1.0) },
             UnitShape::TurnedSegment(segment) => segment.gradient(p),
             UnitShape::Paraboloid(paraboloid) => paraboloid.gradient(p),
         }

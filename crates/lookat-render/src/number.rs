@@ -115,6 +115,52 @@ pub(crate) type Vec2x8<S> = [f64x8<S>; 2];
 /// Colors, or radiances.
 pub(crate) type Colors<S> = V3<f32x8<S>>;
 
+impl<T: Copy + Add<Output = T> + Mul<Output = T>> V3<T> {
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> T {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    #[inline(always)]
+    pub fn length_squared(self) -> T {
+        self.dot(self)
+    }
+
+    /// Transforms the vector by a matrix.
+    #[inline(always)]
+    pub fn by(self, m: &DMat3) -> Self
+    where
+        T: Mul<f64, Output = T>,
+    {
+        let (x, y, z) = (&m.x_axis, &m.y_axis, &m.z_axis);
+        V3 {
+            x: self.x * x.x + self.y * y.x + self.z * z.x,
+            y: self.x * x.y + self.y * y.y + self.z * z.y,
+            z: self.x * x.z + self.y * y.z + self.z * z.z,
+        }
+    }
+}
+
+impl<T: Add<f64, Output = T>> V3<T> {
+    /// Adds the same vector to all.
+    #[inline(always)]
+    pub fn moved_by(self, v: DVec3) -> Self {
+        V3 { x: self.x + v.x, y: self.y + v.y, z: self.z + v.z }
+    }
+}
+
+impl From<DVec3> for V3<f64> {
+    fn from(v: DVec3) -> Self {
+        V3 { x: v.x, y: v.y, z: v.z }
+    }
+}
+
+impl From<V3<f64>> for DVec3 {
+    fn from(v: V3<f64>) -> Self {
+        DVec3::new(v.x, v.y, v.z)
+    }
+}
+
 impl<T: Number> V3<T> {
     /// The same value in all lanes.
     #[inline(always)]
@@ -124,22 +170,12 @@ impl<T: Number> V3<T> {
     }
 
     #[inline(always)]
-    pub fn dot(self, other: Self) -> T {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
-    #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
         V3 {
             x: self.y * other.z - other.y * self.z,
             y: self.z * other.x - other.z * self.x,
             z: self.x * other.y - other.x * self.y,
         }
-    }
-
-    #[inline(always)]
-    pub fn length_squared(self) -> T {
-        self.dot(self)
     }
 
     /// The vectors scaled to length one.
@@ -203,17 +239,6 @@ impl<S: Simd> Vec3x8<S> {
     #[inline(always)]
     pub fn face_forward(self, v: Self) -> Self {
         (-self).keep_where(self.dot(v).simd_lt(0.0), self)
-    }
-
-    /// Transforms the vector by a matrix.
-    #[inline(always)]
-    pub fn by(self, m: &DMat3) -> Self {
-        let (x, y, z) = (&m.x_axis, &m.y_axis, &m.z_axis);
-        V3 {
-            x: self.x * x.x + self.y * y.x + self.z * z.x,
-            y: self.x * x.y + self.y * y.y + self.z * z.y,
-            z: self.x * x.z + self.y * y.z + self.z * z.z,
-        }
     }
 
     /// Vectors from arrays of their coordinates.

@@ -392,16 +392,56 @@ impl Tree<'_> {
         let (others, placed) = (is_hit & !bits(simd, there), is_hit & !hits.instance.simd_eq(WORLD));
         let Hits { element, instance, .. } = *hits;
         let mut surfaces = Surfaces { p, n, ns, magnitude, element, instance };
-        if placed.any_true() {
-            surfaces.place_in_world(self.scene, placed);
-        }
+        let mut rest = 0;
         if others.any_true() {
-            self.put_others(rays, hits, others, &mut surfaces);
+            rest = self.put_curved(rays, hits, others, &mut surfaces);
+        }
+        if placed.any_true() {
+            surfaces.place_in_world(self.scene, placed & !bits(simd, rest));
+        }
+        if rest != 0 {
+            self.put_others(rays, hits, bits(simd, rest), &mut surfaces);
         }
         Found { surfaces, elements, barycentric: [hits.sides[0], hits.sides[1]] }
     }
 
-    /// Adds the hits of non-triangles.
+    /// Adds the hits of curved shapes that several rays have hit, in the spaces of their objects. Returns the other hits of non-triangles.
+    #[inline(never)]
+    fn put_curved<S: Simd>(
+        &self,
+        rays: &Rays<S>,
+        hits: &Hits<S>,
+        others: mask64x8<S>,
+        surfaces: &mut Surfaces<S>,
+    ) -> u64 {
+        let (simd, mut rest) = (others.token(), 0);
+        vectorized!(simd, {
+            let mut elements = [ElementId::NONE; LANES];
+            for lane in set_lanes(others) {
+                elements[lane] = self.element(hits, lane).0;
+            }
+            let is_same = |first: usize, lane: usize| elements[first] == elements[lane];
+            for (first, own) in groups(others.to_bitmask(), is_same) {
+                let ElementId { instance, primitive, .. } = elements[first];
+                let curved = self.scene.curved(primitive).filter(|_| own.count_ones() > 1);
+                let Some(curved) = curved else {
+                    rest |= own;
+                    continue;
+                };
+                let p = rays.at(hits.t);
+                let p = self.scene.instance(instance).map_or(p, |instance| instance.all_to_object(p));
+                let (p, outward) = curved.project_all(p);
+                let Primitive { reverse_orientation, mirrored, .. } = self.scene.primitive(primitive);
+                let n = if reverse_orientation != mirrored { -outward } else { outward };
+                let magnitude = curved.magnitude().simd_into(simd);
+                let found = Surfaces { p, n, ns: n, magnitude, ..*surfaces };
+                *surfaces = found.keep_where(bits(simd, own), *surfaces);
+            }
+        });
+        rest
+    }
+
+    /// Adds the hits of non-triangles one by one.
     #[inline(never)]
     fn put_others<S: Simd>(
         &self,

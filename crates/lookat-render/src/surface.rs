@@ -225,7 +225,7 @@ impl<'s> Sheet<'s> {
                 let shape = SheetShape::Flat { triangle, corners, n };
                 mesh.normals().is_empty().then_some(Sheet { shape, magnitude })
             }
-            (ListedShape::Sphere(curved), _) => {
+            (ListedShape::Curved(curved), _) => {
                 let is_inward = primitive.reverse_orientation != primitive.mirrored;
                 let shape = SheetShape::Round { curved, is_inward };
                 Some(Sheet { shape, magnitude: curved.magnitude() })
@@ -245,7 +245,7 @@ impl<'s> Sheet<'s> {
                 (p0 * b0 + p1 * b1 + p2 * b2, Vec3x8::splat(simd, *n), [b0, b1])
             }
             SheetShape::Round { curved, is_inward } => {
-                let (p, outward) = curved.on_sphere(rays.at(hits.t));
+                let (p, outward) = curved.project_all(rays.at(hits.t));
                 (p, if *is_inward { -outward } else { outward }, [0.0.simd_into(simd); 2])
             }
         };

@@ -360,6 +360,12 @@ impl PlacedInstance {
         self.object_from_world * p + self.offset
     }
 
+    /// As [`PlacedInstance::to_object`].
+    #[inline(always)]
+    pub fn all_to_object<S: Simd>(&self, p: Vec3x8<S>) -> Vec3x8<S> {
+        p.by(&self.object_from_world).moved_by(self.offset)
+    }
+
     /// The largest coordinate that the way back to the world computes with, for a position of the object whose own
     /// coordinates are up to `magnitude`.
     pub fn magnitude(&self, magnitude: f64) -> f64 {

@@ -1,190 +1,61 @@
 //! Rays against quadrics of revolution other than spheres: disks, paraboloids, cylinders, cones and hyperboloids, in object space.
 
-use std::f64::consts::TAU;
-
 use glam::{DVec2, DVec3};
 use twofloat::TwoFloat;
 
+use super::part::{Part, Seam, Sweep};
+use super::profile::{Crossings, Profile};
+use super::real::Real;
+use crate::number::V3;
 use crate::parametric::Local;
 use crate::warp::at_angle;
 use crate::warp::{linear, linear_pdf};
-
-/// The surface w (x² + y²) = a z² + b z + c, not cut.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Profile {
-    pub w: TwoFloat,
-    pub a: TwoFloat,
-    pub b: TwoFloat,
-    pub c: TwoFloat,
-    /// (b² / 4 - a c) / w, which loses its digits if it is computed so.
-    pub e: TwoFloat,
-    /// Nothing of the form is farther from the origin, squared.
-    pub reach_squared: f64,
-}
-
-/// The two places where a line meets a quadric.
-pub(super) struct Crossings {
-    d: DVec3,
-    /// A distance along the line, in lengths of `d`, and the point there, which is near the form.
-    k: f64,
-    near: DVec3,
-    /// From there to both places, in order. Infinite where there is only one.
-    offsets: [f64; 2],
-    /// The offset to the middle between both points.
-    middle: f64,
-}
-
-/// Half the discriminant and the other terms of the quadratic equation alpha t² + 2 beta t + gamma = 0.
-struct Equation {
-    alpha: f64,
-    beta: f64,
-    gamma: f64,
-    /// (beta² - alpha gamma) / w.
-    margin: f64,
-}
-
-/// The least discriminant relative to its terms. Below it too many digits are lost, and all terms are computed in
-/// double-double arithmetic.
-const DOUBT: f64 = 1e-4;
-
-impl Profile {
-    /// `None` where the line misses, or lies in the surface.
-    pub fn meet(&self, o: DVec3, d: DVec3) -> Option<Crossings> {
-        let dd = d.length_squared();
-        let k = -o.dot(d) / dd;
-        // Exact enough at any distance: the square of the rounding error of `f64`.
-        let near_wide = [0, 1, 2].map(|i| TwoFloat::new_mul(d[i], k) + o[i]);
-        let near = DVec3::from(near_wide.map(|x| x.hi()));
-        let beside = near.dot(d);
-        if near.length_squared() - beside * beside / dd > self.reach_squared {
-            return None;
-        }
-        let equation = self.plain(near, d).unwrap_or_else(|| self.wide(near_wide, d));
-        let Equation { alpha, beta, gamma, margin } = equation;
-        if margin < 0.0 {
-            return None;
-        }
-        let root = (self.w.hi() * margin).sqrt();
-        let q = -(beta + root.copysign(beta));
-        let offsets = match (q == 0.0, alpha == 0.0) {
-            (true, true) => return None,
-            // It touches just here.
-            (true, false) => [0.0; 2],
-            _ => [q / alpha, gamma / q],
-        };
-        let offsets = [offsets[0].min(offsets[1]), offsets[0].max(offsets[1])];
-        Some(Crossings { d, k, near, offsets, middle: -beta / alpha })
-    }
-
-    /// In `f64`, where that is safe. The discriminant comes from the moment of the line, n x d, whose products do not
-    /// grow with the distance along it.
-    fn plain(&self, n: DVec3, d: DVec3) -> Option<Equation> {
-        let [w, a, b, c, e] = [self.w, self.a, self.b, self.c, self.e].map(|x| x.hi());
-        let minor =
-            |i: usize, j: usize| (n[i] * d[j] - n[j] * d[i], (n[i] * d[j]).abs() + (n[j] * d[i]).abs());
-        let ((xy, xy_size), (xz, xz_size), (yz, yz_size)) = (minor(0, 1), minor(0, 2), minor(1, 2));
-        let across = d.x * d.x + d.y * d.y;
-        let along = d.z * d.z;
-        let margin =
-            a * (xz * xz + yz * yz) - w * xy * xy - b * (d.x * xz + d.y * yz) + c * across + e * along;
-        let size = a * (xz_size * xz_size + yz_size * yz_size)
-            + w * xy_size * xy_size
-            + (b * d.x).abs() * xz_size
-            + (b * d.y).abs() * yz_size
-            + c.abs() * across
-            + e.abs() * along;
-        let equation = Equation {
-            alpha: w * across - a * along,
-            beta: w * (n.x * d.x + n.y * d.y) - (a * n.z + 0.5 * b) * d.z,
-            gamma: w * (n.x * n.x + n.y * n.y) - (a * n.z + b) * n.z - c,
-            margin,
-        };
-        (margin.abs() > DOUBT * size).then_some(equation)
-    }
-
-    /// The equation in double-double arithmetic.
-    #[cold]
-    fn wide(&self, n: [TwoFloat; 3], d: DVec3) -> Equation {
-        let Profile { w, a, b, c, e, .. } = *self;
-        let minor = |i: usize, j: usize| n[i] * d[j] - n[j] * d[i];
-        let (xy, xz, yz) = (minor(0, 1), minor(0, 2), minor(1, 2));
-        let across = TwoFloat::new_mul(d.x, d.x) + TwoFloat::new_mul(d.y, d.y);
-        let along = TwoFloat::new_mul(d.z, d.z);
-        let margin =
-            a * (xz * xz + yz * yz) - w * (xy * xy) - b * (xz * d.x + yz * d.y) + c * across + e * along;
-        Equation {
-            alpha: (w * across - a * along).hi(),
-            beta: (w * (n[0] * d.x + n[1] * d.y) - (a * n[2] + b * 0.5) * d.z).hi(),
-            gamma: (w * (n[0] * n[0] + n[1] * n[1]) - (a * n[2] + b) * n[2] - c).hi(),
-            margin: margin.hi(),
-        }
-    }
-}
-
-impl Crossings {
-    /// The distance of the middle between both places.
-    pub fn middle(&self) -> f64 {
-        self.k + self.middle
-    }
-
-    /// The distance of the first place that `has` holds, more than 0 and at most `t_max`. The one at which the ray starts
-    /// does not count if it is `leaving`.
-    pub fn first(&self, t_max: f64, leaving: bool, has: impl Fn(DVec3) -> bool) -> Option<f64> {
-        if leaving && self.middle() <= 0.0 {
-            return None;
-        }
-        self.offsets[usize::from(leaving)..].iter().find_map(|offset| {
-            let t = self.k + offset;
-            (t > 0.0 && t <= t_max && has(self.near + self.d * *offset)).then_some(t)
-        })
-    }
-}
-
-/// Brings a point that is near a surface onto it along the gradient, by Newton's method. `f` gives the value of the
-/// surface's function and half its gradient.
-pub(super) fn project(p: DVec3, f: impl Fn(DVec3) -> (f64, DVec3)) -> DVec3 {
-    let step = |p: DVec3| {
-        let (value, gradient) = f(p);
-        let moved = p - gradient * (0.5 * value / gradient.length_squared());
-        if moved.is_finite() { moved } else { p }
-    };
-    step(step(p))
-}
 
 /// A disk or ring in the plane z = 0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Disk {
     radius: f64,
     inner_radius: f64,
-    sweep: Sweep,
+    pub part: Part,
 }
 
 impl Disk {
     pub fn new(radius: f64, inner_radius: f64, sweep: Sweep) -> Self {
-        Disk { radius, inner_radius, sweep }
+        Disk { radius, inner_radius, part: Part { sweep, ..Part::WHOLE } }
     }
 
     /// The radius, if it is whole.
     pub fn whole(&self) -> Option<f64> {
-        (self.inner_radius == 0.0 && self.sweep.is_whole()).then_some(self.radius)
+        (self.inner_radius == 0.0 && self.part.sweep.is_whole()).then_some(self.radius)
     }
 
-    /// The distance at which a line meets it, more than 0 and at most `t_max`. One in its plane does not.
-    pub fn intersect(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<f64> {
+    /// The outer and the inner radius.
+    pub fn numbers(&self) -> [f64; 2] {
+        [self.radius, self.inner_radius]
+    }
+
+    /// Where a line meets it: once, and never again if it leaves it. One in its plane does not.
+    pub fn meet(&self, o: DVec3, d: DVec3) -> Option<Crossings> {
         let t = -o.z / d.z;
-        if !(t > 0.0 && t <= t_max) {
+        if t.is_nan() || t <= 0.0 {
             return None;
         }
         // The point at t, without what rounding of t and of far coordinates does to it.
         let near = DVec3::from([0, 1, 2].map(|i| (TwoFloat::new_mul(d[i], t) + o[i]).hi()));
-        let p = (near - d * (near.z / d.z)).truncate();
-        let r = p.length();
+        let offset = -(near.z / d.z);
+        let r = (near + d * offset).truncate().length();
         let reaches = |radius: f64| {
             let is_clear = (r - radius).abs() > 1e-14 * radius;
             if is_clear { r > radius } else { exact_margin(o, d, radius) < 0.0 }
         };
         let has = !reaches(self.radius) && (self.inner_radius == 0.0 || !self.is_in_hole(r, o, d));
-        (has && self.sweep.has(p, DVec2::X)).then_some(t)
+        has.then_some(Crossings {
+            d,
+            near,
+            offsets: [offset; 2],
+            t: [t, f64::NAN],
+            middle: f64::NEG_INFINITY,
+        })
     }
 
     /// True if a line that meets the plane at a distance of about `r` from the axis goes through the hole.
@@ -200,8 +71,8 @@ impl Disk {
         let angle = Sweep::angle(p.truncate(), DVec2::X);
         let width = self.radius - self.inner_radius;
         Local {
-            uv: DVec2::new(angle / self.sweep.max, (self.radius - p.truncate().length()) / width),
-            dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
+            uv: DVec2::new(angle / self.part.sweep.max, (self.radius - p.truncate().length()) / width),
+            dpdu: DVec3::new(-p.y, p.x, 0.0) * self.part.sweep.max,
             dpdv: (radial(p) * -width).extend(0.0),
             gradient: DVec3::Z,
             bend: DVec3::ZERO,
@@ -212,11 +83,11 @@ impl Disk {
     pub fn sample(&self, u: DVec2) -> DVec3 {
         let (inner, outer) = (self.inner_radius * self.inner_radius, self.radius * self.radius);
         let r = (inner + (outer - inner) * u.y).sqrt();
-        (at_angle(u.x * self.sweep.max) * r).extend(0.0)
+        (at_angle(u.x * self.part.sweep.max) * r).extend(0.0)
     }
 
     pub fn area(&self) -> f64 {
-        0.5 * self.sweep.max * (self.radius - self.inner_radius) * (self.radius + self.inner_radius)
+        0.5 * self.part.sweep.max * (self.radius - self.inner_radius) * (self.radius + self.inner_radius)
     }
 }
 
@@ -238,12 +109,9 @@ pub(super) struct Paraboloid {
     width: f64,
     /// The z of the vertex.
     vertex: f64,
-    /// The part that there is.
-    z_min: f64,
-    z_max: f64,
+    pub part: Part,
     /// The height at which v is 0, which may be below the vertex.
     v_zero: f64,
-    sweep: Sweep,
     /// The area that a unit of u and of height covers, at the lowest and the highest z.
     ends: [f64; 2],
 }
@@ -268,42 +136,37 @@ impl Paraboloid {
             },
             width: radius * radius / top,
             vertex,
-            z_min: (form.z_min.max(0.0) - middle) / unit,
-            z_max,
+            part: Part { z_min: (form.z_min.max(0.0) - middle) / unit, z_max, seam: Seam::ALONG_X, sweep },
             v_zero: (form.z_min - middle) / unit,
-            sweep,
             ends: [0.0; 2],
         };
-        bowl.ends = [bowl.area_at(bowl.z_min), bowl.area_at(bowl.z_max)];
+        bowl.ends = [bowl.area_at(bowl.part.z_min), bowl.area_at(bowl.part.z_max)];
         bowl
     }
 
-    /// True if what is left of the surface holds a point of it.
-    pub fn has(&self, p: DVec3) -> bool {
-        self.z_min <= p.z && p.z <= self.z_max && self.sweep.has(p.truncate(), DVec2::X)
-    }
-
     /// The squared distance from the axis minus that of the parabola at this height.
-    pub fn value(&self, p: DVec3) -> f64 {
-        p.truncate().length_squared() - self.width * (p.z - self.vertex)
+    #[inline(always)]
+    pub fn value<T: Real>(&self, p: V3<T>) -> T {
+        p.x * p.x + p.y * p.y - (p.z - self.vertex) * self.width
     }
 
     /// Half the gradient of that: outward and down.
-    pub fn gradient(&self, p: DVec3) -> DVec3 {
-        p.truncate().extend(-0.5 * self.width)
+    #[inline(always)]
+    pub fn gradient<T: Real>(&self, p: V3<T>) -> V3<T> {
+        V3 { z: p.z.same(-0.5 * self.width), ..p }
     }
 
     pub fn parametric(&self, p: DVec3) -> Local {
         let angle = Sweep::angle(p.truncate(), DVec2::X);
-        let height = self.z_max - self.v_zero;
+        let height = self.part.z_max - self.v_zero;
         // Infinitely steep at the vertex, where pbrt-v3 divides by 0.
         let r = p.truncate().length().max(1e-10 * self.width);
         let outward = 0.5 * self.width / r;
         Local {
-            uv: DVec2::new(angle / self.sweep.max, (p.z - self.v_zero) / height),
-            dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
+            uv: DVec2::new(angle / self.part.sweep.max, (p.z - self.v_zero) / height),
+            dpdu: DVec3::new(-p.y, p.x, 0.0) * self.part.sweep.max,
             dpdv: (radial(p) * outward).extend(1.0) * height,
-            gradient: self.gradient(p),
+            gradient: self.gradient(V3::from(p)).into(),
             bend: DVec3::new(1.0, 1.0, 0.0),
         }
     }
@@ -311,20 +174,22 @@ impl Paraboloid {
     /// The area at a height for each unit of u and of height.
     fn area_at(&self, z: f64) -> f64 {
         let squared = (self.width * (z - self.vertex)).max(0.0);
-        self.sweep.max * (squared + 0.25 * self.width * self.width).sqrt()
+        self.part.sweep.max * (squared + 0.25 * self.width * self.width).sqrt()
     }
 
     pub fn sample(&self, u: DVec2) -> DVec3 {
-        let z = self.z_min + (self.z_max - self.z_min) * linear(u.y, self.ends);
+        let Part { z_min, z_max, sweep, .. } = self.part;
+        let z = z_min + (z_max - z_min) * linear(u.y, self.ends);
         let r = (self.width * (z - self.vertex)).max(0.0).sqrt();
-        (at_angle(u.x * self.sweep.max) * r).extend(z)
+        (at_angle(u.x * sweep.max) * r).extend(z)
     }
 
-    /// The inverse of the density by area of a sample at `p`.
-    pub fn stretch(&self, p: DVec3) -> f64 {
-        let height = self.z_max - self.z_min;
-        let share = ((p.z - self.z_min) / height).clamp(0.0, 1.0);
-        self.area_at(p.z) * height / linear_pdf(share, self.ends)
+    /// The inverse of the density by area of a sample at a height.
+    pub fn stretch(&self, z: f64) -> f64 {
+        let Part { z_min, z_max, .. } = self.part;
+        let height = z_max - z_min;
+        let share = ((z - z_min) / height).clamp(0.0, 1.0);
+        self.area_at(z) * height / linear_pdf(share, self.ends)
     }
 }
 
@@ -336,12 +201,7 @@ pub(super) struct TurnedSegment {
     p1: DVec3,
     /// The vector from there to the end at which v is 1.
     along: DVec3,
-    /// The intersection of the line of the segment with z = 0, and its sideways step per unit of height.
-    middle: DVec2,
-    slope: DVec2,
-    z_min: f64,
-    z_max: f64,
-    sweep: Sweep,
+    pub part: Part,
     /// The area that a unit of u and v covers, where v is 0 and 1.
     ends: [f64; 2],
 }
@@ -350,76 +210,76 @@ impl TurnedSegment {
     pub fn new([p1, p2]: [DVec3; 2], sweep: Sweep) -> Self {
         let along = p2 - p1;
         let slope = along.truncate() / along.z;
+        // It may be on the axis.
+        let end = if p1.truncate().length() < p2.truncate().length() { p1 } else { p2 };
         let mut segment = TurnedSegment {
             profile: profile(p1, p2),
             p1,
             along,
-            // From the end that is closer to the axis, which may be on it.
-            middle: if p1.truncate().length() < p2.truncate().length() {
-                p1.truncate() - slope * p1.z
-            } else {
-                p2.truncate() - slope * p2.z
+            part: Part {
+                z_min: p1.z.min(p2.z),
+                z_max: p1.z.max(p2.z),
+                seam: Seam { middle: end.truncate() - slope * end.z, slope },
+                sweep,
             },
-            slope,
-            z_min: p1.z.min(p2.z),
-            z_max: p1.z.max(p2.z),
-            sweep,
             ends: [0.0; 2],
         };
         segment.ends = [segment.area_at(0.0), segment.area_at(1.0)];
         segment
     }
 
-    /// The point of the segment's line at a height, without z.
-    fn start(&self, z: f64) -> DVec2 {
-        self.middle + self.slope * z
-    }
-
-    /// True if what is left of the surface holds a point of it.
-    pub fn has(&self, p: DVec3) -> bool {
-        self.z_min <= p.z && p.z <= self.z_max && self.sweep.has(p.truncate(), self.start(p.z))
-    }
-
     /// The squared distance from the axis minus that of the line at this height; its sign is that of the side of pbrt-v3's
     /// normal.
-    pub fn value(&self, p: DVec3) -> f64 {
-        let (r, at) = (p.truncate().length(), self.start(p.z).length());
+    #[inline(always)]
+    pub fn value<T: Real>(&self, p: V3<T>) -> T {
+        let [x, y] = self.seam_at(p.z);
+        let (r, at) = ((p.x * p.x + p.y * p.y).sqrt(), (x * x + y * y).sqrt());
         (r - at) * (r + at) * 1.0_f64.copysign(self.along.z)
     }
 
     /// Half the gradient of that.
-    pub fn gradient(&self, p: DVec3) -> DVec3 {
-        let outward = p.truncate().extend(-self.start(p.z).dot(self.slope));
-        outward * 1.0_f64.copysign(self.along.z)
+    #[inline(always)]
+    pub fn gradient<T: Real>(&self, p: V3<T>) -> V3<T> {
+        let ([x, y], slope) = (self.seam_at(p.z), self.part.seam.slope);
+        let side = 1.0_f64.copysign(self.along.z);
+        V3 { x: p.x * side, y: p.y * side, z: -(x * slope.x + y * slope.y) * side }
+    }
+
+    /// As [`Seam::at`].
+    #[inline(always)]
+    fn seam_at<T: Real>(&self, z: T) -> [T; 2] {
+        let Seam { middle, slope } = self.part.seam;
+        [z * slope.x + middle.x, z * slope.y + middle.y]
     }
 
     pub fn parametric(&self, p: DVec3) -> Local {
-        let angle = Sweep::angle(p.truncate(), self.start(p.z));
+        let Part { seam, sweep, .. } = self.part;
+        let angle = Sweep::angle(p.truncate(), seam.at(p.z));
         let side = 1.0_f64.copysign(self.along.z);
         Local {
-            uv: DVec2::new(angle / self.sweep.max, (p.z - self.p1.z) / self.along.z),
-            dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
+            uv: DVec2::new(angle / sweep.max, (p.z - self.p1.z) / self.along.z),
+            dpdu: DVec3::new(-p.y, p.x, 0.0) * sweep.max,
             dpdv: at_angle(angle).rotate(self.along.truncate()).extend(self.along.z),
-            gradient: self.gradient(p),
-            bend: DVec3::new(side, side, -side * self.slope.length_squared()),
+            gradient: self.gradient(V3::from(p)).into(),
+            bend: DVec3::new(side, side, -side * seam.slope.length_squared()),
         }
     }
 
     /// The length of dpdu x dpdv.
     fn area_at(&self, v: f64) -> f64 {
         let at = self.p1.truncate() + self.along.truncate() * v;
-        self.sweep.max * libm::hypot(at.length() * self.along.z, at.dot(self.along.truncate()))
+        self.part.sweep.max * libm::hypot(at.length() * self.along.z, at.dot(self.along.truncate()))
     }
 
     /// Evenly on cylinders and cones, about so on others.
     pub fn sample(&self, u: DVec2) -> DVec3 {
         let p = self.p1 + self.along * linear(u.y, self.ends);
-        at_angle(u.x * self.sweep.max).rotate(p.truncate()).extend(p.z)
+        at_angle(u.x * self.part.sweep.max).rotate(p.truncate()).extend(p.z)
     }
 
-    /// The inverse of the density by area of a sample at `p`.
-    pub fn stretch(&self, p: DVec3) -> f64 {
-        let v = ((p.z - self.p1.z) / self.along.z).clamp(0.0, 1.0);
+    /// The inverse of the density by area of a sample at a height.
+    pub fn stretch(&self, z: f64) -> f64 {
+        let v = ((z - self.p1.z) / self.along.z).clamp(0.0, 1.0);
         self.area_at(v) / linear_pdf(v, self.ends)
     }
 }
@@ -440,34 +300,6 @@ fn profile(p1: DVec3, p2: DVec3) -> Profile {
         c: dot(middle, middle),
         e: -(twist * twist),
         reach_squared: p1.length_squared().max(p2.length_squared()) * (1.0 + 1e-9),
-    }
-}
-
-/// The angle by which a profile sweeps around the axis.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sweep {
-    /// In radians, more than 0 and at most 2 pi.
-    pub max: f64,
-}
-
-impl Sweep {
-    pub fn new(max: f64) -> Self {
-        Sweep { max }
-    }
-
-    pub fn is_whole(self) -> bool {
-        self.max >= TAU
-    }
-
-    /// The angle from `start` to `p`, from 0 to 2 pi.
-    pub fn angle(p: DVec2, start: DVec2) -> f64 {
-        let angle = libm::atan2(start.perp_dot(p), start.dot(p));
-        if angle < 0.0 { angle + TAU } else { angle }
-    }
-
-    /// True if it reaches `p`, of any distance from the axis.
-    pub fn has(self, p: DVec2, start: DVec2) -> bool {
-        self.is_whole() || Sweep::angle(p, start) <= self.max
     }
 }
 

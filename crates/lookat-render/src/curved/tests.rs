@@ -1,10 +1,15 @@
+use std::array::from_fn;
 use std::f64::consts::TAU;
 
+use fearless_simd::prelude::*;
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Cone, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Sphere, Transform};
 
 use super::Curved;
+use super::eight::{Kind, ShapeRays, gather};
+use crate::number::{LANES, Vec3x8, bits, has_compress, set_lanes, side_by_side};
 use crate::ray::Ray;
+use crate::testing::{levels, noise};
 
 const WHOLE: QuadricForm = QuadricForm::Sphere(Sphere { radius: 1.0, z_min: -1.0, z_max: 1.0 });
 
@@ -243,4 +248,147 @@ fn only_similar_transformations_keep_a_sphere() {
     let radius = |transform| placed(WHOLE, TAU, transform).as_sphere().unwrap().world_radius;
     assert!((radius(turn * double).unwrap() - 2.0).abs() < 1e-14);
     assert_eq!(radius(turn * stretch), None);
+}
+
+/// Whole and cut forms of all kinds, in places near and far, small and large.
+fn shapes() -> Vec<Curved> {
+    let moved = |x: f64, size: f64| {
+        Transform::translate(DVec3::new(x, -0.3 * x, 0.7 * x))
+            * skew()
+            * Transform::scale(DVec3::splat(size)).unwrap()
+    };
+    let places = [Transform::IDENTITY, skew(), moved(1e5, 1.0), moved(0.0, 1e-6), moved(0.0, 1e7)];
+    let cylinder = QuadricForm::Cylinder(Cylinder { radius: 1.0, z_min: -1.0, z_max: 1.0 });
+    let disk = QuadricForm::Disk(Disk { height: 0.0, radius: 1.0, inner_radius: 0.0 });
+    let all = forms().into_iter().chain([WHOLE, cylinder, disk]);
+    let sweeps = [TAU, 5.0, 2.0, 3.2];
+    all.flat_map(|form| {
+        places.iter().flat_map(move |place| {
+            let form = form.clone();
+            sweeps.map(move |phi_max| placed(form.clone(), phi_max, *place))
+        })
+    })
+    .collect()
+}
+
+/// A ray at the shape, and whether it leaves it: from outside and inside, along axes, at its rim, from points of it, past it, short ones.
+fn ray_at(shape: &Curved, i: usize) -> (Ray, bool) {
+    let vector = |k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
+    let on = |k: f64| shape.placed(shape.sample(DVec2::new(noise(i, k).abs(), noise(i, k + 0.5).abs())));
+    let size = shape.half_extent().max_element();
+    let (p, n) = on(1.1);
+    let o = match i % 5 {
+        0 => shape.center + vector(2.2) * size * 0.3,
+        1 => p,
+        _ => shape.center + vector(2.2) * size * [2.0, 50.0, 4.0][i % 3],
+    };
+    let d = match i % 7 {
+        // Towards it, or inwards.
+        0 | 1 => on(3.3).0 - o,
+        // Along its axes.
+        2 => shape.world_from_own() * [DVec3::X, DVec3::Y, DVec3::Z][i / 7 % 3],
+        // Nearly touching it.
+        3 => on(4.4).0 + n * size * 10_f64.powi(-(i as i32 / 7 % 17)) - o,
+        4 => n.cross(vector(5.5)),
+        5 => vector(5.5) * DVec3::new(1.0, 0.0, 1.0),
+        _ => vector(6.6),
+    };
+    let d = if i.is_multiple_of(4) { d } else { d.normalize_or(DVec3::Z) };
+    let t_max = if i.is_multiple_of(3) { size * 3.0 * noise(i, 7.7).abs() } else { f64::INFINITY };
+    (Ray { t_max, ..Ray::new(o, d) }, i % 5 == 1 && i.is_multiple_of(2))
+}
+
+/// Eight rays have the bits that each has alone: against one shape, and each against another of its kind.
+#[test]
+fn rays_meet_side_by_side_what_they_meet_alone() {
+    let (shapes, mut case) = (shapes(), 0);
+    let (mut met, mut hidden, mut tested, mut doubts) = (0, 0, 0, 0);
+    for shape in &shapes {
+        let alike: Vec<&Curved> = shapes.iter().filter(|other| other.kind() == shape.kind()).collect();
+        for round in 0..60 {
+            let is_mixed = round % 2 == 1 && shape.kind() != Kind::WholeSphere;
+            let of: [&Curved; LANES] =
+                from_fn(|lane| if is_mixed { alike[(case + lane) * 7 % alike.len()] } else { shape });
+            let rays: [(Ray, bool); LANES] = from_fn(|lane| ray_at(of[lane], case + lane));
+            case += LANES;
+            for level in levels() {
+                side_by_side!(level, simd => {
+                    let none = Vec3x8::splat(simd, DVec3::ZERO);
+                    let (mut o, mut d, mut t_max, mut leaving) = (none, none, none.x, 0);
+                    for (lane, (ray, leaves)) in rays.iter().enumerate() {
+                        o.set_lane(lane, ray.o);
+                        d.set_lane(lane, ray.d);
+                        t_max[lane] = ray.t_max;
+                        leaving |= u64::from(*leaves) << lane;
+                    }
+                    let active = bits(simd, !0 >> 56 & !(round as u64));
+                    let mut all = ShapeRays { o, d, t_max, leaving: bits(simd, leaving), active };
+                    if !is_mixed {
+                        let hides = shape.hides_ends_of(&all).to_bitmask();
+                        for lane in set_lanes(active) {
+                            let (ray, leaves) = rays[lane];
+                            assert_eq!(hides >> lane & 1 == 1, shape.hides_end_of(&ray, leaves), "{ray:?} {shape:?}");
+                        }
+                        hidden += hides.count_ones();
+                    }
+                    let found = if is_mixed {
+                        for (lane, (ray, _)) in rays.iter().enumerate() {
+                            let (o, d) = of[lane].own_ray(ray);
+                            all.o.set_lane(lane, o);
+                            all.d.set_lane(lane, d);
+                        }
+                        let columns = gather(&of);
+                        all.meet(shape.kind(), |at| columns[at].simd_into(simd), false)
+                    } else {
+                        shape.meet(&all)
+                    };
+                    assert_eq!((found.met | found.doubtful).to_bitmask() & !active.to_bitmask(), 0);
+                    for lane in set_lanes(active) {
+                        let (ray, leaves) = rays[lane];
+                        let alone = of[lane].intersect(&ray, ray.t_max, leaves);
+                        met += usize::from(alone.is_some());
+                        if has_compress(simd) {
+                            tested += 1;
+                            doubts += usize::from(found.doubtful.to_bitmask() >> lane & 1 == 1);
+                        }
+                        if found.doubtful.to_bitmask() >> lane & 1 == 1 {
+                            continue;
+                        }
+                        let together = (found.met.to_bitmask() >> lane & 1 == 1).then(|| found.t[lane].to_bits());
+                        assert_eq!(together, alone.map(f64::to_bits), "{ray:?} {leaves} {:?}", of[lane]);
+                    }
+                });
+            }
+        }
+    }
+    assert!(met > 50_000 && hidden > 1000 && doubts * 5 < tested, "{met} {hidden} {doubts} of {tested}");
+}
+
+/// Points are brought onto shapes side by side as they are alone.
+#[test]
+fn points_are_projected_side_by_side_as_they_are_alone() {
+    let name = |(p, n): (DVec3, DVec3)| [p, n].map(|v| v.to_array().map(f64::to_bits));
+    for (number, shape) in shapes().iter().enumerate() {
+        for round in 0..20 {
+            let near = |lane: usize| {
+                let i = (number * 20 + round) * LANES + lane;
+                let p = shape.placed(shape.sample(DVec2::new(noise(i, 1.1).abs(), noise(i, 2.2).abs()))).0;
+                let size = shape.half_extent().max_element() * [0.0, 1e-12, 1e-7][i % 3];
+                p + DVec3::new(noise(i, 3.3), noise(i, 4.4), noise(i, 5.5)) * size
+            };
+            for level in levels() {
+                side_by_side!(level, simd => {
+                    let mut points = Vec3x8::splat(simd, shape.center);
+                    for lane in 1..LANES {
+                        points.set_lane(lane, near(lane));
+                    }
+                    let (p, n) = shape.project_all(points);
+                    for lane in 0..LANES {
+                        let (found, alone) = ((p.lane(lane), n.lane(lane)), shape.project(points.lane(lane)));
+                        assert_eq!(name(found), name(alone), "{shape:?}");
+                    }
+                });
+            }
+        }
+    }
 }

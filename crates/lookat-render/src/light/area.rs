@@ -12,15 +12,16 @@ use std::f64::consts::{PI, TAU};
 use std::iter::once;
 
 use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use lookat_scene::{Primitive, Shape};
 
 use super::tree::Emitter;
 use super::{LEAST_COSINE, LightSample, Receivers};
 use crate::curved::Curved;
+use crate::curved::eight::ShapeRays;
 use crate::frame::flipped;
 use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, set_lanes, strength, vectorized};
-use crate::ray::{ElementId, Ray};
+use crate::ray::ElementId;
 use crate::surface::{ShapePoint, ShapePoints, Surfaces};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
@@ -242,29 +243,19 @@ impl SurfaceLight {
         simd: S,
         shape: &Curved,
         (at, leaving): (&Receivers<S>, mask64x8<S>),
-        [u, v]: Vec2x8<S>,
+        u: Vec2x8<S>,
     ) -> LightSample<S> {
         vectorized!(simd, {
-            let (mut p, mut n) = (at.surfaces.p, at.surfaces.n);
-            let mut areas = [0.0; LANES];
-            for (lane, area) in areas.iter_mut().enumerate() {
-                let (own_p, own_n) = shape.placed(shape.sample(DVec2::new(u[lane], v[lane])));
-                p.set_lane(lane, own_p);
-                n.set_lane(lane, own_n);
-                *area = shape.stretch(own_p);
-            }
+            let (p, n, stretch) = shape.sample_all(u);
             let emitting = if self.primitive.reverse_orientation { -n } else { n };
             let magnitude = shape.magnitude().simd_into(simd);
             let on_light = ShapePoint { p, magnitude, n, ns: n, emitting };
-            let density = Density::by_area(areas.simd_into(simd));
+            let density = Density::by_area(stretch);
             let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), &density);
-            for lane in set_lanes(sample.is_valid) {
-                let Rays { o, d, t_max, .. } = &sample.shadow;
-                let ray = Ray { t_max: t_max[lane], ..Ray::new(o.lane(lane), d.lane(lane)) };
-                // Another part of the same shape may be in front.
-                let is_hidden = shape.hides_end_of(&ray, leaving.to_bitmask() >> lane & 1 == 1);
-                sample.is_valid &= bits(simd, !(u64::from(is_hidden) << lane));
-            }
+            let Rays { o, d, t_max, .. } = sample.shadow;
+            // Another part of the same shape may be in front.
+            let rays = ShapeRays { o, d, t_max, leaving, active: sample.is_valid };
+            sample.is_valid &= !shape.hides_ends_of(&rays);
             sample
         })
     }

@@ -8,8 +8,8 @@ use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
 
 use super::rays::{HitColumns, Hits, NONE, POINT_LIGHT, RayColumns, Rays};
 use crate::curved::Curved;
-use crate::curved::sphere::Meetings;
-use crate::number::{LANES, Vec3x8, bits, eights, has_compress, set_lanes, side_by_side, vectorized};
+use crate::curved::eight::{Meetings, ShapeRays};
+use crate::number::{LANES, bits, eights, has_compress, set_lanes, side_by_side, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
@@ -46,11 +46,11 @@ pub(crate) struct Element<'s> {
 #[derive(Clone, Copy)]
 pub(crate) enum ListedShape<'s> {
     Triangle(BoxedTriangle<'s>),
-    Sphere(&'s Curved),
+    Curved(&'s Curved),
 }
 
 impl<'s> List<'s> {
-    /// `None` of worlds that are too large, or have other elements.
+    /// `None` of worlds that are too large, or have curves or instances.
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
         if world.triangles.len() + world.non_triangles.len() > most(scene.level) {
@@ -64,9 +64,8 @@ impl<'s> List<'s> {
         for other in &world.non_triangles {
             let NonTriangle::Curved { primitive, shape } = *other else { return None };
             let curved = &scene.curved[shape as usize];
-            curved.as_sphere()?;
             let id = ElementId { instance: ElementId::WORLD, primitive, index: 0 };
-            elements.push(Element::new(scene, id, Hit::NO_PLACE, ListedShape::Sphere(curved)));
+            elements.push(Element::new(scene, id, Hit::NO_PLACE, ListedShape::Curved(curved)));
         }
         elements.sort_by_key(|element| element.id);
         let (filter, has_emitters) =
@@ -86,7 +85,7 @@ impl<'s> List<'s> {
             ListedShape::Triangle(BoxedTriangle { triangle, .. }) => {
                 triangle.barycentric([hits.sides[0][lane], hits.sides[1][lane], hits.sides[2][lane]])
             }
-            ListedShape::Sphere(_) => [0.0; 2],
+            ListedShape::Curved(_) => [0.0; 2],
         };
         Hit { t: hits.t[lane], element: element.id, barycentric, place: element.place }
     }
@@ -238,7 +237,7 @@ impl<'s> Element<'s> {
             let ray = Ray { t_max: rays.t_max[lane], ..Ray::new(rays.o.lane(lane), rays.d.lane(lane)) };
             let is_end = match &self.shape {
                 ListedShape::Triangle(boxed) => holds_end(&ray, &boxed.triangle.corners),
-                ListedShape::Sphere(sphere) => sphere.is_met_at_end(&ray, rays.leaving[lane] == own[lane]),
+                ListedShape::Curved(curved) => curved.is_met_at_end(&ray, rays.leaving[lane] == own[lane]),
             };
             ends |= u64::from(is_end) << lane;
         }
@@ -262,8 +261,8 @@ impl<'s> Element<'s> {
                 let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
                 (met, t, Some(sides))
             }
-            ListedShape::Sphere(sphere) => {
-                let (met, t) = meet_sphere(simd, sphere, rays, t_max, leaving, active);
+            ListedShape::Curved(curved) => {
+                let (met, t) = meet_curved(simd, curved, rays, t_max, leaving, active);
                 (met, t, None)
             }
         }
@@ -271,7 +270,7 @@ impl<'s> Element<'s> {
 }
 
 #[inline(always)]
-fn meet_sphere<S: Simd>(
+fn meet_curved<S: Simd>(
     simd: S,
     curved: &Curved,
     rays: &Rays<S>,
@@ -279,17 +278,15 @@ fn meet_sphere<S: Simd>(
     leaving: mask64x8<S>,
     active: mask64x8<S>,
 ) -> (mask64x8<S>, f64x8<S>) {
-    let Some(sphere) = curved.as_sphere() else { return (active & !active, t_max) };
-    let o = (rays.o - Vec3x8::splat(simd, curved.center)).by(&curved.own_from_world);
-    let d = rays.d.by(&curved.own_from_world);
-    let Meetings { met, t, doubtful } = sphere.meet((o, d), t_max, leaving, active);
+    let Meetings { met, t, doubtful } =
+        curved.meet(&ShapeRays { o: rays.o, d: rays.d, t_max, leaving, active });
     if !doubtful.any_true() {
         return (met, t);
     }
     one_by_one(simd, curved, rays, t_max, leaving, (met, t, doubtful))
 }
 
-/// Asks the sphere ray by ray.
+/// Tests the rays one by one.
 #[inline(never)]
 fn one_by_one<S: Simd>(
     simd: S,

@@ -167,8 +167,15 @@ fn ray(scene: &Traceable, i: usize) -> Ray {
         ray.leaving = ElementId { instance: ElementId::WORLD, ..ElementId::NONE };
     }
     if i.is_multiple_of(7) {
-        ray.target =
-            if i.is_multiple_of(2) { ElementId::POINT_LIGHT } else { triangle.element(ElementId::WORLD) };
+        ray.target = ElementId::POINT_LIGHT;
+        if !i.is_multiple_of(2) {
+            // The ray does not go beyond its target.
+            let [a, b] = [noise(i, 5.5).abs(), noise(i, 6.5).abs()];
+            let end = p + (q - p) * a + (r - p) * ((1.0 - a) * b);
+            ray.d = (end - ray.o).normalize_or(DVec3::Z);
+            ray.t_max = (end - ray.o).length() * [1.0, 0.999][i / 14 % 2];
+            ray.target = triangle.element(ElementId::WORLD);
+        }
     }
     ray
 }

@@ -20,6 +20,7 @@ use super::TraversalRays;
 use super::rays::{HitColumns, PLACES, RayColumns};
 use crate::bvh::{Child, STACK, WIDTH};
 use crate::columns::MOST as MOST_RAYS;
+use crate::curved::eight::Kind;
 use crate::number::{LANES, eights, prefetch, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, Traceable};
@@ -84,7 +85,7 @@ pub(crate) struct WideTracer {
     leaves: [u32; QUEUE + WIDTH],
     leaf_rays: [u32; QUEUE + WIDTH],
     queued: usize,
-    curved_pairs: CurvedPairs,
+    curved_pairs: [CurvedPairs; Kind::COUNT],
     /// The rays that wait at an instance, and those instances.
     at_instances: ArrayVec<AtInstance, MOST_RAYS>,
     /// For the elements of instances. `None` before the first one.
@@ -133,7 +134,7 @@ impl WideTracer {
             leaves: [0; QUEUE + WIDTH],
             leaf_rays: [0; QUEUE + WIDTH],
             queued: 0,
-            curved_pairs: CurvedPairs::new(),
+            curved_pairs: CurvedPairs::NONE,
             at_instances: ArrayVec::new(),
             inner: None,
         }

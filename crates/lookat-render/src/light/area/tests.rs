@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec2;
+
 use super::*;
 use crate::bsdf::Domain;
 use crate::light::{LightTable, SceneLight};

@@ -150,7 +150,7 @@ impl ListFilter {
                     let [p, q, r] = boxed.triangle.corners;
                     (p.min(q).min(r), p.max(q).max(r))
                 }
-                ListedShape::Sphere(curved) => {
+                ListedShape::Curved(curved) => {
                     (curved.center - curved.half_extent(), curved.center + curved.half_extent())
                 }
             };
@@ -168,7 +168,7 @@ impl ListFilter {
                     triangles
                         .push((number, TriangleOutline::new(boxed.triangle, placed, element.is_cut_out)));
                 }
-                ListedShape::Sphere(curved) => balls.push((number, Ball::new(curved, placed, scale))),
+                ListedShape::Curved(curved) => balls.push((number, Ball::new(curved, placed, scale))),
             }
         }
         is_safe.then_some(ListFilter { center, scale, triangles, balls })

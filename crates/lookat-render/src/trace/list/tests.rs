@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::columns::Stored;
-use crate::number::side_by_side;
+use crate::number::{Vec3x8, side_by_side};
 use crate::prepare::Prepared;
 use crate::testing::{cases, levels};
 use crate::testing::{noise, scene};
@@ -56,6 +56,11 @@ fn rays_hit_in_small_worlds_what_they_hit_alone() {
          Shape \"sphere\" \"float radius\" .1 AttributeEnd Shape \"sphere\" \"float radius\" .3 \"float zmax\" .1
          Translate .3 .4 .5 Scale .2 .5 .1 Shape \"sphere\" Shape \"sphere\" Scale 1e-5 1e-5 1e-5 Shape \"sphere\""
     );
+    let quadrics = &format!(
+        "{squares} Shape \"cylinder\" \"float radius\" .3 Translate .1 .2 .3 Shape \"disk\" Shape \"disk\" AreaLightSource \"diffuse\" Rotate 50 1 2 0
+         Shape \"disk\" \"float radius\" .4 \"float phimax\" 200 Shape \"cone\" Shape \"paraboloid\" Scale 1 .2 2
+         Shape \"hyperboloid\" \"point p1\" [.2 0 0] \"point p2\" [.1 .3 .5] Shape \"cylinder\" \"float radius\" .2 \"float phimax\" 100"
+    );
     let holes = &format!("Texture \"holes\" \"float\" \"checkerboard\" \"float tex1\" 0 \"float tex2\" 1 \"float uscale\" 7
         \"float vscale\" 7 {squares} Translate 0 0 .1 {square} \"integer indices\" [0 1 2 0 2 3] \"float uv\" [0 0 1 0 1 1 0 1]
         \"texture alpha\" \"holes\" Translate 0 0 .01 {square} \"integer indices\" [0 1 2 0 2 3] \"float shadowalpha\" 0");
@@ -70,7 +75,7 @@ fn rays_hit_in_small_worlds_what_they_hit_alone() {
     let lamp = "AttributeBegin AreaLightSource \"diffuse\" Translate 0 0 1.5 Shape \"trianglemesh\"
         \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] AttributeEnd";
     let cases = cases(100);
-    for shapes in [squares, twice, spheres, holes, thin, wide] {
+    for shapes in [squares, twice, spheres, quadrics, holes, thin, wide] {
         let text = format!(
             "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin {lamp} {shapes} WorldEnd"
         );

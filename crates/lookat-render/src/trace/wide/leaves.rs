@@ -53,9 +53,7 @@ impl WideTracer {
                 }
             }
         }
-        if self.curved_pairs.count > 0 {
-            met |= self.test_curved::<S, ANY>(traced) & any;
-        }
+        met |= self.test_waiting::<S, ANY>(traced) & any;
         (met, at_instances)
     }
 
