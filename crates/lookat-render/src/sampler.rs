@@ -63,24 +63,6 @@ struct Points {
     shuffled: Shuffled,
 }
 
-/// What samples share that have a seed in common.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Pattern {
-    /// The seed of the picture.
-    seed: u64,
-    /// The pixel, or the block of pixels.
-    position: u64,
-    /// How many times the samples that can be numbered have been taken.
-    turn: u32,
-}
-
-impl Pattern {
-    fn seed(self) -> u64 {
-        let seed = of_position(self.seed, self.position);
-        if self.turn == 0 { seed } else { of_position(seed, u64::from(self.turn)) }
-    }
-}
-
 impl Streams {
     /// Streams without samples.
     pub fn new() -> Self {
@@ -102,14 +84,17 @@ impl Streams {
         self.samples.clear();
         self.samples.extend(samples);
         self.sequences.clear();
-        // Mostly many samples in a row share a seed.
-        let mut known = None;
+        let mut before = None;
         self.sequences.extend(samples.iter().map(|sample| {
-            let (pattern, number) = self.points.sequence(*sample);
-            match known {
-                Some((seed, of)) if of == pattern => (seed, number),
-                _ => (known.insert((pattern.seed(), pattern)).0, number),
-            }
+            let own = match before {
+                // Mostly it is of the same pixel. Then only the index differs.
+                Some((other, (seed, number))) if sobol::is_beside(*sample, other, self.points.pixel_bits) => {
+                    (seed, number ^ other.index ^ sample.index)
+                }
+                _ => self.points.sequence(*sample),
+            };
+            before = Some((*sample, own));
+            own
         }));
     }
 
@@ -175,14 +160,14 @@ impl Streams {
 }
 
 impl Points {
-    /// The pattern of a sample, and its number in that.
-    fn sequence(&self, sample: Sample) -> (Pattern, u32) {
+    /// The seed of a sample's pattern, and its number in that.
+    fn sequence(&self, sample: Sample) -> (u64, u32) {
         match self.kind {
             SamplerKind::Sobol { .. } => sobol::sequence(sample, self.pixel_bits),
             SamplerKind::Random | SamplerKind::Stratified { .. } => {
                 let Sample { seed, pixel, index } = sample;
                 let [x, y] = pixel.map(|at| u64::from(at.cast_unsigned()));
-                (Pattern { seed, position: x | y << 32, turn: 0 }, index)
+                (of_position(seed, x | y << 32), index)
             }
         }
     }
@@ -253,8 +238,8 @@ impl Points {
             for (lane, Sample { seed, pixel, index }) in samples.into_iter().enumerate() {
                 let index = u64::from(index) * u64::from(count) + u64::from(k);
                 is_numbered[lane] = index <= u64::from(u32::MAX);
-                let (pattern, number) = nested.sequence(Sample { seed, pixel, index: index as u32 });
-                (nested.seeds[lane], nested.indices[lane]) = (pattern.seed(), number);
+                (nested.seeds[lane], nested.indices[lane]) =
+                    nested.sequence(Sample { seed, pixel, index: index as u32 });
             }
             // Of cells there may be more than samples.
             let needed = match self.kind {
@@ -277,9 +262,9 @@ impl Points {
             };
             for lane in (0..LANES).filter(|lane| !is_numbered[*lane]) {
                 // More than can be numbered: independent ones.
-                let (pattern, index) = Points { kind: SamplerKind::Random, ..*self }.sequence(samples[lane]);
+                let (seed, index) = Points { kind: SamplerKind::Random, ..*self }.sequence(samples[lane]);
                 let own = u64::from(index) << 32 | u64::from(k);
-                let seed = mix(of_dimension(pattern.seed(), dimension) ^ own);
+                let seed = mix(of_dimension(seed, dimension) ^ own);
                 (x[lane], y[lane]) = (unit(mix(seed)), unit(mix(!seed)));
             }
             [x, y]

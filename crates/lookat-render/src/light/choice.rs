@@ -146,22 +146,19 @@ impl<'v, S: Simd> LightSampler<'v, S> {
     }
 
     /// Chooses triangles of the lights that have too many to sample each.
-    #[inline(never)]
+    #[inline(always)]
     pub fn of_triangles(
         simd: S,
         table: &'v LightTable,
         at: &'v Receivers<S>,
         estimates: &'v mut Estimates,
     ) -> Self {
-        vectorized!(simd, {
-            let (rule, count, total) =
-                (LightChoice::Spatial, table.eligible_at(simd, at), 0.0.simd_into(simd));
-            let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
-            if table.chooses_triangles() {
-                sampler.ask(TreeSampler { leaves: table.triangles(), beside: &[], at });
-            }
-            sampler
-        })
+        let (rule, count, total) = (LightChoice::Spatial, table.eligible_at(simd, at), 0.0.simd_into(simd));
+        let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
+        if table.chooses_triangles() {
+            sampler.ask(TreeSampler { leaves: table.triangles(), beside: &[], at });
+        }
+        sampler
     }
 
     /// Chooses by a tree.

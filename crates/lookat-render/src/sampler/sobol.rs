@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 use fearless_simd::{Simd, f64x8, prelude::*, u32x8};
 use lookat_scene::MAX_SAMPLES;
 
-use super::{Pattern, Sample, lowbias, mix, owen_scramble_rev, reversed, units};
+use super::{Sample, lowbias, mix, of_position, owen_scramble_rev, reversed, units};
 use crate::number::LANES;
 
 /// Bits of an index: 2^16 samples share their scrambles.
@@ -64,14 +64,21 @@ pub(super) fn pixel_bits(count: u32) -> u32 {
     if count <= ALONE >> PIXEL_BITS || count == MAX_SAMPLES { PIXEL_BITS } else { 0 }
 }
 
-/// What chooses the scrambles of a sample, and the number of the sample among those with the same scrambles.
-pub(super) fn sequence(Sample { seed, pixel, index }: Sample, pixel_bits: u32) -> (Pattern, u32) {
+/// The seed that chooses the scrambles of a sample, and the number of the sample among those with the same seed.
+pub(super) fn sequence(Sample { seed, pixel, index }: Sample, pixel_bits: u32) -> (u64, u32) {
     let bits = BITS - pixel_bits;
     let [x, y] = pixel.map(|at| spread(at.cast_unsigned()));
     let pixel = x | y << 1;
+    let seed = of_position(seed, pixel >> pixel_bits);
     // Samples beyond those that can be numbered have other scrambles.
-    let pattern = Pattern { seed, position: pixel >> pixel_bits, turn: index >> bits };
-    (pattern, ((pixel << bits) as u32 | index & ((1 << bits) - 1)) & MASK)
+    let seed = if index >> bits == 0 { seed } else { of_position(seed, u64::from(index >> bits)) };
+    (seed, ((pixel << bits) as u32 | index & ((1 << bits) - 1)) & MASK)
+}
+
+/// True if two samples of a pixel have one seed: with any sampler, their numbers differ by the bits that their indices differ by.
+pub(super) fn is_beside(one: Sample, other: Sample, pixel_bits: u32) -> bool {
+    let is_same = (one.seed, one.pixel) == (other.seed, other.pixel);
+    is_same && (one.index ^ other.index) >> (BITS - pixel_bits) == 0
 }
 
 /// The bits of a number with a gap after each.
@@ -293,8 +300,8 @@ mod tests {
     /// The pairs of some dimensions, of so many samples of a pixel.
     fn points(pixel: [i32; 2], dimension: u32, count: u32) -> Vec<[f64; 2]> {
         let of = |index| {
-            let (pattern, index) = sequence(Sample { seed: 7, pixel, index }, pixel_bits(count));
-            let samples = ([pattern.seed(); LANES], [index; LANES]);
+            let (seed, index) = sequence(Sample { seed: 7, pixel, index }, pixel_bits(count));
+            let samples = ([seed; LANES], [index; LANES]);
             baseline!(simd => {
                 let first = Shuffled::new(simd, 0, samples, (1 << pixel_bits(count)) - 1);
                 pairs(simd, dimension, samples, &first).map(|x| x[3])
