@@ -20,7 +20,7 @@ use crate::curved::part::{Part, Sweep};
 use crate::curved::profile::Crossings;
 use crate::curved::quadric::{Disk, Paraboloid, TurnedSegment};
 use crate::curved::real::Real;
-use crate::number::{V3, Vec2x8, Vec3x8, power_of_two, prefetch, vectorized};
+use crate::number::{V3, Vec2x8, Vec3x8, largest_stretch, power_of_two, prefetch, vectorized};
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 pub(crate) use sphere::Sphere;
@@ -108,16 +108,12 @@ impl Curved {
 
     /// The radius of a ball around the center that holds the uncut form, in the world.
     pub fn bounding_radius(&self) -> f64 {
-        let m = self.world_from_own();
         let (low, high, _) = self.quadric.extent();
         let own = match self.form {
             UnitShape::Sphere(_) => self.radius,
             _ => libm::hypot(self.radius, 0.5 * (high - low) / self.unit),
         };
-        // Not less than the longest axis of the ellipsoid that the unit ball becomes.
-        let squares = m.transpose() * m;
-        let columns = [squares.x_axis, squares.y_axis, squares.z_axis];
-        own * columns.map(|column| column.abs().element_sum()).into_iter().fold(0.0, f64::max).sqrt()
+        own * largest_stretch(&self.world_from_own())
     }
 
     /// The sphere that it is.

@@ -422,6 +422,13 @@ pub(crate) fn splat_f32<S: Simd>(simd: S, x: f32) -> f32x8<S> {
     x.simd_into(simd)
 }
 
+/// By how much a matrix stretches a vector at most: that, or a little more. Exact where its columns are perpendicular.
+pub(crate) fn largest_stretch(m: &DMat3) -> f64 {
+    let squares = m.transpose() * *m;
+    let rows = squares.x_axis.abs() + squares.y_axis.abs() + squares.z_axis.abs();
+    rows.max_element().sqrt()
+}
+
 /// The largest power of two that is not above `x`, a normal number.
 pub(crate) fn power_of_two(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & f64::INFINITY.to_bits())

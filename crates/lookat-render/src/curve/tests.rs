@@ -249,3 +249,29 @@ fn a_curve_that_starts_with_a_point_twice_has_a_round_end() {
     let none = [DVec3::X, DVec3::X * 1.5, DVec3::X * 2.0, DVec3::X * 3.0];
     falls(&approach(&none), &mut |_| panic!("a straight end"));
 }
+
+/// No ray to a point within half a width of a piece is left out; most others are.
+#[test]
+fn capsules_hold_their_pieces() {
+    let stretch =
+        Transform::rotate(30.0, DVec3::ONE).unwrap() * Transform::scale(DVec3::new(1.0, -0.5, 1.5)).unwrap();
+    for (transform, origin) in [(Transform::IDENTITY, DVec3::ZERO), (stretch, DVec3::new(1e6, -2e4, 3.0))] {
+        let curve = Arc::new(curve(CurveKind::Flat, transform));
+        let placed = PlacedCurve::new(&curve, origin);
+        let mut passed = 0;
+        for case in 0..4000 {
+            let Ray { o, d, .. } = random_ray(case);
+            let part = placed.part(case % 16);
+            let at = f64::from(case) * 0.37 % 1.0;
+            let width = placed.width(part.segment, part.range[0] + (part.range[1] - part.range[0]) * at);
+            let end = evaluate(&part.points, at).0 + d.any_orthonormal_vector() * (0.5 * width);
+            let end = placed.anchor + *curve.world_from_object.linear() * end;
+            let capsule = placed.capsule(&part);
+            let ray = Ray::new(o - origin, end - (o - origin));
+            assert!(capsule.may_meet(&ray, 1.0 + 1e-9) && capsule.may_meet(&ray, f64::INFINITY), "{ray:?}");
+            assert!(!capsule.may_meet(&ray, 0.1) && !capsule.may_meet(&Ray { d: -ray.d, ..ray }, 1.0));
+            passed += u32::from(!capsule.may_meet(&Ray::new(o - origin, d), f64::INFINITY));
+        }
+        assert!(passed > 3000, "{passed} of 4000 rays pass");
+    }
+}
