@@ -171,7 +171,7 @@ impl Traceable {
         }
         for other in &query.group.non_triangles {
             found |= match *other {
-                NonTriangle::Instance { instance } => {
+                NonTriangle::Instance { instance, .. } => {
                     let placed = &self.instances[instance as usize];
                     let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
                     self.search_all::<ANY>(Query::new(group, ray, instance, query.is_shadow), hit)
@@ -191,7 +191,7 @@ impl Traceable {
         other: NonTriangle,
         hit: &mut Hit,
     ) -> bool {
-        let NonTriangle::Instance { instance } = other else {
+        let NonTriangle::Instance { instance, .. } = other else {
             return self.meet_shape::<ANY>(query, other, hit);
         };
         let placed = &self.instances[instance as usize];

@@ -69,7 +69,10 @@ impl Traceable {
                 continue;
             }
             let bounds = placed.bounds(of_object);
-            world.push(bounds, NonTriangle::Instance { instance: instances.len() as u32 });
+            world.push(
+                bounds,
+                NonTriangle::Instance { instance: instances.len() as u32, object: object as u32 },
+            );
             if glows {
                 world.emitters.push(bounds);
             }
@@ -178,7 +181,7 @@ impl Traceable {
         match other {
             NonTriangle::Curved { shape, .. } => prefetch(&raw const self.curved[shape as usize], 0..3),
             NonTriangle::Curve { piece, .. } => self.curves.prefetch(piece),
-            NonTriangle::Instance { instance } => {
+            NonTriangle::Instance { instance, .. } => {
                 prefetch(&raw const self.instances[instance as usize], 0..4)
             }
         }
@@ -220,9 +223,19 @@ impl Group {
 /// An element that is no triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum NonTriangle {
-    Curved { primitive: u32, shape: u32 },
-    Curve { primitive: u32, piece: u32 },
-    Instance { instance: u32 },
+    Curved {
+        primitive: u32,
+        shape: u32,
+    },
+    Curve {
+        primitive: u32,
+        piece: u32,
+    },
+    /// `object`: the number of the object that it is a copy of.
+    Instance {
+        instance: u32,
+        object: u32,
+    },
 }
 
 /// Numbers primitives as they come.

@@ -24,11 +24,10 @@ impl WideTracer {
     /// Makes a ray wait if it has met an instance of an object with a hierarchy. True if it waits.
     #[inline(always)]
     pub(super) fn waits_at<S: Simd>(&mut self, traced: &Traced<S>, ray: usize, other: NonTriangle) -> bool {
-        let NonTriangle::Instance { instance } = other else { return false };
-        let object = traced.scene.instances[instance as usize].object;
-        let waits = !traced.scene.objects[object].blocks.is_empty();
+        let NonTriangle::Instance { instance, object } = other else { return false };
+        let waits = !traced.scene.objects[object as usize].blocks.is_empty();
         if waits {
-            self.at_instances.push(AtInstance { ray: ray as u8, instance, object: object as u32 });
+            self.at_instances.push(AtInstance { ray: ray as u8, instance, object });
         }
         waits
     }
@@ -60,9 +59,9 @@ impl WideTracer {
     fn trace_alone<S: Simd, const ANY: bool>(
         &mut self,
         traced: &Traced<S>,
-        &AtInstance { ray, instance, .. }: &AtInstance,
+        &AtInstance { ray, instance, object }: &AtInstance,
     ) -> u64 {
-        let other = NonTriangle::Instance { instance };
+        let other = NonTriangle::Instance { instance, object };
         u64::from(self.test_non_triangle::<S, ANY>(traced, usize::from(ray), other) && ANY) << ray
     }
 
