@@ -1,10 +1,10 @@
 //! Curved shapes in their places: what rays meet of them, and points of them.
 
-pub(crate) mod eight;
 mod part;
 mod profile;
 mod quadric;
 mod real;
+pub(crate) mod side_by_side;
 mod sphere;
 #[cfg(test)]
 mod tests;
@@ -15,11 +15,11 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Quadric, QuadricForm};
 
-use crate::curved::eight::FormNumbers;
 use crate::curved::part::{Part, Sweep};
 use crate::curved::profile::Crossings;
 use crate::curved::quadric::{Disk, Paraboloid, TurnedSegment};
 use crate::curved::real::Real;
+use crate::curved::side_by_side::FormNumbers;
 use crate::number::{V3, Vec2x8, Vec3x8, largest_stretch, power_of_two, prefetch, vectorized};
 use crate::parametric::Parametric;
 use crate::ray::Ray;
@@ -73,7 +73,7 @@ impl Curved {
         };
         let form = UnitShape::new(quadric, middle, unit);
         Curved {
-            numbers: eight::numbers_of(&form, radius / unit),
+            numbers: side_by_side::numbers_of(&form, radius / unit),
             form,
             center: m.w_axis.truncate() - origin + m.z_axis.truncate() * middle,
             own_from_world: *transform.inverse_linear() * unit.recip(),

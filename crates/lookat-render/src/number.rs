@@ -3,9 +3,10 @@
 //! A sample has the same bits with any instruction set and any neighbors: operations have one order, and none is fused with the
 //! next. Functions are inlined into the one that is compiled for the processor. Colors are linear RGB.
 
+use std::f32::consts::LOG2_E;
 use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
-use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*, u32x8};
 use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::LUMINANCE;
 
@@ -441,6 +442,30 @@ pub(crate) fn to_f32<S: Simd>(x: f64x8<S>) -> f32x8<S> {
     simd.split_f32x16(simd.narrow_f64x8(x, x)).0
 }
 
+/// The logarithm to base 2: its integers, from -127 for 0 to 128 for what is no number, and the rest to 2e-7.
+#[inline(always)]
+pub(crate) fn log2<S: Simd>(of: f32x8<S>) -> ([i32; LANES], f32x8<S>) {
+    let bits: u32x8<S> = of.bitcast();
+    let mantissa: f32x8<S> = (bits & 0x7f_ffff | 0x3f80_0000).bitcast();
+    let x = mantissa - 1.0;
+    // log2(1 + x) from 0 to 1.
+    const FACTORS: [f32; 8] = [
+        -0.042_687_185,
+        0.113_051_97,
+        -0.197_285_2,
+        0.275_719_67,
+        -0.358_428_48,
+        0.480_695_5,
+        -0.721_340_36,
+        LOG2_E,
+    ];
+    let mut rest = x * 0.007_579_135_7;
+    for factor in FACTORS {
+        rest = (rest + factor) * x;
+    }
+    ((bits >> 23 & 0xff).to_array().map(|exponent| exponent as i32 - 127), rest)
+}
+
 /// Widens numbers to `f64`.
 #[inline(always)]
 pub(crate) fn to_f64<S: Simd>(x: f32x8<S>) -> f64x8<S> {
@@ -490,4 +515,28 @@ pub(crate) fn prefetch<T>(at: *const T, lines: Range<usize>) {
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (at, lines, LINE);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn logarithms_are_exact_to_2e_7() {
+        baseline!(simd => {
+            let parts = |x: f32| {
+                let (whole, rest) = log2(splat_f32(simd, x));
+                (whole[3], rest[3])
+            };
+            for case in 0..20_000_u32 {
+                let x = f32::from_bits(0x0080_0000 + case * 106_000);
+                let (whole, rest) = parts(x);
+                let error = f64::from(whole) + f64::from(rest) - libm::log2(f64::from(x));
+                assert!(error.abs() < 2e-7, "{x}: {error}");
+            }
+            for (x, whole) in [(0.0, -127), (1e-40, -127), (f32::INFINITY, 128), (f32::NAN, 128)] {
+                assert_eq!(parts(x).0, whole, "{x}");
+            }
+        });
+    }
 }

@@ -1,4 +1,4 @@
-//! Rays against spheres, one ray or eight, by the point of the ray that is closest to the center.
+//! Rays against spheres, by the point of the ray that is closest to the center.
 
 use std::f64::consts::PI;
 

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Cone, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Sphere, Transform};
 
 use super::Curved;
-use super::eight::{Kind, ShapeRays, gather};
+use super::side_by_side::{Kind, ShapeRays, gather};
 use crate::number::{LANES, Vec3x8, bits, has_compress, set_lanes, side_by_side};
 use crate::ray::Ray;
 use crate::testing::{levels, noise};

@@ -68,17 +68,17 @@ impl<'s> Lighting<'s> {
 }
 
 impl Lighting<'_> {
-    /// The light sampler of surfaces, which keeps its estimates in `room`.
+    /// The light sampler of surfaces, which keeps its estimates in `estimates`.
     #[inline(always)]
     pub fn sampler<'v, S: Simd>(
         &'v self,
         simd: S,
         receivers: &'v Receivers<S>,
-        room: &'v mut Estimates,
+        estimates: &'v mut Estimates,
     ) -> LightSampler<'v, S> {
         match self.samples {
-            LightSamples::One(choice) => LightSampler::new(simd, (self.table, choice), receivers, room),
-            LightSamples::Each(_) => LightSampler::of_triangles(simd, self.table, receivers, room),
+            LightSamples::One(choice) => LightSampler::new(simd, (self.table, choice), receivers, estimates),
+            LightSamples::Each(_) => LightSampler::of_triangles(simd, self.table, receivers, estimates),
         }
     }
 
@@ -103,8 +103,8 @@ impl Lighting<'_> {
                 }
                 if (sees & own.active).any_true() {
                     let receivers = &receivers.eight(simd, first, self.has_lunes);
-                    let mut room = Estimates::new();
-                    let sampler = &self.sampler(simd, receivers, &mut room);
+                    let mut estimates = Estimates::new();
+                    let sampler = &self.sampler(simd, receivers, &mut estimates);
                     let illumination = Illumination { simd, lighting: self, receivers, sampler };
                     add_light(radiance, own, illumination.light_of(tracer, own), own.active);
                 }

@@ -110,8 +110,8 @@ impl Lighting<'_> {
         let smooth = paths.active & bsdf.has(LobeFilter::NonDelta);
         let lunes = if self.has_lunes { Lunes::new(&domain, smooth) } else { None };
         let receivers = &Receivers { surfaces, domain, lunes };
-        let mut room = Estimates::new();
-        let sampler = &self.sampler(simd, receivers, &mut room);
+        let mut estimates = Estimates::new();
+        let sampler = &self.sampler(simd, receivers, &mut estimates);
         let illumination = Illumination { simd, lighting: self, receivers, sampler };
         does(tracer, &Vertices { illumination, paths, bsdf }, batch);
     }

@@ -18,7 +18,7 @@ use lookat_scene::{Primitive, Shape};
 use super::tree::Emitter;
 use super::{LEAST_COSINE, LightSample, Receivers};
 use crate::curved::Curved;
-use crate::curved::eight::ShapeRays;
+use crate::curved::side_by_side::ShapeRays;
 use crate::frame::flipped;
 use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, set_lanes, strength, vectorized};
 use crate::ray::ElementId;

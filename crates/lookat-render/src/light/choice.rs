@@ -115,9 +115,10 @@ impl<'v, S: Simd> LightSampler<'v, S> {
     ) -> Self {
         vectorized!(simd, {
             let (rule, count, total) = (table.rule(choice), table.eligible_at(simd, at), 0.0.simd_into(simd));
+            estimates.clear();
             let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
             if table.uses_bvh(choice) {
-                sampler.ask(TreeSampler { leaves: table.leaves(), beside: &table.beside, at });
+                sampler.add_tree(TreeSampler { leaves: table.leaves(), beside: &table.beside, at });
                 return sampler;
             }
             // Without a choice there is nothing to estimate.
@@ -132,6 +133,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             if rule == LightChoice::Power {
                 sampler.total = table.power_of_others().simd_into(simd);
             }
+            sampler.estimates.reserve(table.lights.len() - first);
             for (number, light) in table.lights.iter().enumerate().skip(first) {
                 let estimate = match rule {
                     LightChoice::Power => {
@@ -154,16 +156,17 @@ impl<'v, S: Simd> LightSampler<'v, S> {
         estimates: &'v mut Estimates,
     ) -> Self {
         let (rule, count, total) = (LightChoice::Spatial, table.eligible_at(simd, at), 0.0.simd_into(simd));
+        estimates.clear();
         let mut sampler = LightSampler { table, rule, count, estimates, total, tree: None };
         if table.chooses_triangles() {
-            sampler.ask(TreeSampler { leaves: table.triangles(), beside: &[], at });
+            sampler.add_tree(TreeSampler { leaves: table.triangles(), beside: &[], at });
         }
         sampler
     }
 
     /// Chooses by a tree.
     #[inline(never)]
-    fn ask(&mut self, tree: TreeSampler<'v, S>) {
+    fn add_tree(&mut self, tree: TreeSampler<'v, S>) {
         let (simd, TreeSampler { leaves, beside, at }) = (self.count.token(), tree);
         vectorized!(simd, {
             for number in beside {

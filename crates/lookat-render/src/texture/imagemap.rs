@@ -1,13 +1,11 @@
 //! The value of a picture on a surface (PBR 10.4).
 
-use std::f32::consts::LOG2_E;
-
-use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use lookat_image::{Level, MipMap};
 use lookat_scene::{ImageFilter, ImageMap};
 
 use super::{TexturePoint, Values, changes, coordinates, ellipse};
-use crate::number::{LANES, Vec2x8, set_lanes, to_f32, vectorized, widen};
+use crate::number::{LANES, Vec2x8, log2, set_lanes, to_f32, vectorized, widen};
 
 /// With neighbors by the filter; else bilinear.
 #[inline(never)]
@@ -65,30 +63,6 @@ impl<S: Simd> Versions<S> {
         }
         lerp::<S, T>(self.share, finer, of(&self.finer.map(|version| version + 1)))
     }
-}
-
-/// The logarithm to base 2: its integers, from -127 for 0 to 128 for what is no number, and the rest to 2e-7.
-#[inline(always)]
-pub(super) fn log2<S: Simd>(of: f32x8<S>) -> ([i32; LANES], f32x8<S>) {
-    let bits: u32x8<S> = of.bitcast();
-    let mantissa: f32x8<S> = (bits & 0x7f_ffff | 0x3f80_0000).bitcast();
-    let x = mantissa - 1.0;
-    // log2(1 + x) from 0 to 1.
-    const FACTORS: [f32; 8] = [
-        -0.042_687_185,
-        0.113_051_97,
-        -0.197_285_2,
-        0.275_719_67,
-        -0.358_428_48,
-        0.480_695_5,
-        -0.721_340_36,
-        LOG2_E,
-    ];
-    let mut rest = x * 0.007_579_135_7;
-    for factor in FACTORS {
-        rest = (rest + factor) * x;
-    }
-    ((bits >> 23 & 0xff).to_array().map(|exponent| exponent as i32 - 127), rest)
 }
 
 /// The means around `st` over about `width`: linear between texels and between versions (PBR 10.4.4).

@@ -8,7 +8,7 @@ use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
 
 use super::rays::{HitColumns, Hits, NONE, POINT_LIGHT, RayColumns, Rays};
 use crate::curved::Curved;
-use crate::curved::eight::{Meetings, ShapeRays};
+use crate::curved::side_by_side::ShapeRays;
 use crate::number::{LANES, bits, eights, has_compress, set_lanes, side_by_side, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::traceable::{NonTriangle, Traceable};
@@ -16,12 +16,16 @@ use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
 use crate::triangle::{Triangle, holds_end};
 use filter::ListFilter;
 
-/// The most elements of a list.
-pub(crate) const MOST: usize = 64;
+/// The most elements of a list: with more, a BVH is faster.
+const MOST: usize = 48;
+/// As [`MOST`], with instructions that do not move chosen lanes together.
+const MOST_WITHOUT_COMPRESS: usize = 16;
+/// Room for a number or mask of each element.
+const ROOM: usize = 64;
+const _: () = assert!(MOST <= ROOM);
 
-/// Above this number of elements, a BVH is faster: with AVX-512 and AVX2, at 48; with SSE2, at 16.
 fn most(level: Level) -> usize {
-    side_by_side!(level, simd => if has_compress(simd) { 48 } else { 16 })
+    side_by_side!(level, simd => if has_compress(simd) { MOST } else { MOST_WITHOUT_COMPRESS })
 }
 
 /// All elements of a small world, sorted by name.
@@ -50,7 +54,7 @@ pub(crate) enum ListedShape<'s> {
 }
 
 impl<'s> List<'s> {
-    /// `None` of worlds that are too large, or have curves or instances.
+    /// `None` of worlds that are empty or too large, have curves or instances, or are too small for their distance from the origin.
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
         if world.triangles.len() + world.non_triangles.len() > most(scene.level) {
@@ -92,14 +96,14 @@ impl<'s> List<'s> {
 
     /// The numbers of the elements that any of eight rays may hit.
     #[inline(always)]
-    fn numbers(&self, may: &[u64; MOST], first: usize) -> impl Iterator<Item = usize> {
+    fn numbers(&self, may: &[u64; ROOM], first: usize) -> impl Iterator<Item = usize> {
         let is_met = |number: usize| u64::from(may[number] >> first & 0xff != 0);
         let mut rest =
-            (0..self.elements.len().min(MOST)).fold(0, |set, number| set | is_met(number) << number);
+            (0..self.elements.len().min(ROOM)).fold(0, |set, number| set | is_met(number) << number);
         std::iter::from_fn(
             #[inline(always)]
             move || {
-                let number = (rest != 0).then(|| rest.trailing_zeros() as usize % MOST)?;
+                let number = (rest != 0).then(|| rest.trailing_zeros() as usize % ROOM)?;
                 rest &= rest - 1;
                 Some(number)
             },
@@ -109,7 +113,7 @@ impl<'s> List<'s> {
     /// Finds the nearest hits of active rays; each bit of `active` is a ray.
     #[inline(always)]
     pub fn nearest<S: Simd>(&self, simd: S, rays: &RayColumns, active: u64, hits: &mut HitColumns) {
-        let mut may = [active; MOST];
+        let mut may = [active; ROOM];
         self.filter.test::<S, false>(simd, rays, active, &mut may);
         for (first, own) in eights(active) {
             let found = self.nearest_of_eight(simd, &rays.eight(simd, first), bits(simd, own), (&may, first));
@@ -123,7 +127,7 @@ impl<'s> List<'s> {
         simd: S,
         rays: &Rays<S>,
         active: mask64x8<S>,
-        (may, first): (&[u64; MOST], usize),
+        (may, first): (&[u64; ROOM], usize),
     ) -> Hits<S> {
         let sheared = ShearedRays::new(rays.o, rays.d, active);
         let none: f64x8<S> = NONE.simd_into(simd);
@@ -157,7 +161,7 @@ impl<'s> List<'s> {
     /// The active rays that hit anything but their targets; each bit is a ray. `is_shadow`: these are shadow rays, which may pass other holes.
     #[inline(always)]
     pub fn occluded<S: Simd>(&self, simd: S, rays: &RayColumns, active: u64, is_shadow: bool) -> u64 {
-        let mut may = [active; MOST];
+        let mut may = [active; ROOM];
         // Only what emits is ever a target.
         for (may, element) in may.iter_mut().zip(&self.elements).filter(|(_, element)| element.emits) {
             for (first, own) in eights(active) {
@@ -181,7 +185,7 @@ impl<'s> List<'s> {
         simd: S,
         rays: &Rays<S>,
         active: u64,
-        (may, first): (&[u64; MOST], usize),
+        (may, first): (&[u64; ROOM], usize),
         is_shadow: bool,
     ) -> u64 {
         let sheared = ShearedRays::new(rays.o, rays.d, bits(simd, active));
@@ -262,46 +266,10 @@ impl<'s> Element<'s> {
                 (met, t, Some(sides))
             }
             ListedShape::Curved(curved) => {
-                let (met, t) = meet_curved(simd, curved, rays, t_max, leaving, active);
+                let rays = ShapeRays { o: rays.o, d: rays.d, t_max, leaving, active };
+                let (met, t) = curved.intersect_all(&rays);
                 (met, t, None)
             }
         }
     }
-}
-
-#[inline(always)]
-fn meet_curved<S: Simd>(
-    simd: S,
-    curved: &Curved,
-    rays: &Rays<S>,
-    t_max: f64x8<S>,
-    leaving: mask64x8<S>,
-    active: mask64x8<S>,
-) -> (mask64x8<S>, f64x8<S>) {
-    let Meetings { met, t, doubtful } =
-        curved.meet(&ShapeRays { o: rays.o, d: rays.d, t_max, leaving, active });
-    if !doubtful.any_true() {
-        return (met, t);
-    }
-    one_by_one(simd, curved, rays, t_max, leaving, (met, t, doubtful))
-}
-
-/// Tests the rays one by one.
-#[inline(never)]
-fn one_by_one<S: Simd>(
-    simd: S,
-    curved: &Curved,
-    rays: &Rays<S>,
-    t_max: f64x8<S>,
-    leaving: mask64x8<S>,
-    (met, mut t, doubtful): (mask64x8<S>, f64x8<S>, mask64x8<S>),
-) -> (mask64x8<S>, f64x8<S>) {
-    let (mut met, leaving) = (met.to_bitmask(), leaving.to_bitmask());
-    for lane in set_lanes(doubtful) {
-        let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
-        let found = curved.intersect(&ray, t_max[lane], leaving >> lane & 1 == 1);
-        met = met & !(1 << lane) | u64::from(found.is_some()) << lane;
-        t[lane] = found.unwrap_or(0.0);
-    }
-    (bits(simd, met), t)
 }

@@ -1,14 +1,15 @@
 use fearless_simd::{Simd, prelude::*};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::rays::{HitColumns, Hits, OneRay, RayColumns};
 use crate::columns::MOST;
+use crate::curved::Curved;
 use crate::number::LANES;
 use crate::prepare::Prepared;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::Surface;
 use crate::testing::{levels, noise, scene};
-use crate::traceable::Traceable;
+use crate::traceable::{NonTriangle, Traceable};
 
 /// Instances of one shape alone have no tree of their own: what is met is the same.
 #[test]
@@ -131,8 +132,8 @@ fn shadows_are_those_of_f64() {
     assert!(counts.iter().all(|count| *count > 1_000), "{counts:?}");
 }
 
-/// Rays of all kinds: along axes and in planes, at vertices and edges, short ones, those that leave a triangle, those that go to a light
-/// or a point, and some out of the range of `f32`.
+/// Rays of all kinds: along axes and in planes, at vertices and edges, short ones, those that leave a triangle or a curved shape, those that go
+/// to a light or a point, which may be on a curved shape, and some out of the range of `f32`.
 fn ray(scene: &Traceable, i: usize) -> Ray {
     let vector = |k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
     let triangles = &scene.world.triangles;
@@ -165,6 +166,27 @@ fn ray(scene: &Traceable, i: usize) -> Ray {
     if i.is_multiple_of(5) {
         (ray.o, ray.leaving_place) = ((p + q + r) / 3.0, place as u32);
         ray.leaving = ElementId { instance: ElementId::WORLD, ..ElementId::NONE };
+    }
+    let curved: Vec<(u32, &Curved)> = scene
+        .world
+        .non_triangles
+        .iter()
+        .filter_map(|other| match *other {
+            NonTriangle::Curved { primitive, shape } => Some((primitive, &scene.curved[shape as usize])),
+            _ => None,
+        })
+        .collect();
+    let on_curved = |k: f64| {
+        let (primitive, shape) = *curved.get(i * 31 % curved.len().max(1))?;
+        let own = shape.sample(DVec2::new(noise(i, k).abs(), noise(i, k + 0.2).abs()));
+        Some((shape.placed(own).0, ElementId { instance: ElementId::WORLD, primitive, index: 0 }))
+    };
+    if let Some((p, element)) = on_curved(7.7).filter(|_| i % 15 == 5) {
+        (ray.o, ray.leaving_place, ray.leaving) = (p, Hit::NO_PLACE, element);
+    }
+    if let Some((p, _)) = on_curved(8.8).filter(|_| i % 21 == 0) {
+        ray.d = (p - ray.o).normalize_or(DVec3::Z);
+        ray.t_max = (p - ray.o).length();
     }
     if i.is_multiple_of(7) {
         ray.target = ElementId::POINT_LIGHT;

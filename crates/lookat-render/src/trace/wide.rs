@@ -20,7 +20,7 @@ use super::TraversalRays;
 use super::rays::{HitColumns, PLACES, RayColumns};
 use crate::bvh::{Child, STACK, WIDTH};
 use crate::columns::MOST as MOST_RAYS;
-use crate::curved::eight::Kind;
+use crate::curved::side_by_side::Kind;
 use crate::number::{LANES, eights, prefetch, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, Traceable};

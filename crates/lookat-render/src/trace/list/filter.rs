@@ -3,8 +3,8 @@
 use fearless_simd::{Simd, f32x16, f64x8, mask32x16, prelude::*};
 use glam::{DVec3, Vec3Swizzles};
 
-use super::{Element, ListedShape, MOST};
-use crate::columns;
+use super::{Element, ListedShape, ROOM};
+use crate::columns::MOST as MOST_RAYS;
 use crate::curved::Curved;
 use crate::number::{LANES, V3, Vec3x8, power_of_two};
 use crate::ray::NEAR_END;
@@ -21,26 +21,28 @@ pub(super) struct ListFilter {
     /// A power of two by which positions are scaled, so that no element is farther than 1 from the center.
     scale: f64,
     /// The triangles and the other elements, with their numbers.
-    triangles: Vec<(usize, TriangleOutline)>,
-    balls: Vec<(usize, Ball)>,
+    triangles: Vec<(usize, PluckerTriangle)>,
+    spheres: Vec<(usize, BoundingSphere)>,
 }
 
 /// A triangle by the Plücker coordinates of its edges.
 ///
 /// The reciprocal product of a ray and an edge tells the side on which they pass each other. With u for the rounding of one operation, a
 /// product is off by less than 10 u times the sizes of its factors, and 16 u are allowed for. Factors count as at least 2^-26 times the
-/// distances that they come by: more than what `f64` rounds.
-struct TriangleOutline {
+/// distances and lengths that they are computed from: 2^-46 of these in a product, more than what `f64` rounds. The moment of an edge is that of its
+/// vector, which does not cancel where the edge is short.
+struct PluckerTriangle {
     edges: [Edge; 3],
-    /// The normal, not of length one, and its product with a corner.
+    /// Not of length one.
     normal: [f32; 3],
-    height: f32,
+    /// The product of the normal and any point of the plane.
+    offset: f32,
     /// The error of the sides for each unit of the ray's direction and of its moment.
     side_error: [f32; 2],
-    /// The error of the distance between plane and origin, times the length of the normal: what is the same for all rays, and what comes for each unit
-    /// of the origin.
+    /// The error of the product of the normal and the way from the origin of a ray to the plane: what is the same for all rays, and what each unit of
+    /// the origin adds.
     volume_error: [f32; 2],
-    /// The side from which on a hit is certain, besides errors: 0, or infinite if there may be holes.
+    /// What a side must be more than, besides its error, for a hit to be certain: 0, or infinite if there may be holes.
     least_side: f32,
 }
 
@@ -50,8 +52,8 @@ struct Edge {
     moment: [f32; 3],
 }
 
-/// A ball around a curved shape.
-struct Ball {
+/// A sphere around a curved shape.
+struct BoundingSphere {
     center: [f32; 3],
     radius: f32,
 }
@@ -74,7 +76,7 @@ struct Lines<S: Simd> {
 }
 
 /// Where rays may hit an element: at distances that are ratios of two numbers, both with bounds of their errors.
-struct Crossing<S: Simd> {
+struct DistanceBounds<S: Simd> {
     /// The rays that may hit the element, and those that certainly do, as far as the distance is not concerned.
     may: mask32x16<S>,
     is_certain: mask32x16<S>,
@@ -85,7 +87,7 @@ struct Crossing<S: Simd> {
     denominator_error: f32x16<S>,
 }
 
-impl<S: Simd> Crossing<S> {
+impl<S: Simd> DistanceBounds<S> {
     /// The least and the greatest numerator.
     #[inline(always)]
     fn numerators(&self) -> [f32x16<S>; 2] {
@@ -123,7 +125,8 @@ impl<S: Simd> Crossing<S> {
         let (zero, infinity) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, f32::INFINITY));
         let [least, most] = self.numerators();
         let inverse = 1.0 / self.denominator;
-        // 1 / (1 + e) is not less than 1 - e, and up to 1/2, 1 / (1 - e) is not more than 1 + 2 e.
+        // 1 / (1 + e) is not less than 1 - e, and up to 1/2, 1 / (1 - e) is not more than 1 + 2 e. As e is 16 u or more, and half of it at least is to
+        // spare, what these operations round is covered.
         let error = self.denominator_error * inverse;
         let is_ahead = least.simd_gt(0.0);
         let (near, far) = (least * inverse * (1.0 - error), most * inverse * (1.0 + error * 2.0));
@@ -137,11 +140,11 @@ impl<S: Simd> Crossing<S> {
 const FARTHEST: f64 = 1e6;
 /// More than what numbers lose that vanish in `f32`.
 const VANISHING: f32 = 1e-30;
-/// See [`TriangleOutline`].
+/// See [`PluckerTriangle`].
 const LEAST_FACTOR: f64 = 1.0 / (1 << 26) as f64;
 
 impl ListFilter {
-    /// `None` where elements are too small for their distance from the origin.
+    /// `None` of no elements, of a single point, and where elements are too small for their distance from the origin.
     pub fn new(elements: &[Element]) -> Option<Self> {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for element in elements {
@@ -157,21 +160,26 @@ impl ListFilter {
             (low, high) = (low.min(own_low), high.max(own_high));
         }
         let center = low + (high - low) * 0.5;
-        let reach = (high - low).length();
-        let scale = power_of_two(0.5 / reach);
+        let diagonal = (high - low).length();
+        if !(diagonal > 0.0 && diagonal < f64::INFINITY) {
+            return None;
+        }
+        let scale = power_of_two(0.5 / diagonal);
         let is_safe = scale.is_normal() && center.abs().max_element() * scale < FARTHEST;
         let placed = |p| (p - center) * scale;
-        let (mut triangles, mut balls) = (Vec::new(), Vec::new());
+        let (mut triangles, mut spheres) = (Vec::new(), Vec::new());
         for (number, element) in elements.iter().enumerate() {
             match element.shape {
                 ListedShape::Triangle(boxed) => {
                     triangles
-                        .push((number, TriangleOutline::new(boxed.triangle, placed, element.is_cut_out)));
+                        .push((number, PluckerTriangle::new(boxed.triangle, placed, element.is_cut_out)));
                 }
-                ListedShape::Curved(curved) => balls.push((number, Ball::new(curved, placed, scale))),
+                ListedShape::Curved(curved) => {
+                    spheres.push((number, BoundingSphere::new(curved, placed, scale)))
+                }
             }
         }
-        is_safe.then_some(ListFilter { center, scale, triangles, balls })
+        is_safe.then_some(ListFilter { center, scale, triangles, spheres })
     }
 
     /// Removes the rays that certainly miss an element from those in `may`, bits for each element. With `ANY`, returns the rays that certainly hit one
@@ -182,41 +190,42 @@ impl ListFilter {
         simd: S,
         rays: &RayColumns,
         active: u64,
-        may: &mut [u64; MOST],
+        may: &mut [u64; ROOM],
     ) -> u64 {
-        let (mut blocked, mut least) = (0, [[0.0; WIDE]; MOST]);
-        for first in (0..columns::MOST).step_by(WIDE).filter(|first| active >> first & 0xffff != 0) {
+        let (mut blocked, mut least) = (0, [[0.0; WIDE]; ROOM]);
+        for first in (0..MOST_RAYS).step_by(WIDE).filter(|first| active >> first & 0xffff != 0) {
             let eights = [rays.eight(simd, first), rays.eight(simd, first + LANES)];
             let lines = Lines::new(self, eights, active >> first & 0xffff);
-            let mut found = Found { nearest: lines.t_max, is_blocked: mask32x16::splat(simd, false) };
+            let mut certain = CertainHits { nearest: lines.t_max, is_blocked: mask32x16::splat(simd, false) };
             for (number, triangle) in &self.triangles {
-                let crossing = triangle.crossing(&lines, *number as f32);
-                found.add::<ANY>(
+                let bounds = triangle.bounds(&lines, *number as f32);
+                certain.add::<ANY>(
                     &lines,
-                    crossing,
+                    bounds,
                     first,
-                    &mut may[*number % MOST],
-                    &mut least[*number % MOST],
+                    &mut may[*number % ROOM],
+                    &mut least[*number % ROOM],
                 );
             }
-            for (number, ball) in &self.balls {
-                let crossing = Some(ball.crossing(&lines));
-                found.add::<ANY>(
+            for (number, sphere) in &self.spheres {
+                let bounds = Some(sphere.bounds(&lines));
+                certain.add::<ANY>(
                     &lines,
-                    crossing,
+                    bounds,
                     first,
-                    &mut may[*number % MOST],
-                    &mut least[*number % MOST],
+                    &mut may[*number % ROOM],
+                    &mut least[*number % ROOM],
                 );
             }
             if ANY {
-                blocked |= found.is_blocked.to_bitmask() << first;
+                blocked |= certain.is_blocked.to_bitmask() << first;
                 continue;
             }
-            let count = self.triangles.len() + self.balls.len();
+            let count = self.triangles.len() + self.spheres.len();
             for (may, least) in may.iter_mut().zip(&least).take(count) {
-                let is_near = f32x16::from_slice(simd, least).simd_lt(found.nearest);
-                *may &= !(0xffff << first) | is_near.to_bitmask() << first;
+                // A distance that is not a number tells nothing.
+                let is_beyond = f32x16::from_slice(simd, least).simd_ge(certain.nearest);
+                *may &= !(is_beyond.to_bitmask() << first);
             }
         }
         blocked & active
@@ -224,36 +233,36 @@ impl ListFilter {
 }
 
 /// What sixteen rays certainly hit.
-struct Found<S: Simd> {
+struct CertainHits<S: Simd> {
     /// A distance that their nearest hits are not beyond.
     nearest: f32x16<S>,
     /// The rays that hit anything before their ends, if `ANY` hit will do.
     is_blocked: mask32x16<S>,
 }
 
-impl<S: Simd> Found<S> {
-    /// Adds an element. `may`: bits of the rays for which it counts, of sixteen from `first` on; if `ANY` hit will do, those that miss it are removed.
-    /// `least`: becomes the least distances where rays may hit it, else.
+impl<S: Simd> CertainHits<S> {
+    /// Adds an element. If `ANY` hit will do, the rays that miss it are removed from `may`: bits of the rays for which it counts, of which sixteen from
+    /// `first` on are tested. Else `least` receives the least distances where rays may hit it.
     #[inline(always)]
     fn add<const ANY: bool>(
         &mut self,
         lines: &Lines<S>,
-        crossing: Option<Crossing<S>>,
+        bounds: Option<DistanceBounds<S>>,
         first: usize,
         may: &mut u64,
         least: &mut [f32; WIDE],
     ) {
         let others = !(0xffff << first);
-        match crossing {
+        match bounds {
             None if ANY => *may &= others,
             None => *least = [f32::INFINITY; WIDE],
-            Some(crossing) if ANY => {
+            Some(bounds) if ANY => {
                 let own = mask32x16::from_bitmask(lines.t_max.token(), *may >> first & 0xffff);
-                self.is_blocked |= own & crossing.is_before(lines.t_max * BEFORE_END);
-                *may &= others | crossing.may_be_before(lines.t_max).to_bitmask() << first;
+                self.is_blocked |= own & bounds.is_before(lines.t_max * BEFORE_END);
+                *may &= others | bounds.may_be_before(lines.t_max).to_bitmask() << first;
             }
-            Some(crossing) => {
-                let [near, far] = crossing.distances();
+            Some(bounds) => {
+                let [near, far] = bounds.distances();
                 self.nearest = self.nearest.min(far);
                 near.store_slice(least);
             }
@@ -261,7 +270,8 @@ impl<S: Simd> Found<S> {
     }
 }
 
-/// The share of its way on which what a ray certainly hits is not its end.
+/// The share of its way on which what a ray certainly hits is not its end. That ends are moved away by 4 u does not matter: denominators are known to
+/// 16 u at best.
 const BEFORE_END: f32 = NEAR_END as f32;
 
 impl<S: Simd> Lines<S> {
@@ -303,7 +313,7 @@ fn both3<S: Simd>(low: Vec3x8<S>, high: Vec3x8<S>) -> V3<f32x16<S>> {
     V3 { x: both(low.x, high.x), y: both(low.y, high.y), z: both(low.z, high.z) }
 }
 
-/// Half of [`Lines`], exact.
+/// Half of [`Lines`], in `f64`.
 struct Line<S: Simd> {
     o: Vec3x8<S>,
     d: Vec3x8<S>,
@@ -338,7 +348,7 @@ fn dot<S: Simd>(v: &V3<f32x16<S>>, [x, y, z]: &[f32; 3]) -> f32x16<S> {
     v.x.mul_add(f32x16::splat(simd, *x), v.y.mul_add(f32x16::splat(simd, *y), v.z * *z))
 }
 
-impl TriangleOutline {
+impl PluckerTriangle {
     /// `placed`: brings points to the space of the filter.
     fn new(triangle: &Triangle, placed: impl Fn(DVec3) -> DVec3, is_cut_out: bool) -> Self {
         let corners = triangle.corners.map(placed);
@@ -348,25 +358,25 @@ impl TriangleOutline {
         let sum = |v: DVec3| v.abs().element_sum();
         let most = |of: &dyn Fn(&(DVec3, DVec3)) -> f64| edges.iter().map(of).fold(0.0, f64::max);
         let along = most(&|(p, q)| sum(q - p));
-        let moment = most(&|(p, q)| sum(p.cross(*q))) + along * LEAST_FACTOR;
+        let moment = most(&|(p, q)| sum(p.cross(*q - *p))) + along * LEAST_FACTOR;
         // The terms of the normal, which may cancel.
         let terms = (e.abs().yzx() * f.abs().zxy() + e.abs().zxy() * f.abs().yzx()).element_sum();
-        let height = normal.dot(corners[0]);
+        let offset = normal.dot(corners[0]);
         let unit = f64::from(16.0 * UNIT);
         let f32s = |v: DVec3| v.as_vec3().to_array();
-        TriangleOutline {
-            edges: edges.map(|(p, q)| Edge { along: f32s(q - p), moment: f32s(p.cross(q)) }),
+        PluckerTriangle {
+            edges: edges.map(|(p, q)| Edge { along: f32s(q - p), moment: f32s(p.cross(q - p)) }),
             normal: f32s(normal),
-            height: height as f32,
+            offset: offset as f32,
             side_error: [moment * unit, along * unit].map(|x| x as f32 + VANISHING),
-            volume_error: [(height.abs() + terms) * unit, terms * unit].map(|x| x as f32 + VANISHING),
+            volume_error: [(offset.abs() + terms) * unit, terms * unit].map(|x| x as f32 + VANISHING),
             least_side: if is_cut_out { f32::INFINITY } else { 0.0 },
         }
     }
 
     /// Where rays may hit the triangle. `number`: that of the element. `None` where all miss it.
     #[inline(always)]
-    fn crossing<S: Simd>(&self, lines: &Lines<S>, number: f32) -> Option<Crossing<S>> {
+    fn bounds<S: Simd>(&self, lines: &Lines<S>, number: f32) -> Option<DistanceBounds<S>> {
         let [a, b, c] = &self.edges;
         let (u, v, w) = (lines.side(a), lines.side(b), lines.side(c));
         let error = lines.d_size * self.side_error[0] + lines.moment_size * self.side_error[1];
@@ -379,8 +389,8 @@ impl TriangleOutline {
             return None;
         }
         let det = u + v + w;
-        let volume = self.height - dot(&lines.o, &self.normal);
-        Some(Crossing {
+        let volume = self.offset - dot(&lines.o, &self.normal);
+        Some(DistanceBounds {
             may,
             is_certain: may & is_inside,
             numerator: det.simd_lt(0.0).select(-volume, volume),
@@ -391,15 +401,18 @@ impl TriangleOutline {
     }
 }
 
-impl Ball {
+impl BoundingSphere {
     fn new(curved: &Curved, placed: impl Fn(DVec3) -> DVec3, scale: f64) -> Self {
         let radius = curved.bounding_radius() * scale;
-        Ball { center: placed(curved.center).as_vec3().to_array(), radius: (radius * (1.0 + 1e-6)) as f32 }
+        BoundingSphere {
+            center: placed(curved.center).as_vec3().to_array(),
+            radius: (radius * (1.0 + 1e-6)) as f32,
+        }
     }
 
-    /// Where rays may be in the ball.
+    /// Where rays may be in the sphere.
     #[inline(always)]
-    fn crossing<S: Simd>(&self, lines: &Lines<S>) -> Crossing<S> {
+    fn bounds<S: Simd>(&self, lines: &Lines<S>) -> DistanceBounds<S> {
         let [x, y, z] = self.center;
         let (o, d, m) = (&lines.o, &lines.d, &lines.moment);
         // The vector from the center to the nearest point of the line, turned by a right angle.
@@ -410,7 +423,7 @@ impl Ball {
         let length_squared = d.x * d.x + d.y * d.y + d.z * d.z;
         let half = length_squared.sqrt() * (self.radius * (1.0 + 8.0 * UNIT)) + error * 2.0;
         let may = lines.active & !distance_squared.simd_gt(half * half * (1.0 + 16.0 * UNIT));
-        Crossing {
+        DistanceBounds {
             may,
             is_certain: may & !may,
             numerator: dot(d, &self.center) - (d.x * o.x + d.y * o.y + d.z * o.z),

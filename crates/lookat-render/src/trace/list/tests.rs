@@ -72,21 +72,37 @@ fn rays_hit_in_small_worlds_what_they_hit_alone() {
     let wide = &format!(
         "{squares} Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [-1e5 -1e5 -1 1e5 -1e5 -1 0 1e5 -1]"
     );
+    // Triangles of a trillionth of the world.
+    let tiny = &format!(
+        "{wide} Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [.4 .3 .2 .400001 .3 .2 .400001 .300001 .2 .4 .300001 .2]
+         Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [.5 .5 .1 .50000001 .5 .1 .5 .50000001 .1]"
+    );
+    let far = &format!("Translate 3e5 2e4 -1e6 {squares} Shape \"sphere\" \"float radius\" .3");
+    // As many elements as lists may have, with the lamp.
+    let most = &format!(
+        "{} {}",
+        "Translate .02 .03 .01 Shape \"sphere\" \"float radius\" .1 ".repeat(24),
+        format!("Translate -.05 .01 .02 Rotate 9 1 2 3 {square} \"integer indices\" [0 1 2 0 2 3] ")
+            .repeat(11)
+    );
     let lamp = "AttributeBegin AreaLightSource \"diffuse\" Translate 0 0 1.5 Shape \"trianglemesh\"
         \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] AttributeEnd";
     let cases = cases(100);
-    for shapes in [squares, twice, spheres, quadrics, holes, thin, wide] {
+    for shapes in [squares, twice, spheres, quadrics, holes, thin, wide, tiny, far, most] {
         let text = format!(
             "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin {lamp} {shapes} WorldEnd"
         );
         let mut traceable = Prepared::new(&scene(&text)).traceable;
-        let mut met = 0;
+        let (mut met, mut left, mut all) = (0, 0, 0);
         for level in levels() {
             traceable.level = level;
-            let list = List::new(&traceable).unwrap();
+            let Some(list) = List::new(&traceable) else {
+                assert!(shapes == most && super::most(level) == MOST_WITHOUT_COMPRESS);
+                continue;
+            };
             let place = |place| list.number(traceable.world.triangle(place).element(ElementId::WORLD));
             let leaving = |ray: &Ray| match ray.leaving_place {
-                Hit::NO_PLACE => NONE,
+                Hit::NO_PLACE => list.number(ray.leaving),
                 at => place(at),
             };
             for case in 0..cases {
@@ -100,13 +116,29 @@ fn rays_hit_in_small_worlds_what_they_hit_alone() {
                 }
                 let mut hits = HitColumns::new();
                 hits.clear();
+                let mut may = [batch.active; ROOM];
                 side_by_side!(level, simd => {
+                    list.filter.test::<_, false>(simd, &batch.rays, batch.active, &mut may);
                     list.nearest(simd, &batch.rays, batch.active, &mut hits);
                     let occluded = list.occluded(simd, &batch.rays, batch.active, true);
                     met += batch.check(simd, &traceable, &hits, occluded, |hits, lane| list.hit(hits, lane));
                 });
+                let may = may[..list.elements.len()].iter().map(|may| may.count_ones()).sum::<u32>();
+                left += may;
+                all += batch.active.count_ones() * list.elements.len() as u32;
             }
         }
         assert!(met > 10 * cases, "{met} {shapes}");
+        assert!(3 * left < 2 * all, "the filter leaves {left} of {all} pairs {shapes}");
+    }
+}
+
+/// Worlds without a list: empty ones, those of a point, and those with too many elements.
+#[test]
+fn other_worlds_have_no_list() {
+    let point = "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [1 1 1 1 1 1 1 1 1]";
+    for shapes in ["", point, &"Translate 1 0 0 Shape \"sphere\" ".repeat(MOST + 1)] {
+        let text = format!("Film \"image\" Camera \"perspective\" WorldBegin {shapes} WorldEnd");
+        assert!(List::new(&Prepared::new(&scene(&text)).traceable).is_none(), "{shapes}");
     }
 }

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, prelude::*};
 
 use super::{MOST_RAYS, Traced, WideTracer};
 use crate::curved::Curved;
-use crate::curved::eight::{Kind, Meetings, ShapeRays, gather};
+use crate::curved::side_by_side::{Kind, ShapeHits, ShapeRays, gather};
 use crate::number::{LANES, Vec3x8, bits, first_lanes, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END};
 use crate::trace::rays::{PLACES, POINT_LIGHT};
@@ -118,7 +118,7 @@ impl WideTracer {
                         )
                     }
                 };
-                let Meetings { met: certain, t, .. } = found;
+                let ShapeHits { met: certain, t, .. } = found;
                 doubtful = found.doubtful;
                 for lane in set_lanes(certain & !doubtful) {
                     let ray = usize::from(pairs.rays[lane]) % MOST_RAYS;

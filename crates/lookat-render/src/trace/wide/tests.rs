@@ -11,7 +11,6 @@ use crate::number::side_by_side;
 use crate::ray::Ray;
 use crate::testing::{cases, levels, noise, scene};
 use crate::trace::Tree;
-use crate::trace::rays::NONE;
 use crate::trace::tests::Batch;
 
 const LAMP: &str = "AttributeBegin AreaLightSource \"diffuse\" Translate 0 0 2 Shape \"trianglemesh\"
@@ -39,8 +38,10 @@ fn field(shapes: &str) -> lookat_scene::Scene {
 
 /// Traces a case with the instructions of `simd`, and checks it. Returns the number of hits.
 fn check<S: Simd>(simd: S, scene: &Traceable, tracer: &mut WideTracer, case: usize) -> usize {
-    let leaving = |ray: &Ray| {
-        if ray.leaving_place == Hit::NO_PLACE { NONE } else { f64::from(ray.leaving_place) }
+    let tree = Tree { scene };
+    let leaving = |ray: &Ray| match ray.leaving_place {
+        Hit::NO_PLACE => tree.number(ray.leaving),
+        place => f64::from(place),
     };
     let batch = Batch::new(scene, case, leaving);
     let mut hits = HitColumns::new();
@@ -51,7 +52,6 @@ fn check<S: Simd>(simd: S, scene: &Traceable, tracer: &mut WideTracer, case: usi
     for (at, ray) in batch.all.iter().enumerate() {
         assert_eq!(beyond >> at & 1 == 1, batch.active >> at & 1 == 1 && ray.o.abs().max_element() > 1e23);
     }
-    let tree = Tree { scene };
     Batch { active: batch.active & !beyond, ..batch }
         .check(simd, scene, &hits, occluded, |hits, lane| tree.hit(hits, lane))
 }

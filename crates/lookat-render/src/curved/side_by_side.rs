@@ -29,7 +29,7 @@ const CUT: usize = 1;
 const OWN: usize = CUT + PART;
 
 /// Possible hits of rays on curved shapes.
-pub(crate) struct Meetings<S: Simd> {
+pub(crate) struct ShapeHits<S: Simd> {
     pub met: mask64x8<S>,
     pub t: f64x8<S>,
     /// The rays that must be tested one by one.
@@ -49,6 +49,12 @@ pub(crate) struct ShapeRays<S: Simd> {
 }
 
 impl<S: Simd> ShapeRays<S> {
+    /// One of the rays.
+    #[inline(always)]
+    fn one(&self, lane: usize) -> Ray {
+        Ray { t_max: self.t_max[lane], ..Ray::new(self.o.lane(lane), self.d.lane(lane)) }
+    }
+
     /// Rays of the world in the space of a shape.
     #[inline(always)]
     fn in_space_of(&self, curved: &Curved) -> Self {
@@ -58,7 +64,7 @@ impl<S: Simd> ShapeRays<S> {
 
     /// The hits of rays in the spaces of their shapes, whole spheres of these radii, with the bits of [`Curved::intersect`].
     #[inline(always)]
-    pub fn meet_whole_spheres(&self, radius: f64x8<S>) -> Meetings<S> {
+    pub fn meet_whole_spheres(&self, radius: f64x8<S>) -> ShapeHits<S> {
         match Meet::spheres(radius, self) {
             Some(meet) => meet.first(
                 radius,
@@ -66,18 +72,18 @@ impl<S: Simd> ShapeRays<S> {
                 #[inline(always)]
                 |_, may| (may, may & !may),
             ),
-            None => Meetings::none(self.t_max),
+            None => ShapeHits::none(self.t_max),
         }
     }
 
     /// The hits of rays in the spaces of their shapes, of a kind, with the bits of [`Curved::intersect`]. `ends_at_middle`: only those before
     /// the middle of both places where the line meets the form count.
     #[inline(always)]
-    pub fn meet(&self, kind: Kind, number: impl Fn(usize) -> f64x8<S>, ends_at_middle: bool) -> Meetings<S> {
-        let none = Meetings::none(self.t_max);
+    pub fn meet(&self, kind: Kind, number: impl Fn(usize) -> f64x8<S>, ends_at_middle: bool) -> ShapeHits<S> {
+        let none = ShapeHits::none(self.t_max);
         // Others have no fused operations, or need more code for this than fits their caches.
         if !has_compress(self.t_max.token()) {
-            return Meetings { doubtful: self.active, ..none };
+            return ShapeHits { doubtful: self.active, ..none };
         }
         let radius = number(0);
         let meet = match kind {
@@ -154,7 +160,7 @@ impl Curved {
 
     /// The hits of eight rays, whose origins and directions are in the world, with the bits of [`Curved::intersect`].
     #[inline(always)]
-    pub fn meet<S: Simd>(&self, rays: &ShapeRays<S>) -> Meetings<S> {
+    pub(super) fn meet<S: Simd>(&self, rays: &ShapeRays<S>) -> ShapeHits<S> {
         let own = rays.in_space_of(self);
         match self.kind() {
             Kind::WholeSphere => own.meet_whole_spheres(self.radius.simd_into(own.t_max.token())),
@@ -162,14 +168,36 @@ impl Curved {
         }
     }
 
+    /// The active rays of the world that meet the shape, and where, with the bits of [`Curved::intersect`].
+    #[inline(always)]
+    pub fn intersect_all<S: Simd>(&self, rays: &ShapeRays<S>) -> (mask64x8<S>, f64x8<S>) {
+        let hits = self.meet(rays);
+        if hits.doubtful.any_true() { self.intersect_doubtful(rays, hits) } else { (hits.met, hits.t) }
+    }
+
+    /// Tests the doubtful rays one by one.
+    #[inline(never)]
+    fn intersect_doubtful<S: Simd>(
+        &self,
+        rays: &ShapeRays<S>,
+        ShapeHits { met, mut t, doubtful }: ShapeHits<S>,
+    ) -> (mask64x8<S>, f64x8<S>) {
+        let (mut met, leaving) = (met.to_bitmask(), rays.leaving.to_bitmask());
+        for lane in set_lanes(doubtful) {
+            let found = self.intersect(&rays.one(lane), rays.t_max[lane], leaving >> lane & 1 == 1);
+            met = met & !(1 << lane) | u64::from(found.is_some()) << lane;
+            t[lane] = found.unwrap_or(0.0);
+        }
+        (bits(t.token(), met), t)
+    }
+
     /// The active rays of the world whose ends, points of the shape, lie behind another part of it. As [`Curved::hides_end_of`].
     #[inline(always)]
     pub fn hides_ends_of<S: Simd>(&self, rays: &ShapeRays<S>) -> mask64x8<S> {
-        let Meetings { met, doubtful, .. } = self.meet_own(&rays.in_space_of(self), true);
+        let ShapeHits { met, doubtful, .. } = self.meet_own(&rays.in_space_of(self), true);
         let mut hidden = met & !doubtful;
         for lane in set_lanes(doubtful) {
-            let ray = Ray { t_max: rays.t_max[lane], ..Ray::new(rays.o.lane(lane), rays.d.lane(lane)) };
-            let is_hidden = self.hides_end_of(&ray, rays.leaving.to_bitmask() >> lane & 1 == 1);
+            let is_hidden = self.hides_end_of(&rays.one(lane), rays.leaving.to_bitmask() >> lane & 1 == 1);
             hidden |= bits(met.token(), u64::from(is_hidden) << lane);
         }
         hidden
@@ -177,10 +205,10 @@ impl Curved {
 
     /// The hits of rays in the space of the shape: see [`ShapeRays::meet`].
     #[inline(never)]
-    fn meet_own<S: Simd>(&self, own: &ShapeRays<S>, ends_at_middle: bool) -> Meetings<S> {
+    fn meet_own<S: Simd>(&self, own: &ShapeRays<S>, ends_at_middle: bool) -> ShapeHits<S> {
         let simd = own.t_max.token();
         let Some(numbers) = &self.numbers else {
-            return Meetings { doubtful: own.active, ..Meetings::none(own.t_max) };
+            return ShapeHits { doubtful: own.active, ..ShapeHits::none(own.t_max) };
         };
         vectorized!(simd, {
             own.meet(
@@ -193,11 +221,11 @@ impl Curved {
     }
 }
 
-impl<S: Simd> Meetings<S> {
+impl<S: Simd> ShapeHits<S> {
     #[inline(always)]
     fn none(t: f64x8<S>) -> Self {
         let none = bits(t.token(), 0);
-        Meetings { met: none, t, doubtful: none }
+        ShapeHits { met: none, t, doubtful: none }
     }
 }
 
@@ -294,7 +322,7 @@ impl<S: Simd> Meet<S> {
         radius: f64x8<S>,
         rays: &ShapeRays<S>,
         has: impl Fn(Vec3x8<S>, mask64x8<S>) -> (mask64x8<S>, mask64x8<S>),
-    ) -> Meetings<S> {
+    ) -> ShapeHits<S> {
         let Crossings { d, near, offsets, t, middle } = self.crossings;
         let ShapeRays { t_max, leaving, .. } = *rays;
         let meets = self.meets;
@@ -307,7 +335,7 @@ impl<S: Simd> Meet<S> {
         let t = is_first.select(t[0], t[1]);
         // Such rays may leave their shapes.
         let is_at_origin = met & !leaving & (t * t * d.length_squared()).simd_le(AT_ORIGIN * radius * radius);
-        Meetings { met, t, doubtful: doubtful | is_at_origin }
+        ShapeHits { met, t, doubtful: doubtful | is_at_origin }
     }
 }
 
