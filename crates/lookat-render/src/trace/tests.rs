@@ -184,7 +184,7 @@ fn ray(scene: &Traceable, i: usize) -> Ray {
     if let Some((p, element)) = on_curved(7.7).filter(|_| i % 15 == 5) {
         (ray.o, ray.leaving_place, ray.leaving) = (p, Hit::NO_PLACE, element);
     }
-    if let Some((p, _)) = on_curved(8.8).filter(|_| i % 21 == 0) {
+    if let Some((p, _)) = on_curved(8.8).filter(|_| i.is_multiple_of(21)) {
         ray.d = (p - ray.o).normalize_or(DVec3::Z);
         ray.t_max = (p - ray.o).length();
     }
