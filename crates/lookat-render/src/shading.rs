@@ -394,7 +394,7 @@ impl Tree<'_> {
         let mut surfaces = Surfaces { p, n, ns, magnitude, element, instance };
         let mut rest = 0;
         if others.any_true() {
-            rest = self.put_curved(rays, hits, others, &mut surfaces);
+            rest = self.put_curved(&elements, rays.at(hits.t), others, &mut surfaces);
         }
         if placed.any_true() {
             surfaces.place_in_world(self.scene, placed & !bits(simd, rest));
@@ -405,20 +405,19 @@ impl Tree<'_> {
         Found { surfaces, elements, barycentric: [hits.sides[0], hits.sides[1]] }
     }
 
-    /// Adds the hits of curved shapes that several rays have hit, in the spaces of their objects. Returns the other hits of non-triangles.
+    /// Adds the hits of curved shapes that several rays have hit, in the spaces of their objects. Returns the other hits of non-triangles. `hits`: their
+    /// points, about, in the world.
     #[inline(never)]
     fn put_curved<S: Simd>(
         &self,
-        rays: &Rays<S>,
-        hits: &Hits<S>,
+        elements: &[ElementId; LANES],
+        hits: Vec3x8<S>,
         others: mask64x8<S>,
         surfaces: &mut Surfaces<S>,
     ) -> u64 {
         let (simd, mut rest) = (others.token(), 0);
         vectorized!(simd, {
-            let mut elements = [ElementId::NONE; LANES];
             for lane in set_lanes(others) {
-                elements[lane] = self.element(hits, lane).0;
                 if let Some(curved) = self.scene.curved(elements[lane].primitive) {
                     curved.prefetch_place();
                 }
@@ -431,8 +430,8 @@ impl Tree<'_> {
                     rest |= own;
                     continue;
                 };
-                let p = rays.at(hits.t);
-                let p = self.scene.instance(instance).map_or(p, |instance| instance.points_to_object(p));
+                let instance = self.scene.instance(instance);
+                let p = instance.map_or(hits, |instance| instance.points_to_object(hits));
                 let (p, outward) = curved.project_all(p);
                 let Primitive { reverse_orientation, mirrored, .. } = self.scene.primitive(primitive);
                 let n = if reverse_orientation != mirrored { -outward } else { outward };

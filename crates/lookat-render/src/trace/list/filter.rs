@@ -73,6 +73,8 @@ struct Lines<S: Simd> {
     /// The number of the element that each leaves.
     leaving: f32x16<S>,
     active: mask32x16<S>,
+    /// The place of the first one among all rays.
+    first: usize,
 }
 
 /// Where rays may hit an element: at distances that are ratios of two numbers, both with bounds of their errors.
@@ -195,27 +197,15 @@ impl ListFilter {
         let (mut blocked, mut least) = (0, [[0.0; WIDE]; ROOM]);
         for first in (0..MOST_RAYS).step_by(WIDE).filter(|first| active >> first & 0xffff != 0) {
             let eights = [rays.eight(simd, first), rays.eight(simd, first + LANES)];
-            let lines = Lines::new(self, eights, active >> first & 0xffff);
+            let lines = Lines::new(self, first, eights, active);
             let mut certain = CertainHits { nearest: lines.t_max, is_blocked: mask32x16::splat(simd, false) };
             for (number, triangle) in &self.triangles {
-                let bounds = triangle.bounds(&lines, *number as f32);
-                certain.add::<ANY>(
-                    &lines,
-                    bounds,
-                    first,
-                    &mut may[*number % ROOM],
-                    &mut least[*number % ROOM],
-                );
+                let at = *number % ROOM;
+                certain.add::<ANY>(&lines, triangle.bounds(&lines, at as f32), &mut may[at], &mut least[at]);
             }
             for (number, sphere) in &self.spheres {
-                let bounds = Some(sphere.bounds(&lines));
-                certain.add::<ANY>(
-                    &lines,
-                    bounds,
-                    first,
-                    &mut may[*number % ROOM],
-                    &mut least[*number % ROOM],
-                );
+                let at = *number % ROOM;
+                certain.add::<ANY>(&lines, Some(sphere.bounds(&lines)), &mut may[at], &mut least[at]);
             }
             if ANY {
                 blocked |= certain.is_blocked.to_bitmask() << first;
@@ -241,17 +231,16 @@ struct CertainHits<S: Simd> {
 }
 
 impl<S: Simd> CertainHits<S> {
-    /// Adds an element. If `ANY` hit will do, the rays that miss it are removed from `may`: bits of the rays for which it counts, of which sixteen from
-    /// `first` on are tested. Else `least` receives the least distances where rays may hit it.
+    /// Adds an element. If `ANY` hit will do, the rays that miss it are removed from `may`, bits of all rays for which it counts. Else `least` receives the least distances where rays may hit it.
     #[inline(always)]
     fn add<const ANY: bool>(
         &mut self,
         lines: &Lines<S>,
         bounds: Option<DistanceBounds<S>>,
-        first: usize,
         may: &mut u64,
         least: &mut [f32; WIDE],
     ) {
+        let first = lines.first;
         let others = !(0xffff << first);
         match bounds {
             None if ANY => *may &= others,
@@ -276,7 +265,7 @@ const BEFORE_END: f32 = NEAR_END as f32;
 
 impl<S: Simd> Lines<S> {
     #[inline(always)]
-    fn new(filter: &ListFilter, rays: [Rays<S>; 2], active: u64) -> Self {
+    fn new(filter: &ListFilter, first: usize, rays: [Rays<S>; 2], active: u64) -> Self {
         let [low, high] = [Line::new(filter, &rays[0]), Line::new(filter, &rays[1])];
         Lines {
             o: both3(low.o, high.o),
@@ -287,7 +276,8 @@ impl<S: Simd> Lines<S> {
             moment_size: both(low.moment_size, high.moment_size),
             t_max: both(low.t_max, high.t_max),
             leaving: both(low.leaving, high.leaving),
-            active: mask32x16::from_bitmask(rays[0].t_max.token(), active),
+            active: mask32x16::from_bitmask(rays[0].t_max.token(), active >> first & 0xffff),
+            first,
         }
     }
 
