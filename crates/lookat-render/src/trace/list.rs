@@ -121,6 +121,7 @@ impl<'s> List<'s> {
         }
     }
 
+    /// The nearest hits of the eight rays from `first` on. `may`: bits of the rays that may hit each element.
     #[inline(always)]
     fn nearest_of_eight<S: Simd>(
         &self,
@@ -179,6 +180,7 @@ impl<'s> List<'s> {
         met
     }
 
+    /// Does what [`List::occluded`] does, for the eight rays from `first` on. `may`: bits of the rays that may hit each element.
     #[inline(always)]
     fn occluded_of_eight<S: Simd>(
         &self,

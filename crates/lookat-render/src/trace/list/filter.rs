@@ -231,7 +231,8 @@ struct CertainHits<S: Simd> {
 }
 
 impl<S: Simd> CertainHits<S> {
-    /// Adds an element. If `ANY` hit will do, the rays that miss it are removed from `may`, bits of all rays for which it counts. Else `least` receives the least distances where rays may hit it.
+    /// Adds an element. If `ANY` hit will do, the rays that miss it are removed from `may`, bits of all rays for which it counts. Else `least`
+    /// receives the least distances where rays may hit it.
     #[inline(always)]
     fn add<const ANY: bool>(
         &mut self,
