@@ -49,14 +49,8 @@ struct Capsule {
 impl Capsule {
     /// One that holds the hull of points of these `radius`.
     fn around(points: &[DVec3; 4], radius: f64) -> Self {
-        let (from, along) = (points[0], points[3] - points[0]);
-        let distance = |p: &DVec3| {
-            let share = (*p - from).dot(along) / along.length_squared();
-            // Of nothing, if the ends are one point.
-            let nearest = from + along * if share > 0.0 { share.min(1.0) } else { 0.0 };
-            (*p - nearest).length()
-        };
-        let farthest = distance(&points[1]).max(distance(&points[2]));
+        let distance = |p: DVec3| nearest_between(points[0] - p, points[3] - p).length();
+        let farthest = distance(points[1]).max(distance(points[2]));
         let magnitude = points[0].abs().max(points[3].abs()).max_element();
         let rounding = f64::from(f32::EPSILON) * magnitude;
         let radius = (farthest + radius) * (1.0 + 1e-6) + rounding + f64::from(f32::MIN_POSITIVE);
@@ -74,9 +68,7 @@ impl Capsule {
             (to - d * t, t)
         });
         // Seen along the ray.
-        let along = b - a;
-        let share = -a.dot(along) / along.length_squared();
-        let nearest = a + along * if share > 0.0 { share.min(1.0) } else { 0.0 };
+        let nearest = nearest_between(a, b);
         let reach = radius / length_squared.sqrt();
         // Not a number where the ray is out of range.
         let is_missed = nearest.length_squared() > radius * radius
@@ -94,6 +86,15 @@ struct Part {
     range: [f64; 2],
     /// Control points, in the curve's own space.
     points: [DVec3; 4],
+}
+
+/// The point nearest to the origin of the line from one end to the other.
+#[inline(always)]
+fn nearest_between(from: DVec3, to: DVec3) -> DVec3 {
+    let along = to - from;
+    let share = -from.dot(along) / along.length_squared();
+    // It is not a number if the ends are one point.
+    from + along * if share > 0.0 { share.min(1.0) } else { 0.0 }
 }
 
 /// Pieces overlap by this much of their parameter, so that no ray passes between two.

@@ -40,7 +40,7 @@ pub(crate) struct Curved {
     radius: f64,
     /// The length of 1 of its own space, in object space.
     unit: f64,
-    /// For tests of eight rays; of what is no whole sphere.
+    /// For tests of eight rays. `None` for whole spheres.
     numbers: Option<Box<FormNumbers>>,
     /// Has what is rarely needed.
     quadric: Arc<Quadric>,

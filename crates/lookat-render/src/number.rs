@@ -369,6 +369,19 @@ pub(crate) fn set_lanes<S: Simd>(mask: mask64x8<S>) -> impl Iterator<Item = usiz
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }
 
+/// The places of the bits that are set, from the lowest on.
+#[inline(always)]
+pub(crate) fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(
+        #[inline(always)]
+        move || {
+            let place = (bits != 0).then(|| bits.trailing_zeros() as usize % u64::BITS as usize)?;
+            bits &= bits - 1;
+            Some(place)
+        },
+    )
+}
+
 /// True if the processor moves chosen lanes together in few instructions.
 #[inline(always)]
 pub(crate) fn has_compress<S: Simd>(simd: S) -> bool {

@@ -9,7 +9,7 @@ use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
 use super::rays::{HitColumns, Hits, NONE, POINT_LIGHT, RayColumns, Rays};
 use crate::curved::Curved;
 use crate::curved::side_by_side::ShapeRays;
-use crate::number::{LANES, bits, eights, has_compress, set_lanes, side_by_side, vectorized};
+use crate::number::{LANES, bits, eights, has_compress, set_bits, set_lanes, side_by_side, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
@@ -98,16 +98,8 @@ impl<'s> List<'s> {
     #[inline(always)]
     fn numbers(&self, may: &[u64; ROOM], first: usize) -> impl Iterator<Item = usize> {
         let is_met = |number: usize| u64::from(may[number] >> first & 0xff != 0);
-        let mut rest =
-            (0..self.elements.len().min(ROOM)).fold(0, |set, number| set | is_met(number) << number);
-        std::iter::from_fn(
-            #[inline(always)]
-            move || {
-                let number = (rest != 0).then(|| rest.trailing_zeros() as usize % ROOM)?;
-                rest &= rest - 1;
-                Some(number)
-            },
-        )
+        let count = self.elements.len().min(ROOM);
+        set_bits((0..count).fold(0, |set, number| set | is_met(number) << number))
     }
 
     /// Finds the nearest hits of active rays; each bit of `active` is a ray.

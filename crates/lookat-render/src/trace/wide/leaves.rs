@@ -5,7 +5,7 @@ use fearless_simd::Simd;
 
 use super::{MOST_RAYS, QUEUE, Traced, WideTracer};
 use crate::bvh::{Child, Leaf, WIDTH, not_less};
-use crate::number::{prefetch, splat_f32};
+use crate::number::{prefetch, set_bits, splat_f32};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::{Query, Tree, nothing};
 use crate::traceable::{Group, NonTriangle};
@@ -197,15 +197,8 @@ impl WideTracer {
     }
 }
 
-/// The bits that are set.
+/// The lanes whose bits are set.
 #[inline(always)]
-fn lanes_of(mut bits: u32) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(
-        #[inline(always)]
-        move || {
-            let lane = (bits != 0).then(|| bits.trailing_zeros())?;
-            bits &= bits - 1;
-            Some(lane)
-        },
-    )
+fn lanes_of(bits: u32) -> impl Iterator<Item = u32> {
+    set_bits(u64::from(bits)).map(|lane| lane as u32)
 }
