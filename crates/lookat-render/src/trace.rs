@@ -11,8 +11,8 @@ mod wide;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
 use crate::bvh::{Leaf, SlabRays, Slabs};
-use crate::cutout::is_solid;
-use crate::number::{LANES, Vec3x8, bits, set_lanes, side_by_side, splat_f32, to_f32, vectorized};
+use crate::cutout::{CutoutPoints, is_solid};
+use crate::number::{LANES, Vec3x8, side_by_side, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, NonTriangle, Traceable};
 use crate::triangle::{Axis, Filter, MOST_MAGNITUDE, ShearedRay, Triangle, Turned, holds_end};
@@ -231,15 +231,15 @@ impl Traceable {
     /// True if the element has no hole at the point.
     #[inline(always)]
     fn is_valid(&self, element: ElementId, barycentric: [f64; 2], is_shadow: bool) -> bool {
-        let of = |primitive| is_solid(self.level, (primitive, element), barycentric, is_shadow);
-        !self.is_cut_out(element.primitive) || of(self.primitive(element.primitive))
+        let ElementId { primitive, index, .. } = element;
+        !self.is_cut_out(primitive)
+            || is_solid(self.level, self.primitive(primitive), index, barycentric, is_shadow)
     }
 
     /// The rays that hit a triangle of the world where it has no hole. `sides`: unnormalized weights of its corners.
     #[inline(always)]
     fn meet_solid<S: Simd>(
         &self,
-        simd: S,
         (triangle, sides): (&Triangle, &[f64x8<S>; 3]),
         met: mask64x8<S>,
         is_shadow: bool,
@@ -247,11 +247,10 @@ impl Traceable {
         if !self.is_cut_out(triangle.primitive) {
             return met;
         }
+        let [b0, b1, _] = triangle.weights(*sides);
         let element = triangle.element(ElementId::WORLD);
-        let barycentric =
-            |lane: usize| triangle.barycentric([sides[0][lane], sides[1][lane], sides[2][lane]]);
-        let solid = set_lanes(met).filter(|lane| self.is_valid(element, barycentric(*lane), is_shadow));
-        bits(simd, solid.fold(0, |solid, lane| solid | 1 << lane))
+        let (primitives, triangles) = ([self.primitive(element.primitive); LANES], [element.index; LANES]);
+        CutoutPoints { primitives, triangles, barycentric: [b0, b1], is_shadow }.solid(met)
     }
 
     /// Replaces `hit` by `found` if that is nearer and no hole. True if it does.

@@ -222,7 +222,7 @@ impl<'s> Element<'s> {
         let (simd, ListedShape::Triangle(boxed)) = (met.token(), &self.shape) else { return met };
         vectorized!(simd, {
             let (_, _, sides) = ShearedRays::new(rays.o, rays.d, met).intersect(simd, boxed, met);
-            scene.meet_solid(simd, (boxed.triangle, &sides), met, is_shadow)
+            scene.meet_solid((boxed.triangle, &sides), met, is_shadow)
         })
     }
 

@@ -238,7 +238,7 @@ impl<S: Simd> Packet<S> {
         if as_near.any_true() {
             nearer |= self.named_earlier(simd, scene, triangle, as_near);
         }
-        nearer = scene.meet_solid(simd, (triangle, &sides), nearer, false);
+        nearer = scene.meet_solid((triangle, &sides), nearer, false);
         if !nearer.any_true() {
             return false;
         }

@@ -12,6 +12,7 @@ mod leaves;
 mod slabs;
 #[cfg(test)]
 mod tests;
+mod triangle_pairs;
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask32x8, prelude::*, u32x8};
@@ -29,6 +30,7 @@ use curved_pairs::CurvedPairs;
 use deferred::DeferredHits;
 use instances::AtInstance;
 use slabs::{FusedSlabs, PAD};
+use triangle_pairs::TrianglePairs;
 
 /// The room of each stack: a power of two, and more than any traversal needs.
 const ROOM: usize = 1024;
@@ -86,6 +88,8 @@ pub(crate) struct WideTracer {
     leaf_rays: [u32; QUEUE + WIDTH],
     queued: usize,
     curved_pairs: [CurvedPairs; Kind::COUNT],
+    /// With triangles that may have holes.
+    cut_out_pairs: TrianglePairs,
     /// The rays that wait at an instance, and those instances.
     at_instances: ArrayVec<AtInstance, MOST_RAYS>,
     /// For the elements of instances. `None` before the first one.
@@ -135,6 +139,7 @@ impl WideTracer {
             leaf_rays: [0; QUEUE + WIDTH],
             queued: 0,
             curved_pairs: CurvedPairs::NONE,
+            cut_out_pairs: TrianglePairs::NONE,
             at_instances: ArrayVec::new(),
             inner: None,
         }

@@ -9,10 +9,10 @@ use lookat_scene::{Mesh, Primitive};
 
 use super::spherical_rectangle::{Rectangle, SphericalRectangles};
 use super::spherical_triangle::SphericalTriangles;
-use super::{Density, Patch, SurfaceLight, element};
-use crate::cutout::is_solid;
+use super::{Density, Patch, SurfaceLight};
+use crate::cutout::CutoutPoints;
 use crate::light::{LightSample, Receivers};
-use crate::number::{LANES, Vec2x8, Vec3x8, bits, set_lanes, vectorized};
+use crate::number::{LANES, Vec2x8, Vec3x8, bits, vectorized};
 use crate::surface::{Surfaces, Triangles, on_triangle};
 use crate::triangle::corners;
 use crate::warp::sample_discrete;
@@ -203,13 +203,10 @@ impl SurfaceLight {
             let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
             let mut sample = self.towards(at, &on_light, index + self.label, &density);
             if self.primitive.cutout.is_some() {
-                for lane in set_lanes(sample.is_valid) {
-                    // No light comes out of a hole, as none is seen there.
-                    let element = element(self.number, indices[lane]);
-                    let is_valid =
-                        is_solid(simd.level(), (&self.primitive, element), [b0[lane], b1[lane]], false);
-                    sample.is_valid &= bits(simd, !(u64::from(!is_valid) << lane));
-                }
+                // No light comes out of a hole, as none is seen there.
+                let (primitives, triangles) = ([&self.primitive; LANES], indices.map(|index| index as u32));
+                let points = CutoutPoints { primitives, triangles, barycentric: [b0, b1], is_shadow: false };
+                sample.is_valid = points.solid(sample.is_valid);
             }
             sample
         })

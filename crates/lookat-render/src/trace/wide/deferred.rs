@@ -1,14 +1,14 @@
 //! The nearest hits of many rays, where triangles that `f32` is sure of are decided in `f64` at the end, eight side by side.
 
-use fearless_simd::{Simd, f64x8};
+use fearless_simd::Simd;
 
+use super::triangle_pairs::TrianglePairs;
 use super::{MOST_RAYS, Traced};
-use crate::number::{LANES, Vec3x8, first_lanes, prefetch, set_lanes};
+use crate::number::{prefetch, set_lanes};
 use crate::ray::{Hit, Ray};
 use crate::trace::nothing;
 use crate::trace::rays::HitColumns;
 use crate::traceable::{Group, Traceable};
-use crate::triangle::sheared::ShearedRays;
 
 /// The nearest hits of rays, some of which are not decided yet.
 ///
@@ -74,36 +74,18 @@ impl DeferredHits {
     /// Decides the hits that are deferred.
     #[inline(always)]
     pub fn finish<S: Simd>(&mut self, traced: &Traced<S>) {
-        let Traced { simd, group, rays, instances, .. } = *traced;
         let mut rest = std::mem::take(&mut self.has_deferred);
         while rest != 0 {
-            let (mut own, mut count) = ([0; LANES], 0);
-            let mut numbers = [[[1.0_f64; LANES]; 3]; 5];
-            while rest != 0 && count < LANES {
+            let (mut pairs, mut is_full) = (TrianglePairs::NONE, false);
+            while rest != 0 && !is_full {
                 let ray = rest.trailing_zeros() as usize % MOST_RAYS;
                 rest &= rest - 1;
-                let [o, d] = &rays.line(ray);
-                let [p, q, r] = &group.triangle(self.deferred[ray]).corners;
-                for (numbers, v) in numbers.iter_mut().zip([o, d, p, q, r]) {
-                    [numbers[0][count], numbers[1][count], numbers[2][count]] = (*v).into();
-                }
-                own[count] = ray;
-                count += 1;
+                is_full = pairs.push(ray, self.deferred[ray]);
             }
-            let [o, d, p, q, r] = &numbers;
-            let (o, d) = (Vec3x8::from_arrays(simd, o), Vec3x8::from_arrays(simd, d));
-            let corners = Vec3x8::three(simd, &[*p, *q, *r]);
-            let active = first_lanes(simd, count);
-            let (met, t, sides) = ShearedRays::new(o, d, active).intersect(simd, &corners, active);
-            let sum = sides[0] + sides[1] + sides[2];
-            let weights: [f64x8<S>; 3] = [sides[0] / sum, sides[1] / sum, sides[2] / sum];
-            for lane in set_lanes(met) {
-                let ray = own[lane] % MOST_RAYS;
-                let place = self.deferred[ray];
-                let triangle = group.triangle(place);
-                let (t, element) = (t[lane], triangle.element(instances[ray]));
-                let barycentric = triangle.first_two(|corner| weights[corner][lane]);
-                self.replace(ray, rays.t_max[ray], &Hit { t, element, barycentric, place });
+            let found = pairs.intersect(traced);
+            for lane in set_lanes(found.met) {
+                let (ray, _) = pairs.pair(lane);
+                self.replace(ray, traced.rays.t_max[ray], &pairs.hit(traced, &found, lane));
             }
         }
     }

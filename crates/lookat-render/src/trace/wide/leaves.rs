@@ -9,7 +9,7 @@ use crate::number::{prefetch, set_bits, splat_f32};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::{Query, Tree, nothing};
 use crate::traceable::{Group, NonTriangle};
-use crate::triangle::{Axis, BlockHits, Filter, Turned, UNIT};
+use crate::triangle::{Axis, Block, BlockHits, Filter, Turned, UNIT};
 
 impl WideTracer {
     /// Tests the leaves that are queued. Returns the rays that hit anything, if `ANY` hit will do, and the rays that wait at an instance. The
@@ -39,7 +39,7 @@ impl WideTracer {
             }
             match leaf.as_leaf() {
                 Leaf::Block(block) => {
-                    met |= u64::from(self.test_block::<S, ANY>(traced, ray, block) && ANY) << ray;
+                    met |= self.test_block::<S, ANY>(traced, ray, block) & any;
                 }
                 Leaf::NonTriangle(other) => {
                     let other = group.non_triangles[other];
@@ -53,18 +53,17 @@ impl WideTracer {
                 }
             }
         }
+        if !self.cut_out_pairs.is_empty() {
+            met |= self.test_cut_out::<S, ANY>(traced) & any;
+        }
         met |= self.test_waiting::<S, ANY>(traced) & any;
         (met, at_instances)
     }
 
-    /// Tests a ray against a block of triangles. True if it hits one, if `ANY` hit will do.
+    /// Tests a ray against a block of triangles. Returns the rays that hit any: this one, and those that waited for a test of triangles
+    /// with holes.
     #[inline(always)]
-    fn test_block<S: Simd, const ANY: bool>(
-        &mut self,
-        traced: &Traced<S>,
-        ray: usize,
-        number: usize,
-    ) -> bool {
+    fn test_block<S: Simd, const ANY: bool>(&mut self, traced: &Traced<S>, ray: usize, number: usize) -> u64 {
         let Traced { simd, scene, group, rays, instances, .. } = *traced;
         let block = &group.blocks[number];
         let own = |at: usize| splat_f32(simd, self.turned[at][ray]);
@@ -75,13 +74,13 @@ impl WideTracer {
         let length = self.turned[5][ray].abs();
         let end = self.limit[ray] * length;
         let left_out = block.bit_of(self.leaving[ray]);
-        let Some(hits) = filter.meet::<false>(simd, block, end, left_out) else { return false };
+        let Some(hits) = filter.meet::<false>(simd, block, end, left_out) else { return 0 };
         let certain = hits.certain & block.solid;
         let mut rest = hits.may;
         if ANY {
             // The target of a shadow ray never is wholly before its end.
             if hits.certain_before(end) & block.solid != 0 {
-                return true;
+                return 1 << ray;
             }
             // Nearly always the target is all that is left. It is in the world.
             if instances[ray] == ElementId::WORLD {
@@ -93,7 +92,7 @@ impl WideTracer {
         } else if certain != 0 {
             rest &= !certain | self.defer(group, ray, (block.place(0), certain), &hits);
         }
-        rest != 0 && self.decide_triangles::<S, ANY>(traced, ray, (block.place(0), rest))
+        if rest == 0 { 0 } else { self.decide_triangles::<S, ANY>(traced, ray, (block, rest)) }
     }
 
     /// Defers triangles of a block that a ray certainly hits. `certain`: the place of the first triangle of the block, and the bits of these
@@ -122,21 +121,32 @@ impl WideTracer {
         rest
     }
 
-    /// Decides about triangles of a block in `f64`. `may`: the place of the first triangle of the block, and the bits of these triangles.
-    /// True if the ray hits one.
+    /// Decides about triangles of a block in `f64`; those that may have holes wait until there are eight. `may`: the bits of the triangles.
+    /// Returns the rays that hit any: this one, and those that waited.
     #[inline(never)]
     fn decide_triangles<S: Simd, const ANY: bool>(
         &mut self,
         traced: &Traced<S>,
         ray: usize,
-        (first, may): (u32, u32),
-    ) -> bool {
-        self.test_exactly::<S, ANY>(traced, ray, |query, hit| {
+        (block, may): (&Block, u32),
+    ) -> u64 {
+        let mut met = 0;
+        for lane in lanes_of(may & !block.solid) {
+            if self.cut_out_pairs.push(ray, block.place(lane)) {
+                met |= self.test_cut_out::<S, ANY>(traced);
+            }
+        }
+        let may = may & block.solid;
+        if may == 0 {
+            return met;
+        }
+        let found = self.test_exactly::<S, ANY>(traced, ray, |query, hit| {
             let mut sheared = None;
             lanes_of(may).fold(false, |found, lane| {
-                found | traced.scene.meet_triangle::<ANY>(query, first + lane, &mut sheared, hit)
+                found | traced.scene.meet_triangle::<ANY>(query, block.place(lane), &mut sheared, hit)
             })
-        })
+        });
+        met | u64::from(found) << ray
     }
 
     /// Tests a ray against a non-triangle. True if it hits it, nearer than anything else that is decided.
@@ -172,7 +182,7 @@ impl WideTracer {
 
     /// One of the rays.
     #[inline(always)]
-    fn single<S: Simd>(&mut self, traced: &Traced<S>, ray: usize) -> Ray {
+    pub(super) fn single<S: Simd>(&mut self, traced: &Traced<S>, ray: usize) -> Ray {
         if self.has_single >> ray & 1 == 0 {
             self.has_single |= 1 << ray;
             let tree = Tree { scene: traced.scene };
