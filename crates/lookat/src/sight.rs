@@ -152,6 +152,18 @@ impl Sight<'_> {
         }
     }
 
+    /// Whether a point in camera space is in the picture, if nothing hides it.
+    fn is_in_picture(&self, p: DVec3) -> bool {
+        let camera = &self.scene.view.camera;
+        let scale = match camera.projection {
+            Projection::Perspective { fov } => p.z * (fov.to_radians() * 0.5).tan(),
+            Projection::Orthographic { .. } => 1.0,
+            Projection::Environment => return true,
+        };
+        let (at, screen) = (p.truncate() / scale, &camera.screen);
+        p.z > 0.0 && at.cmpge(screen.min).all() && at.cmple(screen.max).all()
+    }
+
     /// The pixels on the shorter side of the full picture.
     fn short_side(&self) -> f64 {
         f64::from(self.scene.view.film.resolution[0].min(self.scene.view.film.resolution[1]))

@@ -1,5 +1,7 @@
 //! Cameras inside a shape, behind the ground, far away, or turned away from everything; shapes of the wrong size.
 
+use std::collections::BTreeSet;
+
 use lookat_scene::glam::{DMat3, DMat4, DVec3};
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, Span, parse};
 use lookat_scene::{CameraPlacement, Projection, Transform, View};
@@ -91,35 +93,61 @@ fn nothing_in_view(sight: &Sight) -> Option<Diagnostic> {
     if sight.shapes_in_view().next().is_some() || sight.is_all_around() {
         return None;
     }
-    let middle = sight.in_camera((bounds[0] + bounds[1]) * 0.5);
     let crop = sight.places.crop_window.filter(|_| !sight.is_whole());
-    let (message, help) = if -middle.z > middle.truncate().abs().max_element() {
-        ("no shape is in view: all are behind the camera".to_owned(), "turn the camera around")
-    } else if let Some(crop) = crop {
+    let shapes = sight.facts.shapes.iter().filter(|shape| !shape.is_emitter);
+    let sides: BTreeSet<&str> = shapes.map(|shape| side(sight, middle(shape.bounds))).collect();
+    let is_behind = sides.iter().all(|side| *side == BEHIND);
+    if let Some(crop) = crop.filter(|_| !is_behind) {
         let help = "choose a part of the picture that shows a shape";
         return Some(Diagnostic::warning(crop, "no shape is in this part of the picture").help(help));
+    }
+    let help = if is_behind {
+        "turn the camera around"
+    } else if sides.contains(AHEAD) {
+        "look at them from another side or from nearer"
     } else {
-        (format!("no shape is in view: all are {} the picture", side(middle)), "point the camera at them")
+        "point the camera at them"
     };
-    let at = (bounds[0] + bounds[1]) * 0.5;
-    let help = format!("{help}: the middle of all shapes is at {}", point(at));
+    let sides: Vec<&str> = sides.into_iter().collect();
+    let where_they_are = match sides[..] {
+        [side] => format!("all are {side}"),
+        [a, b] => format!("some are {a}, others {b}"),
+        _ => "they are on several sides of the picture".to_owned(),
+    };
+    let help = format!("{help}: the middle of all shapes is at {}", point(middle(bounds)));
+    let message = format!("no shape is in view: {where_they_are}");
     Some(Diagnostic::warning(sight.camera_place(), message).note(sight.eye()).help(help))
 }
 
-/// Where a point in camera space is, seen from the axis.
-fn side(p: DVec3) -> &'static str {
-    match (p.x.abs() > p.y.abs(), p.x > 0.0, p.y > 0.0) {
-        (true, true, _) => "to the right of",
-        (true, false, _) => "to the left of",
-        (false, _, true) => "above",
-        (false, _, false) => "below",
+const BEHIND: &str = "behind the camera";
+const AHEAD: &str = "ahead, but edge-on or too small to be seen";
+
+/// Where a point of the world is, seen from the camera.
+fn side(sight: &Sight, p: DVec3) -> &'static str {
+    let p = sight.in_camera(p);
+    if -p.z > p.truncate().abs().max_element() {
+        return BEHIND;
     }
+    if sight.is_in_picture(p) {
+        return AHEAD;
+    }
+    match (p.x.abs() > p.y.abs(), p.x > 0.0, p.y > 0.0) {
+        (true, true, _) => "to the right of the picture",
+        (true, false, _) => "to the left of the picture",
+        (false, _, true) => "above the picture",
+        (false, _, false) => "below the picture",
+    }
+}
+
+/// The middle of a box.
+fn middle([low, high]: [DVec3; 2]) -> DVec3 {
+    (low + high) * 0.5
 }
 
 /// All shapes together are only a few pixels large.
 fn far_away(sight: &Sight) -> Option<Diagnostic> {
     let [low, high] = sight.bounds()?;
-    let at = sight.in_camera((low + high) * 0.5);
+    let at = sight.in_camera(middle([low, high]));
     let apparent = sight.world_size() / sight.extent_at(at.z)?;
     // The widest angles show everything small in the middle and large at the edge.
     let is_wide =
