@@ -13,7 +13,7 @@ use glam::Vec3;
 use smallvec::SmallVec;
 
 use crate::frame::Frames;
-use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
+use crate::number::{Colors, Directions, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
 pub(crate) use lobe::BsdfSample;
 use lobe::{Lobe, LobeKind, Lobes, PointLobe};
 pub(crate) use material::most_lobes;
@@ -42,26 +42,26 @@ impl LobeFilter {
 #[derive(Clone, Copy)]
 pub(crate) struct Domain<S: Simd> {
     /// The geometric normals on the side of `wo`.
-    pub n: Vec3x8<S>,
+    pub n: Directions<S>,
     /// The shading normals on the side of `wo`: the BSDF samples directions on the same side of them.
-    pub ns: Vec3x8<S>,
+    pub ns: Directions<S>,
     /// The points where light also comes through from behind.
-    pub is_two_sided: mask64x8<S>,
+    pub is_two_sided: mask32x8<S>,
     /// The points whose only lobe is Lambertian: all directions count by their cosine.
-    pub is_diffuse: mask64x8<S>,
+    pub is_diffuse: mask32x8<S>,
 }
 
 /// The scattering of light at points, each towards one direction, `wo`.
 #[derive(Clone, Copy)]
 pub(crate) struct Bsdf<'s, S: Simd> {
     /// The geometric normals on the side of `wo`: they decide which directions are on the same side.
-    n: Vec3x8<S>,
+    n: Directions<S>,
     /// The shading normals and frames.
     ns: Vec3x8<S>,
     frames: Frames<f32x8<S>>,
     wo: Vec3x8<S>,
     /// `wo` in the shading frames.
-    local_o: V3<f32x8<S>>,
+    local_o: Directions<S>,
     slots: &'s [LobeSlot<S>],
 }
 
@@ -72,14 +72,13 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     /// The BSDFs at points with geometric normals `n` and shading normals `ns`. Sets the probabilities of the lobes.
     #[inline(always)]
     pub fn new(
-        n: Vec3x8<S>,
+        n: Directions<S>,
         ns: Vec3x8<S>,
         frames: Frames<f32x8<S>>,
         wo: Vec3x8<S>,
         slots: &'s mut LobeSlots<S>,
     ) -> Self {
-        let local_o = frames.to_local(wo.narrow());
-        let n = n.face_forward(wo);
+        let (local_o, n) = (frames.to_local(wo.narrow()), n.face_forward(wo.narrow()));
         weigh(&mut slots.0, local_o.z);
         Bsdf { n, ns, frames, wo, local_o, slots: &slots.0 }
     }
@@ -87,17 +86,17 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     /// The points with lobes that pass the filter.
     #[inline(always)]
     pub fn has(&self, filter: LobeFilter) -> mask64x8<S> {
-        self.of(|kind| filter.holds(kind))
+        widen(self.of(|kind| filter.holds(kind)))
     }
 
     /// The points with lobes of some kinds.
     #[inline(always)]
-    fn of(&self, holds: impl Fn(LobeKind) -> bool) -> mask64x8<S> {
+    fn of(&self, holds: impl Fn(LobeKind) -> bool) -> mask32x8<S> {
         let mut all = mask32x8::splat(self.local_o.z.token(), false);
         for slot in self.slots.iter().filter(|slot| holds(slot.lobe.kind)) {
             all |= slot.mask;
         }
-        widen(all)
+        all
     }
 
     /// The domain of incident light for non-delta lobes.
@@ -105,7 +104,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     pub fn domain(&self) -> Domain<S> {
         Domain {
             n: self.n,
-            ns: (-self.ns).keep_where(widen(self.local_o.z.simd_lt(0.0)), self.ns),
+            ns: (-self.frames.z).keep_where(self.local_o.z.simd_lt(0.0), self.frames.z),
             is_two_sided: self.of(LobeKind::transmits),
             is_diffuse: !self.of(|kind| kind != LobeKind::Lambert),
         }
@@ -114,21 +113,21 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     /// The BSDF times the cosine between `wi` and the shading normal, and the density by solid angle with which
     /// [`Bsdf::sample`] gives `wi`. Delta lobes do not count.
     #[inline(always)]
-    pub fn f_cos_pdf(&self, wi: Vec3x8<S>, filter: LobeFilter) -> (Colors<S>, f32x8<S>) {
-        self.at(wi, self.frames.to_local(wi.narrow()), filter)
+    pub fn f_cos_pdf(&self, wi: Directions<S>, filter: LobeFilter) -> (Colors<S>, f32x8<S>) {
+        self.at(wi, self.frames.to_local(wi), filter)
     }
 
     /// Evaluates the BSDF times cosine and the density, for a direction in the world that is `local_i` in the shading
     /// frames. The geometric normal decides the side, so that bumps let no light through.
     #[inline(never)]
-    fn at(&self, wi: Vec3x8<S>, local_i: V3<f32x8<S>>, filter: LobeFilter) -> (Colors<S>, f32x8<S>) {
+    fn at(&self, wi: Directions<S>, local_i: Directions<S>, filter: LobeFilter) -> (Colors<S>, f32x8<S>) {
         let simd = wi.x.token();
         vectorized!(simd, {
             let (none, black) = (splat_f32(simd, 0.0), Colors::splat(simd, Vec3::ZERO));
             let (wo, side) = (self.local_o, wi.dot(self.n));
             let is_seen = wo.z.simd_ne(0.0);
-            let above = narrow(side.simd_gt(0.0)) & is_seen;
-            let through = narrow(side.simd_lt(0.0)) & is_seen;
+            let above = side.simd_gt(0.0) & is_seen;
+            let through = side.simd_lt(0.0) & is_seen;
             let same_side = (wo.z * local_i.z).simd_gt(0.0);
             let (mut f, mut pdf) = (black, none);
             for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_delta()) {
@@ -231,9 +230,9 @@ impl<'s, S: Simd> Bsdf<'s, S> {
 
     /// Completes samples of directions in the shading frames.
     #[inline(always)]
-    fn non_delta(&self, local: V3<f32x8<S>>, is_valid: mask32x8<S>, filter: LobeFilter) -> BsdfSample<S> {
+    fn non_delta(&self, local: Directions<S>, is_valid: mask32x8<S>, filter: LobeFilter) -> BsdfSample<S> {
         let simd = local.x.token();
-        let wi = self.frames.to_world(local).widen().normalize();
+        let wi = self.frames.to_world(local).normalize();
         let (weight, pdf) = if is_valid.any_true() {
             let (f_cos, pdf) = self.at(wi, local, filter);
             (f_cos / pdf, pdf)
@@ -242,7 +241,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         };
         let is_valid = widen(is_valid & pdf.simd_gt(0.0)) & weight.is_light();
         let (is_delta, radiance_scale) = (bits(simd, 0), splat_f32(simd, 1.0));
-        BsdfSample { is_valid, wi, pdf, weight, is_delta, radiance_scale }
+        BsdfSample { is_valid, wi: wi.widen(), pdf, weight, is_delta, radiance_scale }
     }
 }
 

@@ -88,18 +88,32 @@ impl<S: Simd> Column<S> for f32x8<S> {
 }
 
 /// A mask is stored as 1 and 0.
-impl<S: Simd> Column<S> for mask64x8<S> {
+impl<S: Simd> Column<S> for mask32x8<S> {
     type Element = f32;
 
     #[inline(always)]
     fn load(simd: S, from: &[f32]) -> Self {
-        widen(f32x8::from_slice(simd, from).simd_gt(0.0))
+        f32x8::from_slice(simd, from).simd_gt(0.0)
     }
 
     #[inline(always)]
     fn store(self, stored: &Stored<S>, to: &mut [f32]) {
         let simd = self.token();
-        narrow(self).select(splat_f32(simd, 1.0), splat_f32(simd, 0.0)).store(stored, to);
+        self.select(splat_f32(simd, 1.0), splat_f32(simd, 0.0)).store(stored, to);
+    }
+}
+
+impl<S: Simd> Column<S> for mask64x8<S> {
+    type Element = f32;
+
+    #[inline(always)]
+    fn load(simd: S, from: &[f32]) -> Self {
+        widen(Column::load(simd, from))
+    }
+
+    #[inline(always)]
+    fn store(self, stored: &Stored<S>, to: &mut [f32]) {
+        narrow(self).store(stored, to);
     }
 }
 

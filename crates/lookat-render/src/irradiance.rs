@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3};
 use lookat_scene::Light;
 
@@ -149,13 +149,13 @@ fn of_light<S: Simd>(
     (surfaces, world): (&Surfaces<S>, &World),
     u: [f64x8<S>; 2],
 ) -> (Rays<S>, Colors<S>, mask64x8<S>) {
-    let (none, all) = (bits(simd, 0), bits(simd, 0xff));
+    let [none, all] = [false, true].map(|all| mask32x8::splat(simd, all));
     let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided: none, is_diffuse: all };
     let receivers = Receivers { surfaces: *surfaces, domain, lunes: None };
     let own = world.number(prepared.lights.curved_element(light));
     let leaving = surfaces.element.simd_eq(own) & surfaces.instance.simd_eq(WORLD);
     let sample = prepared.lights.sample(simd, light, (&receivers, leaving), (None, u));
-    let cosine = sample.shadow.d.dot(surfaces.n);
+    let cosine = sample.shadow.d.dot(surfaces.n.widen());
     // Directions from the surfaces find the rest of a sky.
     let other = if light >= prepared.lights.first_sky { cosine / PI } else { 0.0.simd_into(simd) };
     let share = cosine / (sample.pdf + other);
@@ -172,12 +172,13 @@ fn of_sky<S: Simd>(
     surfaces: &Surfaces<S>,
     [u, v]: [f64x8<S>; 2],
 ) -> (Rays<S>, Colors<S>, mask64x8<S>) {
-    let mut d = surfaces.n;
+    let n = surfaces.n.widen();
+    let mut d = n;
     for lane in 0..LANES {
-        d.set_lane(lane, cosine_direction(surfaces.n.lane(lane), DVec2::new(u[lane], v[lane])));
+        d.set_lane(lane, cosine_direction(n.lane(lane), DVec2::new(u[lane], v[lane])));
     }
     let (radiance, density) = prepared.lights.sky(simd, light, None, d);
-    let cosine = d.dot(surfaces.n);
+    let cosine = d.dot(n);
     let share = cosine / (cosine / PI + density);
     (surfaces.spawn_ray(d), radiance.scaled(share), cosine.simd_gt(0.0))
 }
@@ -190,7 +191,7 @@ fn side_by_side<S: Simd>(simd: S, world: &World, surfaces: &[Surface]) -> Surfac
     let instance = |lane: usize| f64::from(of(lane).element.instance);
     let mut wide = Surfaces {
         p: zero,
-        n: zero,
+        n: zero.narrow(),
         ns: zero,
         magnitude: 0.0.simd_into(simd),
         element: f64x8::from_fn(simd, number),

@@ -11,13 +11,13 @@ mod tree;
 use std::array::from_fn;
 use std::sync::OnceLock;
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Light, Transform, World};
 
 use crate::bsdf::Domain;
 use crate::light::tree::Leaves;
-use crate::number::{Colors, LANES, Vec3x8, bits};
+use crate::number::{Colors, Directions, LANES, Vec3x8, bits, splat_f32};
 use crate::ray::ElementId;
 use crate::surface::Surfaces;
 use crate::trace::rays::Rays;
@@ -202,7 +202,7 @@ impl LightTable {
             SceneLight::Infinite { radiance, .. } => {
                 let (is_valid, wi, pdf) = match &at.lunes {
                     Some(lunes) => (lunes.is_valid, lunes.sample(u), lunes.inside_pdf()),
-                    None => (!all, at.surfaces.n, 1.0.simd_into(simd)),
+                    None => (!all, at.surfaces.p, 1.0.simd_into(simd)),
                 };
                 LightSample::with_pdf(
                     is_valid,
@@ -441,7 +441,7 @@ pub(crate) struct Receivers<S: Simd> {
 }
 
 /// Estimates are no better than this: a smaller cosine counts for as much.
-const LEAST_COSINE: f64 = 0.1;
+const LEAST_COSINE: f32 = 0.1;
 
 impl<S: Simd> Receivers<S> {
     /// `numbers[0]` in lanes without a lune, `numbers[1]` in lanes with one.
@@ -458,9 +458,9 @@ impl<S: Simd> Receivers<S> {
     /// 0 where all of it arrives from a side that nothing is scattered from. 1 from elsewhere, where that depends on more than
     /// the cosine: highlights are brightest in grazing light.
     #[inline(always)]
-    pub fn cosine(&self, wi: Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
+    pub fn cosine(&self, wi: Directions<S>, spread: f32x8<S>) -> f32x8<S> {
         let Domain { n, ns, is_two_sided, is_diffuse } = self.domain;
-        let (none, one) = (0.0.simd_into(spread.token()), 1.0.simd_into(spread.token()));
+        let (none, one) = (splat_f32(spread.token(), 0.0), splat_f32(spread.token(), 1.0));
         let is_behind = !is_two_sided & wi.dot(n).simd_le(-spread);
         // Of the part that is highest above the surface.
         let cosine = (wi.dot(ns) + spread).max(LEAST_COSINE).min(1.0);
@@ -471,29 +471,29 @@ impl<S: Simd> Receivers<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::number::bits;
     use crate::testing::baseline;
     use crate::testing::surfaces_at;
+    use fearless_simd::mask32x8;
     use glam::DVec3;
 
     #[test]
     fn light_from_behind_counts_where_it_comes_through() {
-        let ns = DVec3::new(0.6, 0.0, 0.8);
-        let cosine = |[is_two_sided, is_diffuse]: [bool; 2], wi: DVec3, spread: f64| {
+        let ns = Vec3::new(0.6, 0.0, 0.8);
+        let cosine = |[is_two_sided, is_diffuse]: [bool; 2], wi: Vec3, spread: f32| {
             baseline!(simd => {
-                let mask = |all: bool| bits(simd, if all { 0xff } else { 0 });
+                let mask = |all: bool| mask32x8::splat(simd, all);
                 let domain = Domain {
-                    n: Vec3x8::splat(simd, DVec3::Z),
-                    ns: Vec3x8::splat(simd, ns),
+                    n: Directions::splat(simd, Vec3::Z),
+                    ns: Directions::splat(simd, ns),
                     is_two_sided: mask(is_two_sided),
                     is_diffuse: mask(is_diffuse),
                 };
                 let receivers = Receivers { surfaces: surfaces_at(simd, DVec3::ZERO), domain, lunes: None };
-                receivers.cosine(Vec3x8::splat(simd, wi), spread.simd_into(simd))[0]
+                receivers.cosine(Directions::splat(simd, wi), splat_f32(simd, spread))[0]
             })
         };
         let (diffuse, through, glossy) = ([false, true], [true, false], [false, false]);
-        let (above, below, grazing) = (DVec3::Z, -DVec3::Z, DVec3::new(-0.8, 0.0, 0.6));
+        let (above, below, grazing) = (Vec3::Z, -Vec3::Z, Vec3::new(-0.8, 0.0, 0.6));
         assert_eq!([above, below].map(|wi| cosine(diffuse, wi, 0.0)), [0.8, 0.0]);
         assert_eq!([above, below].map(|wi| cosine(through, wi, 0.0)), [1.0, 1.0]);
         assert_eq!([diffuse, glossy].map(|of| cosine(of, grazing, 0.0)), [LEAST_COSINE, 1.0]);

@@ -107,7 +107,7 @@ pub(crate) struct V3<T> {
     pub z: T,
 }
 
-/// Points and directions of the world.
+/// Points of the world, and directions of rays.
 pub(crate) type Vec3x8<S> = V3<f64x8<S>>;
 
 /// Points of planes.
@@ -115,6 +115,9 @@ pub(crate) type Vec2x8<S> = [f64x8<S>; 2];
 
 /// Colors, or radiances.
 pub(crate) type Colors<S> = V3<f32x8<S>>;
+
+/// Directions of scattering, and normals.
+pub(crate) type Directions<S> = V3<f32x8<S>>;
 
 impl<T: Copy + Add<Output = T> + Mul<Output = T>> V3<T> {
     #[inline(always)]
@@ -210,6 +213,12 @@ impl<T: Number> V3<T> {
         }
     }
 
+    /// This vector or its opposite, whichever lies on the same side as `v` (PBR 2.2.1).
+    #[inline(always)]
+    pub fn face_forward(self, v: Self) -> Self {
+        (-self).keep_where(self.dot(v).simd_lt(T::of(self.x.token(), 0.0)), self)
+    }
+
     /// The lesser coordinates of both vectors.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
@@ -236,12 +245,6 @@ impl<T: Number> V3<T> {
 }
 
 impl<S: Simd> Vec3x8<S> {
-    /// This vector or its opposite, whichever lies on the same side as `v` (PBR 2.2.1).
-    #[inline(always)]
-    pub fn face_forward(self, v: Self) -> Self {
-        (-self).keep_where(self.dot(v).simd_lt(0.0), self)
-    }
-
     /// Vectors from arrays of their coordinates.
     #[inline(always)]
     pub fn from_arrays(simd: S, [x, y, z]: &[[f64; LANES]; 3]) -> Self {
@@ -262,7 +265,7 @@ impl<S: Simd> Vec3x8<S> {
 
     /// Rounded to `f32`.
     #[inline(always)]
-    pub fn narrow(self) -> V3<f32x8<S>> {
+    pub fn narrow(self) -> Directions<S> {
         V3 { x: to_f32(self.x), y: to_f32(self.y), z: to_f32(self.z) }
     }
 }

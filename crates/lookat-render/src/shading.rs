@@ -28,7 +28,7 @@ pub(crate) fn uv(scene: &Traceable, surface: &Surface, ray: &Ray, hit: &Hit) -> 
     baseline!(simd => {
         let none = Vec3x8::splat(simd, DVec3::ZERO);
         let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
-        let mut surfaces = Surfaces { p: none, n: none, ns: none, magnitude: 0.0.simd_into(simd), element, instance };
+        let mut surfaces = Surfaces { p: none, n: none.narrow(), ns: none, magnitude: 0.0.simd_into(simd), element, instance };
         surfaces.set_lane(0, surface);
         let barycentric = hit.barycentric.map(|b| b.simd_into(simd));
         let found = Found { surfaces, elements: [hit.element; LANES], barycentric };
@@ -48,7 +48,7 @@ pub(crate) struct Found<S: Simd> {
 /// The change of surface points and texture coordinates from camera rays to their neighbors (PBR 10.1.1).
 #[inline(never)]
 fn footprints<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Views) -> Footprint<S> {
-    let (simd, Surfaces { p, n, .. }) = (surfaces.magnitude.token(), *surfaces);
+    let (simd, p, n) = (surfaces.magnitude.token(), surfaces.p, surfaces.n.widen());
     vectorized!(simd, {
         let [right, below] = views.neighbors(simd).map(
             #[inline(always)]
@@ -127,7 +127,7 @@ fn bumped<S: Simd>(
         // A height of minus the radius leaves nothing but rounding.
         let whole = (shading.dpdu.length_squared() * shading.dpdv.length_squared()).sqrt();
         let is_valid = is_valid & across.length_squared().sqrt().simd_gt(1e-9 * whole);
-        let bent = bent.face_forward(surfaces.n);
+        let bent = bent.face_forward(surfaces.n.widen());
         (bent.keep_where(is_valid, ns), dpdu.keep_where(is_valid, shading.dpdu))
     })
 }
@@ -391,7 +391,7 @@ impl Tree<'_> {
         let ShapePoint { p, magnitude, n, ns, .. } = triangles.points(simd, hits.sides, bits(simd, there));
         let (others, placed) = (is_hit & !bits(simd, there), is_hit & !hits.instance.simd_eq(WORLD));
         let Hits { element, instance, .. } = *hits;
-        let mut surfaces = Surfaces { p, n, ns, magnitude, element, instance };
+        let mut surfaces = Surfaces { p, n: n.narrow(), ns, magnitude, element, instance };
         let mut rest = 0;
         if others.any_true() {
             rest = self.put_curved(&elements, rays.at(hits.t), others, &mut surfaces);
@@ -436,7 +436,7 @@ impl Tree<'_> {
                 let Primitive { reverse_orientation, mirrored, .. } = self.scene.primitive(primitive);
                 let n = if reverse_orientation != mirrored { -outward } else { outward };
                 let magnitude = curved.magnitude().simd_into(simd);
-                let found = Surfaces { p, n, ns: n, magnitude, ..*surfaces };
+                let found = Surfaces { p, n: n.narrow(), ns: n, magnitude, ..*surfaces };
                 *surfaces = found.keep_where(bits(simd, own), *surfaces);
             }
         });

@@ -6,7 +6,9 @@ use lookat_scene::{Mesh, Primitive, Shape};
 
 use crate::curved::Curved;
 use crate::frame::flipped;
-use crate::number::{LANES, Vec2x8, Vec3x8, bits, groups, set_lanes, side_by_side, three, vectorized};
+use crate::number::{
+    Directions, LANES, Vec2x8, Vec3x8, bits, groups, set_lanes, side_by_side, three, vectorized,
+};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::{
     Element, ListedShape,
@@ -116,7 +118,8 @@ const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
 #[derive(Clone, Copy)]
 pub(crate) struct Surfaces<S: Simd> {
     pub p: Vec3x8<S>,
-    pub n: Vec3x8<S>,
+    pub n: Directions<S>,
+    /// Directions of mirrors depend on them.
     pub ns: Vec3x8<S>,
     pub magnitude: f64x8<S>,
     /// The numbers of the elements in their groups.
@@ -131,7 +134,7 @@ impl<S: Simd> Surfaces<S> {
     pub fn keep_where(self, mask: mask64x8<S>, others: Self) -> Self {
         Surfaces {
             p: self.p.keep_where(mask, others.p),
-            n: self.n.keep_where(mask, others.n),
+            n: self.n.keep_where_wide(mask, others.n),
             ns: self.ns.keep_where(mask, others.ns),
             magnitude: mask.select(self.magnitude, others.magnitude),
             // Of the same hits.
@@ -143,7 +146,8 @@ impl<S: Simd> Surfaces<S> {
     /// Rays that leave the surfaces in directions `d`: see [`Surface::spawn_ray`].
     #[inline(always)]
     pub fn spawn_ray(&self, d: Vec3x8<S>) -> Rays<S> {
-        let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
+        let n = self.n.widen();
+        let offset = n * (self.magnitude * OFFSET).copysign(n.dot(d));
         let (leaving, leaving_instance) = (self.element, self.instance);
         Rays { leaving, leaving_instance, ..Rays::new(self.p + offset, d) }
     }
@@ -181,7 +185,7 @@ impl<S: Simd> Surfaces<S> {
                 let Surfaces { p, n, ns, magnitude, .. } = *self;
                 let in_world = Surfaces {
                     p: instance.points_to_world(p),
-                    n: instance.normals_to_world(n),
+                    n: instance.normals_to_world(n.widen()).narrow(),
                     ns: instance.normals_to_world(ns),
                     magnitude: instance.magnitudes(magnitude),
                     ..*self
@@ -194,7 +198,7 @@ impl<S: Simd> Surfaces<S> {
     /// Replaces the surface in one lane.
     pub fn set_lane(&mut self, lane: usize, surface: &Surface) {
         self.p.set_lane(lane, surface.p);
-        self.n.set_lane(lane, surface.n);
+        self.n.set_lane(lane, surface.n.as_vec3());
         self.ns.set_lane(lane, surface.ns);
         self.magnitude[lane] = surface.magnitude;
     }
@@ -251,7 +255,7 @@ impl<'s> Sheet<'s> {
         };
         let Hits { element, instance, .. } = *hits;
         let magnitude = self.magnitude.simd_into(simd);
-        (Surfaces { p, n, ns: n, magnitude, element, instance }, barycentric)
+        (Surfaces { p, n: n.narrow(), ns: n, magnitude, element, instance }, barycentric)
     }
 }
 

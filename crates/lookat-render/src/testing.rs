@@ -26,7 +26,8 @@ pub(crate) fn scene(text: &str) -> Scene {
 pub(crate) fn surfaces_at<S: Simd>(simd: S, p: DVec3) -> Surfaces<S> {
     let n = Vec3x8::splat(simd, DVec3::Z);
     let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
-    Surfaces { p: Vec3x8::splat(simd, p), n, ns: n, magnitude: 0.0.simd_into(simd), element, instance }
+    let (p, magnitude) = (Vec3x8::splat(simd, p), 0.0.simd_into(simd));
+    Surfaces { p, n: n.narrow(), ns: n, magnitude, element, instance }
 }
 
 /// This processor's instructions, and those of older ones.

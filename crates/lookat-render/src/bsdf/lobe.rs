@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::fresnel::{conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upward};
-use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64};
+use crate::number::{Colors, Directions, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64};
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
 /// The kind of a lobe.
@@ -68,8 +68,6 @@ pub(super) struct Lobe<C, N> {
 pub(super) type PointLobe = Lobe<Vec3, f32>;
 /// The lobes of eight points.
 pub(super) type Lobes<S> = Lobe<Colors<S>, f32x8<S>>;
-
-type Directions<S> = V3<f32x8<S>>;
 
 impl<S: Simd> Lobes<S> {
     /// Lobes whose only parameter is a color.

@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::Vec3;
 
 use super::fresnel::dielectric;
-use crate::number::V3;
+use crate::number::{Directions, V3};
 use crate::warp::square_to_disk;
 
 /// The least width, as in pbrt-v3: a mirror in all but name.
@@ -31,8 +31,6 @@ pub(super) fn alpha_of_roughness(roughness: f64) -> f64 {
 pub(super) struct TrowbridgeReitz<S: Simd> {
     pub alpha: [f32x8<S>; 2],
 }
-
-type Directions<S> = V3<f32x8<S>>;
 
 impl<S: Simd> TrowbridgeReitz<S> {
     /// Density of normals around `wh`, by area of the surface (`D`).

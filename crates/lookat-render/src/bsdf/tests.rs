@@ -155,7 +155,7 @@ impl Point<'_> {
         let mut slots = LobeSlots::new();
         slots.add(simd, &PointLobes::new(self.material.kind()), bits(simd, 0xff));
         let n = Vec3x8::splat(simd, frame().z());
-        ask(&Bsdf::new(n, n, Frames::from_z(n.narrow()), Vec3x8::splat(simd, self.wo()), &mut slots))
+        ask(&Bsdf::new(n.narrow(), n, Frames::from_z(n.narrow()), Vec3x8::splat(simd, self.wo()), &mut slots))
     }
 
     fn has(&self, part: LobeFilter) -> bool {
@@ -168,7 +168,7 @@ impl Point<'_> {
         baseline!(simd => self.ask(simd, |bsdf| for wi in wi.chunks(LANES) {
             let mut directions = Vec3x8::splat(simd, DVec3::Z);
             wi.iter().enumerate().for_each(|(lane, wi)| directions.set_lane(lane, *wi));
-            let (f_cos, pdf) = bsdf.f_cos_pdf(directions, part);
+            let (f_cos, pdf) = bsdf.f_cos_pdf(directions.narrow(), part);
             all.extend((0..wi.len()).map(|lane| (f_cos.lane(lane), f64::from(pdf[lane]))));
         }));
         all

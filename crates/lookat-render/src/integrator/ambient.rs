@@ -56,8 +56,7 @@ impl Ambient<'_> {
     ) {
         vectorized!(simd, {
             let surfaces = self.world.plain(simd, paths, &mut LobeSlots::new()).found.surfaces;
-            let n = surfaces.n.face_forward(-paths.rays.d);
-            let frames = Frames::from_z(n.narrow());
+            let frames = Frames::from_z(surfaces.n.face_forward(-paths.rays.d.narrow()));
             for k in 0..self.samples {
                 if !tracer.should_continue() {
                     return;
@@ -73,7 +72,7 @@ impl Ambient<'_> {
                     let local = square_to_uniform_hemisphere(u);
                     (local, local.z / square_to_uniform_hemisphere_pdf())
                 };
-                let rays = surfaces.spawn_ray(frames.to_world(local).widen().normalize());
+                let rays = surfaces.spawn_ray(frames.to_world(local).normalize().widen());
                 let value = value / self.samples as f32;
                 let light = Colors { x: value, y: value, z: value };
                 let rays = ShadowRays { rays, light, samples: paths.samples };

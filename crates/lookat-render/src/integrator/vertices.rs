@@ -1,6 +1,6 @@
 //! Direct lighting at the vertices of paths: samples of lights and of BSDFs (PBR 14.3).
 
-use fearless_simd::{Simd, mask64x8, prelude::*};
+use fearless_simd::{Simd, mask32x8, mask64x8, prelude::*};
 use glam::DVec3;
 use lookat_scene::DirectStrategy;
 
@@ -33,12 +33,12 @@ columns! {
         p_x: f64 = surfaces.p.x,
         p_y: f64 = surfaces.p.y,
         p_z: f64 = surfaces.p.z,
-        n_x: f64 = domain.n.x,
-        n_y: f64 = domain.n.y,
-        n_z: f64 = domain.n.z,
-        ns_x: f64 = domain.ns.x,
-        ns_y: f64 = domain.ns.y,
-        ns_z: f64 = domain.ns.z,
+        n_x: f32 = domain.n.x,
+        n_y: f32 = domain.n.y,
+        n_z: f32 = domain.n.z,
+        ns_x: f32 = domain.ns.x,
+        ns_y: f32 = domain.ns.y,
+        ns_z: f32 = domain.ns.z,
         magnitude: f64 = surfaces.magnitude,
         element: f64 = surfaces.element,
         instance: f64 = surfaces.instance,
@@ -72,14 +72,14 @@ impl ReceiverColumns {
     /// The eight receivers from one on. Their normals are on the side of the ray that was scattered. `has_lunes`: some may have lunes.
     #[inline(always)]
     pub fn eight<S: Simd>(&self, simd: S, from: usize, has_lunes: bool) -> Receivers<S> {
-        let (zero, none) = (Vec3x8::splat(simd, DVec3::ZERO), bits(simd, 0));
-        let number = 0.0.simd_into(simd);
+        let (zero, none) = (Vec3x8::splat(simd, DVec3::ZERO), mask32x8::splat(simd, false));
+        let (number, n) = (0.0.simd_into(simd), zero.narrow());
         let surfaces =
-            Surfaces { p: zero, n: zero, ns: zero, magnitude: number, element: number, instance: number };
-        let domain = Domain { n: zero, ns: zero, is_two_sided: none, is_diffuse: none };
+            Surfaces { p: zero, n, ns: zero, magnitude: number, element: number, instance: number };
+        let domain = Domain { n, ns: n, is_two_sided: none, is_diffuse: none };
         let mut receivers = Receivers { surfaces, domain, lunes: None };
         self.places.load(simd, from, &mut receivers);
-        (receivers.surfaces.n, receivers.surfaces.ns) = (receivers.domain.n, receivers.domain.ns);
+        receivers.surfaces.n = receivers.domain.n;
         if has_lunes {
             let has_lune = Column::load(simd, &self.has_lune[from..from + LANES]);
             receivers.lunes = Lunes::new(&receivers.domain, has_lune);
@@ -286,7 +286,7 @@ impl<S: Simd> Vertices<'_, S> {
         let (Illumination { simd, lighting, .. }, bsdf) = (self.illumination, self.bsdf);
         vectorized!(simd, {
             let sample = self.illumination.sample(u, chosen);
-            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, lighting.filter);
+            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d.narrow(), lighting.filter);
             let reflected = f_cos * sample.li;
             let active = chosen.is_valid & sample.is_valid & reflected.is_light();
             if !active.any_true() {

@@ -11,7 +11,7 @@ mod tests;
 use std::f64::consts::{PI, TAU};
 use std::iter::once;
 
-use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Level, Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
 use lookat_scene::{Primitive, Shape};
 
@@ -20,7 +20,10 @@ use super::{LEAST_COSINE, LightSample, Receivers};
 use crate::curved::Curved;
 use crate::curved::side_by_side::ShapeRays;
 use crate::frame::flipped;
-use crate::number::{Colors, LANES, Vec2x8, Vec3x8, bits, set_lanes, strength, vectorized};
+use crate::number::{
+    Colors, Directions, LANES, Vec2x8, Vec3x8, bits, set_lanes, splat_f32, strength, to_f32, to_f64,
+    vectorized,
+};
 use crate::ray::ElementId;
 use crate::surface::{ShapePoint, ShapePoints, Surfaces};
 use crate::trace::rays::Rays;
@@ -136,9 +139,10 @@ impl SurfaceLight {
     pub fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         let offset = Vec3x8::splat(simd, self.center) - at.surfaces.p;
         let inverse = 1.0 / offset.length_squared().sqrt();
-        let (wi, spread) = (offset * inverse, inverse * self.radius);
-        let solid_angle = (inverse * inverse * self.area * self.facing.share(simd, -wi, spread)).min(PI);
-        let estimate = solid_angle * self.brightness * at.cosine(wi, spread);
+        let (wi, spread) = ((offset * inverse).narrow(), to_f32(inverse * self.radius));
+        let share = to_f64(self.facing.share(simd, -wi, spread));
+        let solid_angle = (inverse * inverse * self.area * share).min(PI);
+        let estimate = solid_angle * self.brightness * to_f64(at.cosine(wi, spread));
         // No shape fills more than the sky, which it does from its middle.
         inverse.is_finite().select(estimate, (self.brightness * PI).simd_into(simd))
     }
@@ -384,7 +388,7 @@ pub(super) struct Facing {
 /// The most rounding error, relative to the size of a shape.
 const ROUNDING: f64 = 1e-6;
 /// A cosine that rounding may make of 0. Light at less is left to samples of the BSDF.
-const GRAZING: f64 = 1e-6;
+const GRAZING: f32 = 1e-6;
 
 impl Facing {
     /// The facing of a shape with these patches around a center.
@@ -415,13 +419,13 @@ impl Facing {
     /// About the share of the area that shines in direction `d` from the center, foreshortened; 0 on the dark side of what is
     /// flat. `spread`: how large the shape is, over the distance that it is seen from.
     #[inline(always)]
-    pub fn share<S: Simd>(&self, simd: S, d: Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
-        let along = Vec3x8::splat(simd, self.mean_normal).dot(d);
+    pub fn share<S: Simd>(&self, simd: S, d: Directions<S>, spread: f32x8<S>) -> f32x8<S> {
+        let along = Directions::splat(simd, self.mean_normal.as_vec3()).dot(d);
         let along = if self.sides > 1.0 { along.abs() } else { along };
         if self.is_flat {
             // Parts of the shape are seen less aslant than its center.
             let share = (along + spread * 0.5).max(LEAST_COSINE).min(1.0);
-            along.simd_gt(GRAZING).select(share, 0.0.simd_into(simd))
+            along.simd_gt(GRAZING).select(share, splat_f32(simd, 0.0))
         } else {
             // A closed convex shape shows a quarter of its area.
             along.max(0.25)

@@ -14,7 +14,7 @@ use super::tree::{Receiver, Step};
 use super::{LightTable, Receivers, SceneLight};
 use crate::bsdf::Domain;
 use crate::light::tree::Leaves;
-use crate::number::{Colors, LANES, Vec3x8, bits, set_lanes, strength, vectorized};
+use crate::number::{Colors, Directions, LANES, bits, set_lanes, splat_f32, strength, to_f64, vectorized};
 use crate::traceable::Traceable;
 
 /// With more lights and triangles of lights than this, "spatial" asks a tree of them: else it estimates each light at each point. With
@@ -346,8 +346,8 @@ impl SceneLight {
     fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         match self {
             SceneLight::Distant { direction, radiance } => {
-                let cosine = at.cosine(Vec3x8::splat(simd, *direction), 0.0.simd_into(simd));
-                Colors::splat(simd, *radiance).strength() * cosine
+                let cosine = at.cosine(Directions::splat(simd, direction.as_vec3()), splat_f32(simd, 0.0));
+                Colors::splat(simd, *radiance).strength() * to_f64(cosine)
             }
             SceneLight::Infinite { radiance, .. } => {
                 self.sampled_share(simd, at.lunes.as_ref()) * (strength(*radiance) * PI)
@@ -387,7 +387,7 @@ impl<S: Simd> TreeSampler<'_, S> {
         let Domain { n, ns, is_two_sided, is_diffuse } = &self.at.domain;
         let [is_two_sided, is_diffuse] =
             [is_two_sided, is_diffuse].map(|mask| mask.to_bitmask() >> lane & 1 == 1);
-        let [n, ns] = [n, ns].map(|n| n.lane(lane).as_vec3());
+        let [n, ns] = [n, ns].map(|n| n.lane(lane));
         Receiver { p: self.at.surfaces.p.lane(lane), n, ns, is_two_sided, is_diffuse }
     }
 

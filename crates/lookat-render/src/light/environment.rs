@@ -315,9 +315,9 @@ fn cell_mean(map: &MipMap<Vec3>, scale: Vec3, cell: [usize; 2], cells: [usize; 2
 mod tests {
     use super::*;
     use crate::bsdf::Domain;
-    use crate::number::bits;
-    use crate::number::luminance;
+    use crate::number::{Directions, bits, luminance};
     use crate::testing::baseline;
+    use fearless_simd::mask32x8;
     use glam::DMat4;
     use glam::DVec2;
     use lookat_image::Wrap;
@@ -344,7 +344,8 @@ mod tests {
 
     /// Between two normals.
     fn lunes<S: Simd>(simd: S, [n, ns]: [DVec3; 2]) -> Lunes<S> {
-        let (n, ns, none) = (Vec3x8::splat(simd, n), Vec3x8::splat(simd, ns), bits(simd, 0));
+        let ([n, ns], none) =
+            ([n, ns].map(|n| Directions::splat(simd, n.as_vec3())), mask32x8::splat(simd, false));
         Lunes::new(&Domain { n, ns, is_two_sided: none, is_diffuse: none }, bits(simd, 0xff)).unwrap()
     }
 

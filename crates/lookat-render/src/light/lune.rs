@@ -6,13 +6,15 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::bsdf::Domain;
 use crate::frame::Frames;
-use crate::number::{Number, Vec3x8};
+use crate::number::{Number, Vec3x8, widen};
 use crate::warp::{angle, at_turn};
 
 /// Directions between two planes: above the surface, but on the other side of the shading normal than `wo`. Where light
 /// comes through the surface, also those opposite to them.
 ///
 /// pbrt-v3 counts light from there, by the absolute cosine to the shading normal, and does not sample it by the BSDF.
+///
+/// In `f64`, as few digits of the normals are left between them.
 #[derive(Clone, Copy)]
 pub(crate) struct Lunes<S: Simd> {
     /// The points with a lune: their normals differ by more than rounding.
@@ -35,6 +37,7 @@ impl<S: Simd> Lunes<S> {
     /// The lunes at some points. `None` if no active point has one.
     #[inline(always)]
     pub fn new(&Domain { n, ns, is_two_sided, .. }: &Domain<S>, active: mask64x8<S>) -> Option<Self> {
+        let [n, ns] = [n.widen(), ns.widen()];
         let (across, cos) = (n.cross(ns), n.dot(ns));
         let sin = across.length_squared().sqrt();
         let is_wide = sin.simd_gt(LEAST);
@@ -42,9 +45,10 @@ impl<S: Simd> Lunes<S> {
         if !is_valid.any_true() {
             return None;
         }
+        let [n, ns] = [n.normalize(), ns.normalize()];
         // Any axis, as the lune is a hemisphere.
         let axis = (across * (1.0 / sin)).keep_where(is_wide, Frames::from_z(n).x);
-        Some(Lunes { is_valid, n, ns, axis, angle: angle(sin, cos), is_double: is_two_sided })
+        Some(Lunes { is_valid, n, ns, axis, angle: angle(sin, cos), is_double: widen(is_two_sided) })
     }
 
     /// The irradiance from the lunes under a constant sky, relative to that from a whole hemisphere, weighted by the cosine
@@ -97,10 +101,11 @@ impl<S: Simd> Lunes<S> {
 mod tests {
     use std::f64::consts::PI;
 
+    use fearless_simd::mask32x8;
     use glam::{DVec2, DVec3};
 
     use super::*;
-    use crate::number::bits;
+    use crate::number::{Directions, bits};
     use crate::testing::baseline;
 
     /// Normals at an angle.
@@ -110,9 +115,9 @@ mod tests {
     }
 
     fn lunes<S: Simd>(simd: S, [n, ns]: [DVec3; 2], is_two_sided: bool) -> Option<Lunes<S>> {
-        let (n, ns) = (Vec3x8::splat(simd, n), Vec3x8::splat(simd, ns));
-        let is_two_sided = bits(simd, if is_two_sided { 0xff } else { 0 });
-        Lunes::new(&Domain { n, ns, is_two_sided, is_diffuse: bits(simd, 0) }, bits(simd, 0xff))
+        let [n, ns] = [n, ns].map(|n| Directions::splat(simd, n.as_vec3()));
+        let [is_two_sided, is_diffuse] = [is_two_sided, false].map(|all| mask32x8::splat(simd, all));
+        Lunes::new(&Domain { n, ns, is_two_sided, is_diffuse }, bits(simd, 0xff))
     }
 
     fn grid(side: u32) -> impl Iterator<Item = DVec2> {

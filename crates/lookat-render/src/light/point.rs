@@ -11,7 +11,7 @@ use super::tree::Emitter;
 use crate::light::LightSample;
 use crate::light::Receivers;
 use crate::number::strength;
-use crate::number::{Colors, LANES, V3, Vec3x8, bits, to_f32, vectorized};
+use crate::number::{Colors, LANES, V3, Vec3x8, bits, splat_f32, to_f32, to_f64, vectorized};
 use crate::texture::imagemap::bilinear;
 use crate::trace::rays::{POINT_LIGHT, Rays};
 use crate::warp::longitude_latitude;
@@ -167,7 +167,7 @@ impl PointLight {
         let IncidentLight { is_valid, wi, squared_distance, intensity } = self.incident(simd, at.surfaces.p);
         let irradiance = (intensity.strength() / squared_distance).min(MOST);
         let none = 0.0.simd_into(simd);
-        is_valid.select(irradiance * at.cosine(wi, none), none)
+        is_valid.select(irradiance * to_f64(at.cosine(wi.narrow(), splat_f32(simd, 0.0))), none)
     }
 
     #[inline(never)]
@@ -217,6 +217,7 @@ mod tests {
     use super::*;
     use crate::bsdf::Domain;
     use crate::testing::{baseline, surfaces_at};
+    use fearless_simd::mask32x8;
 
     fn light(spread: Spread) -> PointLight {
         let (position, light_from_world) = (DVec3::ZERO, DMat3::IDENTITY);
@@ -238,7 +239,7 @@ mod tests {
             };
             let li = baseline!(simd => {
                 let surfaces = &surfaces_at(simd, DVec3::ZERO);
-                let none = bits(simd, 0);
+                let none = mask32x8::splat(simd, false);
                 let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided: none, is_diffuse: none };
                 let sample = light.sample(simd, &Receivers { surfaces: *surfaces, domain, lunes: None });
                 assert!(sample.is_valid.all_true());

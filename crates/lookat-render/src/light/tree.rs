@@ -12,11 +12,10 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::DVec3;
 
 use super::{Receivers, SceneLight};
-use crate::bsdf::Domain;
 pub(super) use crate::light::tree::split::Emitter;
-use crate::number::{Vec3x8, narrow, prefetch, splat_f32, to_f64};
+use crate::number::{Vec3x8, prefetch, splat_f32, to_f64};
 pub(super) use node::Receiver;
-use node::{Emission, FAINT, FAR, LEAF, LEAST_SPREAD, NONE, Node, Normals, WIDTH};
+use node::{Emission, FAINT, FAR, LEAF, LEAST_SPREAD, NONE, Node, WIDTH};
 use split::NumberedEmitter;
 
 /// No sum of estimates is larger.
@@ -148,13 +147,6 @@ impl LightTree {
     /// The approximate unoccluded irradiance from each entry of the cut at some points.
     #[inline(always)]
     pub fn estimates<S: Simd>(&self, simd: S, at: &Receivers<S>, mut add: impl FnMut(f64x8<S>)) {
-        let Domain { n, ns, is_two_sided, is_diffuse } = at.domain;
-        let normals = Normals {
-            n: n.narrow(),
-            ns: ns.narrow(),
-            is_two_sided: narrow(is_two_sided),
-            is_diffuse: narrow(is_diffuse),
-        };
         let scale: f64x8<S> = self.inverse_scale.simd_into(simd);
         for entry in &self.cut {
             let mut to = (Vec3x8::splat(simd, entry.center) - at.surfaces.p) * scale;
@@ -166,7 +158,7 @@ impl LightTree {
                 #[inline(always)]
                 |x| splat_f32(simd, x),
             );
-            add((to_f64(emission.estimate(to.narrow(), &normals)) * self.strength).min(MOST));
+            add((to_f64(emission.estimate(to.narrow(), &at.domain)) * self.strength).min(MOST));
         }
     }
 

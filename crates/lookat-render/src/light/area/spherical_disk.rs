@@ -181,6 +181,7 @@ impl SurfaceLight {
 mod tests {
     use std::f64::consts::PI;
 
+    use fearless_simd::mask32x8;
     use glam::DVec2;
 
     use super::*;
@@ -212,8 +213,8 @@ mod tests {
         let SceneLight::Surface(light) = &table.lights[0] else { unreachable!() };
         let surfaces = &surfaces_at(simd, p);
         let (all, none) = (bits(simd, 0xff), bits(simd, 0));
-        let n = Vec3x8::splat(simd, DVec3::Z);
-        let domain = Domain { n, ns: n, is_two_sided: all, is_diffuse: none };
+        let [is_two_sided, is_diffuse] = [true, false].map(|all| mask32x8::splat(simd, all));
+        let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided, is_diffuse };
         let at = Receivers { surfaces: *surfaces, domain, lunes: None };
         let sample = table.sample(simd, 0, (&at, none), (None, [u.x.simd_into(simd), u.y.simd_into(simd)]));
         if sample.is_valid.to_bitmask() & 1 == 0 {
@@ -222,8 +223,14 @@ mod tests {
         let magnitude = light.radius.simd_into(simd);
         let end = sample.shadow.at(sample.shadow.t_max + surfaces.rounding(magnitude));
         let d = sample.shadow.d;
-        let found =
-            LightHits { is_valid: all, d, p: end, n, triangle: 0.0.simd_into(simd), by_triangle: false };
+        let found = LightHits {
+            is_valid: all,
+            d,
+            p: end,
+            n: surfaces.n.widen(),
+            triangle: 0.0.simd_into(simd),
+            by_triangle: false,
+        };
         let afterwards = table.surface_pdf(simd, 0, surfaces, &found)[0];
         Some(Drawn { d: d.lane(0), end: end.lane(0), pdf: sample.pdf[0], afterwards })
     }

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
+use fearless_simd::mask32x8;
 use glam::{DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
 use lookat_scene::{DirectStrategy, Integrator, Light, LoadOptions, Transform, load};
@@ -61,11 +62,11 @@ impl At {
         (simd, table, choice): (S, &LightTable, LightChoice),
         ask: impl FnOnce(&LightSampler<S>) -> T,
     ) -> T {
-        let mask = |all: bool| bits(simd, if all { 0xff } else { 0 });
-        let (n, ns) = (Vec3x8::splat(simd, DVec3::Y), Vec3x8::splat(simd, self.ns));
-        let (is_two_sided, is_diffuse) = (mask(self.is_two_sided), mask(self.is_diffuse));
+        let [n, ns] = [DVec3::Y, self.ns].map(|n| Directions::splat(simd, n.as_vec3()));
+        let [is_two_sided, is_diffuse] =
+            [self.is_two_sided, self.is_diffuse].map(|all| mask32x8::splat(simd, all));
         let domain = Domain { n, ns, is_two_sided, is_diffuse };
-        let lunes = if table.has_skies() { Lunes::new(&domain, mask(true)) } else { None };
+        let lunes = if table.has_skies() { Lunes::new(&domain, bits(simd, 0xff)) } else { None };
         let at = Receivers { surfaces: surfaces_at(simd, self.p), domain, lunes };
         ask(&LightSampler::new(simd, (table, choice), &at, &mut Estimates::new()))
     }

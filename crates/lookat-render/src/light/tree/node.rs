@@ -3,7 +3,9 @@
 use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::{DVec3, Vec3};
 
-use crate::number::{Colors, V3, splat_f32, to_f64};
+use crate::bsdf::Domain;
+use crate::light::LEAST_COSINE;
+use crate::number::{Directions, V3, splat_f32, to_f64};
 
 /// The least cosine of lights that shine in all directions.
 pub(super) const EVERYWHERE: f64 = -2.0;
@@ -15,8 +17,6 @@ pub(super) const LEAF: u32 = 1 << 31;
 pub(super) const NONE: u32 = u32::MAX;
 /// A place is at most so far from a node, in units of its size: beyond, its light comes from one direction.
 pub(super) const FAR: f64 = 1e7;
-/// The least cosine in estimates: see [`crate::light::LEAST_COSINE`].
-const LEAST_COSINE: f32 = 0.1;
 /// The share of a group's size over its distance that is added to cosines. Measured.
 const RIM: f32 = 0.25;
 /// No intensity is stored as less than this share of the largest, nor a spread in units of a node as less than this.
@@ -98,15 +98,6 @@ impl Children {
     };
 }
 
-/// Points that look for light; as [`super::Receivers`].
-#[derive(Clone, Copy)]
-pub(super) struct Normals<S: Simd> {
-    pub n: V3<f32x8<S>>,
-    pub ns: V3<f32x8<S>>,
-    pub is_two_sided: mask32x8<S>,
-    pub is_diffuse: mask32x8<S>,
-}
-
 /// A point that samples lights.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::light) struct Receiver {
@@ -115,6 +106,19 @@ pub(in crate::light) struct Receiver {
     pub ns: Vec3,
     pub is_two_sided: bool,
     pub is_diffuse: bool,
+}
+
+impl Receiver {
+    /// The same in all lanes.
+    #[inline(always)]
+    pub fn domain<S: Simd>(&self, simd: S) -> Domain<S> {
+        Domain {
+            n: Directions::splat(simd, self.n),
+            ns: Directions::splat(simd, self.ns),
+            is_two_sided: mask32x8::splat(simd, self.is_two_sided),
+            is_diffuse: mask32x8::splat(simd, self.is_diffuse),
+        }
+    }
 }
 
 impl Node {
@@ -134,15 +138,8 @@ impl Node {
             to *= FAR / distance;
         }
         let V3 { x, y, z } = self.children.offset;
-        let to = V3 { x: of(x), y: of(y), z: of(z) } + Colors::splat(simd, to.as_vec3());
-        let mask = |is: bool| mask32x8::splat(simd, is);
-        let normals = Normals {
-            n: V3::splat(simd, at.n),
-            ns: V3::splat(simd, at.ns),
-            is_two_sided: mask(at.is_two_sided),
-            is_diffuse: mask(at.is_diffuse),
-        };
-        let estimates = self.children.emission.map(of).estimate(to, &normals);
+        let to = V3 { x: of(x), y: of(y), z: of(z) } + Directions::splat(simd, to.as_vec3());
+        let estimates = self.children.emission.map(of).estimate(to, &at.domain(simd));
         if !estimates.simd_gt(0.0).any_true() {
             return self.children.emission.intensity.map(f64::from);
         }
@@ -153,7 +150,7 @@ impl Node {
 impl<S: Simd> Emission<f32x8<S>> {
     /// About the irradiance, were nothing in the way. `to`: from where light is looked for to the centers.
     #[inline(always)]
-    pub fn estimate(&self, to: V3<f32x8<S>>, at: &Normals<S>) -> f32x8<S> {
+    pub fn estimate(&self, to: Directions<S>, at: &Domain<S>) -> f32x8<S> {
         let none: f32x8<S> = splat_f32(to.x.token(), 0.0);
         let squared = to.length_squared();
         let inverse = 1.0 / squared.max(1e-30).sqrt();

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::*;
-use crate::number::{baseline, bits, side_by_side};
+use crate::number::{baseline, side_by_side};
 use crate::testing::{levels, noise, surfaces_at};
 
 /// Numbers without a pattern.
@@ -118,10 +118,8 @@ fn asked<S: Simd>(
     place: Receiver,
     numbers: &[f64],
 ) -> (Vec<f64>, Vec<(usize, f64)>) {
-    let mask = |is: bool| bits(simd, if is { 0xff } else { 0 });
-    let [n, ns] = [place.n, place.ns].map(|n| Vec3x8::splat(simd, n.as_dvec3()));
-    let domain = Domain { n, ns, is_two_sided: mask(place.is_two_sided), is_diffuse: mask(place.is_diffuse) };
-    let receivers = Receivers { surfaces: surfaces_at(simd, place.p), domain, lunes: None };
+    let receivers =
+        Receivers { surfaces: surfaces_at(simd, place.p), domain: place.domain(simd), lunes: None };
     let mut estimates = Vec::new();
     tree.estimates(simd, &receivers, |estimate| estimates.push(estimate[0]));
     let total: f64 = estimates.iter().sum();

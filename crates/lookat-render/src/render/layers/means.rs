@@ -117,7 +117,7 @@ impl Context<'_> {
             let mut slots = LobeSlots::new();
             let views = paths.views(viewer, &camera_samples);
             let surfaces = world.shaded(simd, tracer, paths, Some(&views), &mut slots).found.surfaces;
-            let n = surfaces.n.face_forward(-paths.rays.d);
+            let n = surfaces.n.face_forward(-paths.rays.d.narrow()).widen();
             let ns = surfaces.ns.face_forward(n);
             let albedo = slots.albedo(simd);
             for lane in set_lanes(paths.active) {
