@@ -8,7 +8,7 @@ mod microfacet;
 #[cfg(test)]
 mod tests;
 
-use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*, u32x8};
 use glam::Vec3;
 use smallvec::SmallVec;
 
@@ -163,7 +163,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             let (mut local, mut radiance_scale, mut is_smooth) = (self.local_o, one, none);
             let mut delta: Option<(mask64x8<S>, BsdfSample<S>)> = None;
             for (number, slot) in self.slots.iter().enumerate() {
-                let own = choice.slot.simd_eq(number as f32);
+                let own = choice.slot.simd_eq(number as u32);
                 if !own.any_true() {
                     continue;
                 }
@@ -291,10 +291,13 @@ fn of<S: Simd>(slots: &[LobeSlot<S>], filter: LobeFilter) -> impl Iterator<Item 
     slots.iter().enumerate().filter(move |(_, slot)| filter.holds(slot.lobe.kind))
 }
 
+/// The index of no slot.
+const NO_SLOT: u32 = u32::MAX;
+
 /// A choice of one lobe at each point.
 struct LobeChoice<S: Simd> {
-    /// The index of the slot, or -1 without a lobe.
-    pub slot: f32x8<S>,
+    /// The index of the slot, or [`NO_SLOT`] without a lobe.
+    pub slot: u32x8<S>,
     /// The probability of the choice among the lobes that pass the filter.
     pub probability: f32x8<S>,
     /// The rest of the random number, rescaled to 0..1.
@@ -309,10 +312,10 @@ fn choose<S: Simd>(slots: &[LobeSlot<S>], filter: LobeFilter, u: f64x8<S>) -> Lo
     let all = probability(simd, slots, filter);
     let mut rest = u * to_f64(all);
     let mut open = mask32x8::splat(simd, true);
-    let mut choice = LobeChoice { slot: splat_f32(simd, -1.0), probability: all, rest };
+    let mut choice = LobeChoice { slot: NO_SLOT.simd_into(simd), probability: all, rest };
     for (number, slot) in of(slots, filter) {
         let own = open & slot.mask;
-        choice.slot = own.select(splat_f32(simd, number as f32), choice.slot);
+        choice.slot = own.select((number as u32).simd_into(simd), choice.slot);
         choice.probability = own.select(slot.probability, choice.probability);
         choice.rest = widen(own).select(rest, choice.rest);
         rest -= to_f64(slot.probability);

@@ -49,42 +49,33 @@ pub(crate) trait Column<S: Simd>: Copy {
     fn store(self, stored: &Stored<S>, to: &mut [Self::Element]);
 }
 
-impl<S: Simd> Column<S> for f64x8<S> {
-    type Element = f64;
+/// Columns of plain numbers. `$lanes`: the mask of the lanes that are stored.
+macro_rules! number_columns {
+    ($($vector:ident of $element:ty, $compress:ident by $lanes:ident;)*) => {
+        $(impl<S: Simd> Column<S> for $vector<S> {
+            type Element = $element;
 
-    #[inline(always)]
-    fn load(simd: S, from: &[f64]) -> Self {
-        f64x8::from_slice(simd, from)
-    }
+            #[inline(always)]
+            fn load(simd: S, from: &[$element]) -> Self {
+                $vector::from_slice(simd, from)
+            }
 
-    #[inline(always)]
-    fn store(self, stored: &Stored<S>, to: &mut [f64]) {
-        let simd = self.token();
-        if has_compress(simd) {
-            simd.compress_f64x8(self, stored.active).store_slice(to);
-        } else {
-            stored.one_by_one(&self.to_array(), to);
-        }
-    }
+            #[inline(always)]
+            fn store(self, stored: &Stored<S>, to: &mut [$element]) {
+                let simd = self.token();
+                if has_compress(simd) {
+                    simd.$compress(self, stored.$lanes).store_slice(to);
+                } else {
+                    stored.one_by_one(&self.to_array(), to);
+                }
+            }
+        })*
+    };
 }
-
-impl<S: Simd> Column<S> for f32x8<S> {
-    type Element = f32;
-
-    #[inline(always)]
-    fn load(simd: S, from: &[f32]) -> Self {
-        f32x8::from_slice(simd, from)
-    }
-
-    #[inline(always)]
-    fn store(self, stored: &Stored<S>, to: &mut [f32]) {
-        let simd = self.token();
-        if has_compress(simd) {
-            simd.compress_f32x8(self, stored.narrow).store_slice(to);
-        } else {
-            stored.one_by_one(&self.to_array(), to);
-        }
-    }
+number_columns! {
+    f64x8 of f64, compress_f64x8 by active;
+    f32x8 of f32, compress_f32x8 by narrow;
+    u32x8 of u32, compress_u32x8 by narrow;
 }
 
 /// A mask is stored as 1 and 0.
@@ -127,13 +118,8 @@ impl<S: Simd> Column<S> for [u16; LANES] {
 
     #[inline(always)]
     fn store(self, stored: &Stored<S>, to: &mut [u32]) {
-        let simd = stored.active.token();
-        if has_compress(simd) {
-            let wide: u32x8<S> = self.map(u32::from).simd_into(simd);
-            simd.compress_u32x8(wide, stored.narrow).store_slice(to);
-        } else {
-            stored.one_by_one(&self.map(u32::from), to);
-        }
+        let wide: u32x8<S> = self.map(u32::from).simd_into(stored.active.token());
+        wide.store(stored, to);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use fearless_simd::{Simd, f64x8, mask32x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f64x8, mask32x8, mask64x8, prelude::*, u32x8};
 use glam::{DVec2, DVec3};
 use lookat_scene::Light;
 
@@ -11,12 +11,13 @@ use crate::columns::Stored;
 use crate::integrator::Tracer;
 use crate::integrator::world::World;
 use crate::light::Receivers;
-use crate::number::luminance;
-use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, set_lanes};
+use crate::number::{
+    Colors, LANES, Vec3x8, baseline, bits, first_lanes, luminance, set_lanes, to_f64, widen,
+};
 use crate::prepare::Prepared;
-use crate::surface::Surface;
-use crate::surface::Surfaces;
-use crate::trace::rays::{RayColumns, Rays, WORLD};
+use crate::ray::ElementId;
+use crate::surface::{Surface, Surfaces};
+use crate::trace::rays::{RayColumns, Rays};
 use crate::warp::square_to_disk;
 
 /// About so many shadow rays are traced, and at least so many for each light.
@@ -153,12 +154,12 @@ fn of_light<S: Simd>(
     let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided: none, is_diffuse: all };
     let receivers = Receivers { surfaces: *surfaces, domain, lunes: None };
     let own = world.number(prepared.lights.curved_element(light));
-    let leaving = surfaces.element.simd_eq(own) & surfaces.instance.simd_eq(WORLD);
+    let leaving = surfaces.element.simd_eq(own) & widen(surfaces.instance.simd_eq(ElementId::WORLD));
     let sample = prepared.lights.sample(simd, light, (&receivers, leaving), (None, u));
     let cosine = sample.shadow.d.dot(surfaces.n.widen());
     // Directions from the surfaces find the rest of a sky.
     let other = if light >= prepared.lights.first_sky { cosine / PI } else { 0.0.simd_into(simd) };
-    let share = cosine / (sample.pdf + other);
+    let share = cosine / (to_f64(sample.pdf) + other);
     let least = (0.25 * prepared.lights.radius(light) / sample.shadow.t_max).max(1.0) * GRAZING;
     let counts = sample.is_valid & cosine.simd_gt(least);
     (sample.shadow, sample.li.scaled(share), counts)
@@ -179,7 +180,7 @@ fn of_sky<S: Simd>(
     }
     let (radiance, density) = prepared.lights.sky(simd, light, None, d);
     let cosine = d.dot(n);
-    let share = cosine / (cosine / PI + density);
+    let share = cosine / (cosine / PI + to_f64(density));
     (surfaces.spawn_ray(d), radiance.scaled(share), cosine.simd_gt(0.0))
 }
 
@@ -188,14 +189,14 @@ fn side_by_side<S: Simd>(simd: S, world: &World, surfaces: &[Surface]) -> Surfac
     let of = |lane: usize| surfaces.get(lane).unwrap_or(&surfaces[0]);
     let zero = Vec3x8::splat(simd, DVec3::ZERO);
     let number = |lane: usize| world.number(of(lane).element);
-    let instance = |lane: usize| f64::from(of(lane).element.instance);
+    let instance = |lane: usize| of(lane).element.instance;
     let mut wide = Surfaces {
         p: zero,
         n: zero.narrow(),
         ns: zero,
         magnitude: 0.0.simd_into(simd),
         element: f64x8::from_fn(simd, number),
-        instance: f64x8::from_fn(simd, instance),
+        instance: u32x8::from_fn(simd, instance),
     };
     for lane in 0..LANES {
         wide.set_lane(lane, of(lane));

@@ -11,13 +11,13 @@ mod tree;
 use std::array::from_fn;
 use std::sync::OnceLock;
 
-use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x8, mask32x8, mask64x8, prelude::*, u32x8};
 use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Light, Transform, World};
 
 use crate::bsdf::Domain;
 use crate::light::tree::Leaves;
-use crate::number::{Colors, Directions, LANES, Vec3x8, bits, splat_f32};
+use crate::number::{Colors, Directions, LANES, Vec3x8, bits, narrow, splat_f32, widen};
 use crate::ray::ElementId;
 use crate::surface::Surfaces;
 use crate::trace::rays::Rays;
@@ -190,7 +190,7 @@ impl LightTable {
         simd: S,
         light: usize,
         (at, leaving): (&Receivers<S>, mask64x8<S>),
-        (triangles, u): (Option<f64x8<S>>, [f64x8<S>; 2]),
+        (triangles, u): (Option<u32x8<S>>, [f64x8<S>; 2]),
     ) -> LightSample<S> {
         let all = bits(simd, 0xff);
         match &self.lights[light] {
@@ -202,7 +202,7 @@ impl LightTable {
             SceneLight::Infinite { radiance, .. } => {
                 let (is_valid, wi, pdf) = match &at.lunes {
                     Some(lunes) => (lunes.is_valid, lunes.sample(u), lunes.inside_pdf()),
-                    None => (!all, at.surfaces.p, 1.0.simd_into(simd)),
+                    None => (!all, at.surfaces.p, splat_f32(simd, 1.0)),
                 };
                 LightSample::with_pdf(
                     is_valid,
@@ -234,7 +234,7 @@ impl LightTable {
     pub fn sample_alike<S: Simd>(
         &self,
         simd: S,
-        (lights, alike): (f64x8<S>, mask64x8<S>),
+        (lights, alike): (u32x8<S>, mask64x8<S>),
         (at, leaving): (&Receivers<S>, mask64x8<S>),
         u: [f64x8<S>; 2],
     ) -> LightSample<S> {
@@ -284,10 +284,10 @@ impl LightTable {
         light: usize,
         at: &Surfaces<S>,
         found: &LightHits<S>,
-    ) -> f64x8<S> {
+    ) -> f32x8<S> {
         match &self.lights[light] {
             SceneLight::Surface(surface) => surface.pdf(simd, at, found),
-            _ => 0.0.simd_into(simd),
+            _ => splat_f32(simd, 0.0),
         }
     }
 
@@ -299,17 +299,17 @@ impl LightTable {
         light: usize,
         lunes: Option<&Lunes<S>>,
         wi: Vec3x8<S>,
-    ) -> (Colors<S>, f64x8<S>) {
+    ) -> (Colors<S>, f32x8<S>) {
         match &self.lights[light] {
             SceneLight::Environment(environment) => environment.evaluate(simd, lunes, wi),
             SceneLight::Infinite { radiance, .. } => {
                 let pdf = match lunes {
                     Some(lunes) => lunes.pdf(wi),
-                    None => 0.0.simd_into(simd),
+                    None => splat_f32(simd, 0.0),
                 };
                 (Colors::splat(simd, *radiance), pdf)
             }
-            _ => (Colors::splat(simd, Vec3::ZERO), 0.0.simd_into(simd)),
+            _ => (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 0.0)),
         }
     }
 }
@@ -317,7 +317,7 @@ impl LightTable {
 /// The weights of samples that were drawn with density `a`, where another way would have drawn them with density `b` (Veach; PBR 13.10.1).
 /// Densities are multiplied by the number of samples of each way.
 #[inline(always)]
-pub(crate) fn weights<S: Simd>(is_sky: mask64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
+pub(crate) fn weights<S: Simd>(is_sky: mask32x8<S>, a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
     let ratio = b / a;
     // The balance heuristic: samples of skies leave to the BSDF what it finds. Of others the power heuristic with exponent 2; as a ratio,
     // so that no square overflows.
@@ -396,7 +396,7 @@ pub(crate) struct LightSample<S: Simd> {
     /// The radiance, without occlusion. For delta lights: the irradiance on a surface that faces them.
     pub li: Colors<S>,
     /// Densities by solid angle; 1 for lights that no other direction can hit.
-    pub pdf: f64x8<S>,
+    pub pdf: f32x8<S>,
     /// The lanes with lights that BSDF directions can hit.
     pub has_pdf: mask64x8<S>,
     /// The shadow rays.
@@ -408,13 +408,13 @@ impl<S: Simd> LightSample<S> {
     #[inline(always)]
     pub fn of_delta(is_valid: mask64x8<S>, li: Colors<S>, shadow: Rays<S>) -> Self {
         let simd = shadow.t_max.token();
-        LightSample { is_valid, li, pdf: 1.0.simd_into(simd), has_pdf: bits(simd, 0), shadow }
+        LightSample { is_valid, li, pdf: splat_f32(simd, 1.0), has_pdf: bits(simd, 0), shadow }
     }
 
     /// A sample of a light that BSDF directions can hit.
     #[inline(always)]
-    pub fn with_pdf(is_valid: mask64x8<S>, li: Colors<S>, pdf: f64x8<S>, shadow: Rays<S>) -> Self {
-        let is_valid = is_valid & pdf.simd_gt(0.0) & pdf.is_finite();
+    pub fn with_pdf(is_valid: mask64x8<S>, li: Colors<S>, pdf: f32x8<S>, shadow: Rays<S>) -> Self {
+        let is_valid = is_valid & widen(pdf.simd_gt(0.0) & pdf.is_finite());
         LightSample { is_valid, li, pdf, has_pdf: bits(pdf.token(), 0xff), shadow }
     }
 
@@ -424,7 +424,7 @@ impl<S: Simd> LightSample<S> {
         LightSample {
             is_valid: mask & self.is_valid | !mask & others.is_valid,
             li: self.li.keep_where_wide(mask, others.li),
-            pdf: mask.select(self.pdf, others.pdf),
+            pdf: narrow(mask).select(self.pdf, others.pdf),
             has_pdf: mask & self.has_pdf | !mask & others.has_pdf,
             shadow: self.shadow.keep_where(mask, others.shadow),
         }
@@ -446,10 +446,14 @@ const LEAST_COSINE: f32 = 0.1;
 impl<S: Simd> Receivers<S> {
     /// `numbers[0]` in lanes without a lune, `numbers[1]` in lanes with one.
     #[inline(always)]
-    pub fn by_lune(&self, simd: S, numbers: [f64; 2]) -> f64x8<S> {
-        let [without, with] = numbers.map(|number| number.simd_into(simd));
+    pub fn by_lune<N>(&self, simd: S, numbers: [N::Element; 2]) -> N
+    where
+        N: SimdBase<S>,
+        mask32x8<S>: Select<N>,
+    {
+        let [without, with] = numbers.map(|number| N::splat(simd, number));
         match &self.lunes {
-            Some(lunes) => lunes.is_valid.select(with, without),
+            Some(lunes) => narrow(lunes.is_valid).select(with, without),
             None => without,
         }
     }
@@ -473,7 +477,6 @@ mod tests {
     use super::*;
     use crate::testing::baseline;
     use crate::testing::surfaces_at;
-    use fearless_simd::mask32x8;
     use glam::DVec3;
 
     #[test]

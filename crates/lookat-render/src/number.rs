@@ -73,7 +73,7 @@ macro_rules! baseline {
 
 pub(crate) use baseline;
 
-/// Numbers side by side: `f64` for places, `f32` for light.
+/// Numbers side by side: `f64` for places, `f32` for light and directions.
 pub(crate) trait Number: SimdFloat<<Self as Number>::Token> {
     type Token: Simd;
 

@@ -10,15 +10,16 @@ use lookat_scene::{Material, MaterialKind, Primitive, Shape, Texture};
 use crate::bsdf::{LobeSlots, PointLobes};
 use crate::camera::Views;
 use crate::frame::Frames;
-use crate::number::prefetch;
-use crate::number::{LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, set_lanes, vectorized};
+use crate::number::{
+    LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, prefetch, set_lanes, vectorized, widen,
+};
 use crate::parametric::Parametrics;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::{ShapePoint, Sheet, Surface, Surfaces, Triangles};
 use crate::texture::{Footprint, TexturePoint};
 use crate::trace::{
     List, Tree,
-    rays::{Hits, NONE, Rays, WORLD},
+    rays::{Hits, NONE, Rays},
 };
 use crate::traceable::Traceable;
 use crate::triangle::uv::ParametricTriangles;
@@ -27,7 +28,7 @@ use crate::triangle::uv::ParametricTriangles;
 pub(crate) fn uv(scene: &Traceable, surface: &Surface, ray: &Ray, hit: &Hit) -> DVec2 {
     baseline!(simd => {
         let none = Vec3x8::splat(simd, DVec3::ZERO);
-        let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
+        let (element, instance) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
         let mut surfaces = Surfaces { p: none, n: none.narrow(), ns: none, magnitude: 0.0.simd_into(simd), element, instance };
         surfaces.set_lane(0, surface);
         let barycentric = hit.barycentric.map(|b| b.simd_into(simd));
@@ -164,7 +165,7 @@ impl<S: Simd> Coordinates<S> {
             for lane in set_lanes(bits(simd, others)) {
                 all.set_other(scene, found, d, lane);
             }
-            let placed = (active & !surfaces.instance.simd_eq(WORLD)).to_bitmask();
+            let placed = (active & !widen(surfaces.instance.simd_eq(ElementId::WORLD))).to_bitmask();
             for (first, own) in groups(placed, |a, b| elements[a].instance == elements[b].instance) {
                 let Some(instance) = scene.instance(elements[first].instance) else { continue };
                 for parametrics in [&mut all.flat, &mut all.shading] {
@@ -389,7 +390,8 @@ impl Tree<'_> {
             }
         }
         let ShapePoint { p, magnitude, n, ns, .. } = triangles.points(simd, hits.sides, bits(simd, there));
-        let (others, placed) = (is_hit & !bits(simd, there), is_hit & !hits.instance.simd_eq(WORLD));
+        let (others, placed) =
+            (is_hit & !bits(simd, there), is_hit & !widen(hits.instance.simd_eq(ElementId::WORLD)));
         let Hits { element, instance, .. } = *hits;
         let mut surfaces = Surfaces { p, n: n.narrow(), ns, magnitude, element, instance };
         let mut rest = 0;

@@ -1,6 +1,6 @@
 //! Points of surfaces: one that a ray has hit, or eight side by side.
 
-use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*, u32x8};
 use glam::{DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
@@ -119,13 +119,13 @@ const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
 pub(crate) struct Surfaces<S: Simd> {
     pub p: Vec3x8<S>,
     pub n: Directions<S>,
-    /// Directions of mirrors depend on them.
+    /// In `f64` for mirrors and glass: see [`BsdfSample::wi`](crate::bsdf::BsdfSample::wi).
     pub ns: Vec3x8<S>,
     pub magnitude: f64x8<S>,
     /// The numbers of the elements in their groups.
     pub element: f64x8<S>,
     /// The instances of the elements.
-    pub instance: f64x8<S>,
+    pub instance: u32x8<S>,
 }
 
 impl<S: Simd> Surfaces<S> {
@@ -181,7 +181,7 @@ impl<S: Simd> Surfaces<S> {
         let (simd, of) = (placed.token(), self.instance);
         vectorized!(simd, {
             for (first, own) in groups(placed.to_bitmask(), |a, b| of[a] == of[b]) {
-                let Some(instance) = scene.instance(of[first] as u32) else { continue };
+                let Some(instance) = scene.instance(of[first]) else { continue };
                 let Surfaces { p, n, ns, magnitude, .. } = *self;
                 let in_world = Surfaces {
                     p: instance.points_to_world(p),

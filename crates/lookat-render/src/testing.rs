@@ -8,8 +8,9 @@ use lookat_scene::{LoadOptions, Scene, load};
 
 use crate::number::Vec3x8;
 pub(crate) use crate::number::baseline;
+use crate::ray::ElementId;
 use crate::surface::Surfaces;
-use crate::trace::rays::{NONE, WORLD};
+use crate::trace::rays::NONE;
 
 /// A number without a pattern, from -1 to 1.
 pub(crate) fn noise(i: usize, k: f64) -> f64 {
@@ -25,7 +26,7 @@ pub(crate) fn scene(text: &str) -> Scene {
 /// Points that all lie at one place, on a plane across z.
 pub(crate) fn surfaces_at<S: Simd>(simd: S, p: DVec3) -> Surfaces<S> {
     let n = Vec3x8::splat(simd, DVec3::Z);
-    let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
+    let (element, instance) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
     let (p, magnitude) = (Vec3x8::splat(simd, p), 0.0.simd_into(simd));
     Surfaces { p, n: n.narrow(), ns: n, magnitude, element, instance }
 }

@@ -307,6 +307,8 @@ pub(super) enum Fresnel {
 pub(crate) struct BsdfSample<S: Simd> {
     /// The lanes with a valid sample.
     pub is_valid: mask64x8<S>,
+    /// In `f64`, as mirrors and glass show what is far away or seen in a narrow view: rounding to `f32` would turn their rays by more than a
+    /// pixel. Other lobes have directions of `f32`.
     pub wi: Vec3x8<S>,
     /// The densities of `wi` by solid angle, more than 0. For delta samples: the probabilities of their directions.
     pub pdf: f32x8<S>,

@@ -522,7 +522,7 @@ fn choices_keep_their_probabilities() {
             found[choice.slot[0] as usize] =
                 (count + 1, said + f64::from(choice.probability[0]), sum + choice.rest[0]);
         }
-        assert_eq!(choose(slots, LobeFilter::Delta, f64x8::splat(simd, 0.5)).slot[0], -1.0);
+        assert_eq!(choose(slots, LobeFilter::Delta, f64x8::splat(simd, 0.5)).slot[0], NO_SLOT);
         assert!(choose(slots, LobeFilter::All, f64x8::splat(simd, 1.0)).rest[0] < 1.0);
     });
     for (count, said, sum) in found {

@@ -1,6 +1,6 @@
 //! Lights and how surfaces sample them: light samples and what rays find, combined by multiple importance sampling (PBR 14.3).
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*, u32x8};
 use glam::Vec3;
 use lookat_scene::{DirectStrategy, LightChoice};
 
@@ -11,8 +11,8 @@ use super::world::World;
 use crate::bsdf::LobeFilter;
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Estimates, LightHits, LightSample, LightSampler, LightTable, Receivers, weights};
-use crate::number::{Colors, Vec2x8, bits, eights, groups, set_lanes, to_f32, to_f64, vectorized};
-use crate::trace::rays::WORLD;
+use crate::number::{Colors, Vec2x8, bits, eights, groups, narrow, set_lanes, splat_f32, vectorized, widen};
+use crate::ray::ElementId;
 
 /// A world, its lights, and how surfaces sample them.
 pub(in crate::integrator) struct Lighting<'s> {
@@ -25,7 +25,7 @@ pub(in crate::integrator) struct Lighting<'s> {
     /// The number of triangles that are chosen at each surface, if all lights are sampled: see [`LightTable::chosen_triangles`].
     pub chosen_triangles: u32,
     /// The number of BSDF directions at a surface without a lune, and with one.
-    directions: [f64; 2],
+    directions: [f32; 2],
     /// The lobes that BSDF directions are sampled from.
     pub filter: LobeFilter,
     /// True if surfaces with a lune sample skies differently: some shading normals differ from the geometric ones.
@@ -59,7 +59,7 @@ impl<'s> Lighting<'s> {
             numbers: (0..table.len()).map(|light| world.number(table.curved_element(light))).collect(),
             samples: lights,
             chosen_triangles,
-            directions: [false, true].map(|has_lune| f64::from(directions(table, lights, has_lune))),
+            directions: [false, true].map(|has_lune| directions(table, lights, has_lune) as f32),
             filter,
             has_lunes: world.materials.has_normals && table.has_skies(),
             world,
@@ -159,7 +159,7 @@ impl Lighting<'_> {
 impl<S: Simd> Illumination<'_, S> {
     /// The number of BSDF directions at each surface.
     #[inline(always)]
-    pub fn directions(&self) -> f64x8<S> {
+    pub fn directions(&self) -> f32x8<S> {
         self.receivers.by_lune(self.simd, self.lighting.directions)
     }
 
@@ -170,11 +170,11 @@ impl<S: Simd> Illumination<'_, S> {
         let (mut rest, mut before) = (chosen.is_valid, None::<LightSample<S>>);
         loop {
             let light = chosen.light[rest.to_bitmask().trailing_zeros() as usize];
-            let mut is_same = chosen.light.simd_eq(light);
+            let mut is_same = widen(chosen.light.simd_eq(light));
             let number = light as usize;
             let is_alike = |lane: &usize| lighting.table.are_alike(number, chosen.light[*lane] as usize);
             let alike = set_lanes(rest & !is_same).filter(is_alike).fold(0, |alike, lane| alike | 1 << lane);
-            let in_world = at.surfaces.instance.simd_eq(WORLD);
+            let in_world = widen(at.surfaces.instance.simd_eq(ElementId::WORLD));
             let own = match alike {
                 0 => {
                     let leaving = in_world & at.surfaces.element.simd_eq(lighting.numbers[number]);
@@ -211,13 +211,13 @@ impl<S: Simd> Illumination<'_, S> {
             let black = Colors::splat(simd, Vec3::ZERO);
             let mut found = black;
             let count = self.directions();
-            let pdf = to_f64(scattered.pdf) * count;
+            let pdf = scattered.pdf * count;
             // What lies in single directions counts in full.
-            let all = is_delta.select(1.0.simd_into(simd), count);
+            let all = narrow(*is_delta).select(splat_f32(simd, 1.0), count);
             let is_lit = hits.emits & *active;
             if is_lit.any_true() {
-                let none: f64x8<S> = 0.0.simd_into(simd);
-                let (mut light, mut density, mut of_light) = (none, none, 0);
+                let none: u32x8<S> = 0.simd_into(simd);
+                let (mut light, mut density, mut of_light) = (none, splat_f32(simd, 0.0), 0);
                 let (d, by_triangle) = (rays.d, self.by_triangle());
                 let mut on_light = LightHits { is_valid: is_lit, d, p: d, n: d, triangle: none, by_triangle };
                 for lane in set_lanes(is_lit) {
@@ -226,8 +226,8 @@ impl<S: Simd> Illumination<'_, S> {
                     found.set_lane(lane, surface.le(-ray.d));
                     if let Some(number) = table.of_element(surface.element) {
                         of_light |= 1 << lane;
-                        light[lane] = number as f64;
-                        on_light.triangle[lane] = f64::from(surface.element.index);
+                        light[lane] = number as u32;
+                        on_light.triangle[lane] = surface.element.index;
                         on_light.p.set_lane(lane, surface.p);
                         on_light.n.set_lane(lane, surface.n);
                     }
@@ -235,11 +235,11 @@ impl<S: Simd> Illumination<'_, S> {
                 for (lane, alike) in groups(of_light, |a, b| light[a] == light[b]) {
                     on_light.is_valid = bits(simd, alike);
                     let own = table.surface_pdf(simd, light[lane] as usize, &receivers.surfaces, &on_light);
-                    density = on_light.is_valid.select(own, density);
+                    density = narrow(on_light.is_valid).select(own, density);
                 }
                 let triangle = on_light.triangle;
                 let other = density * self.samples_of((light, triangle), is_lit);
-                let weight = to_f32(weights(bits(simd, 0), pdf, other));
+                let weight = weights(mask32x8::splat(simd, false), pdf, other);
                 found = (found * weight).keep_where_wide(!*is_delta, found);
             }
             let is_free = *active & !hits.is_hit();
@@ -248,19 +248,19 @@ impl<S: Simd> Illumination<'_, S> {
                 for sky in table.first_sky..table.len() {
                     let (radiance, density) = table.sky(simd, sky, receivers.lunes.as_ref(), rays.d);
                     // Most often nothing else finds it.
-                    let weighed = density.simd_gt(0.0) & !*is_delta & is_free;
+                    let weighed = widen(density.simd_gt(0.0)) & !*is_delta & is_free;
                     let mut own = radiance;
                     if weighed.any_true() {
-                        let light = ((sky as f64).simd_into(simd), 0.0.simd_into(simd));
+                        let light = ((sky as u32).simd_into(simd), 0.simd_into(simd));
                         let other = density * self.samples_of(light, is_free);
-                        let weight = to_f32(weights(bits(simd, 0xff), pdf, other));
+                        let weight = weights(mask32x8::splat(simd, true), pdf, other);
                         own = (radiance * weight).keep_where_wide(weighed, radiance);
                     }
                     sum = sum + own;
                 }
                 found = sum.keep_where_wide(is_free, found);
             }
-            found / to_f32(all)
+            found / all
         })
     }
 
@@ -271,19 +271,19 @@ impl<S: Simd> Illumination<'_, S> {
 
     /// The mean number of samples of lights or their triangles.
     #[inline(always)]
-    fn samples_of(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
+    fn samples_of(&self, (light, triangle): (u32x8<S>, u32x8<S>), active: mask64x8<S>) -> f32x8<S> {
         let Lighting { table, samples, chosen_triangles, .. } = self.lighting;
         match *samples {
             LightSamples::One(_) => self.sampler.probability((light, triangle), active),
             LightSamples::Each(strategy) => {
-                let mut counts: f64x8<S> = f64::from(*chosen_triangles).simd_into(self.simd);
+                let mut counts = splat_f32(self.simd, *chosen_triangles as f32);
                 if *chosen_triangles > 0 {
                     counts *= self.sampler.probability((light, triangle), active);
                 }
                 for lane in set_lanes(active) {
                     let number = light[lane] as usize;
                     if table.parts(number) > 0 {
-                        counts[lane] = f64::from(table.samples(number, strategy));
+                        counts[lane] = table.samples(number, strategy) as f32;
                     }
                 }
                 counts

@@ -13,7 +13,7 @@ use crate::camera::Viewer;
 use crate::columns::{Column, ROOM, Stored, columns};
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Estimates, Lunes, Receivers, weights};
-use crate::number::{LANES, Vec2x8, Vec3x8, bits, to_f64, vectorized};
+use crate::number::{LANES, Vec2x8, Vec3x8, bits, narrow, splat_f32, vectorized, widen};
 use crate::sampler::Streams;
 use crate::shading::{Found, Shaded};
 use crate::surface::Surfaces;
@@ -41,7 +41,7 @@ columns! {
         ns_z: f32 = domain.ns.z,
         magnitude: f64 = surfaces.magnitude,
         element: f64 = surfaces.element,
-        instance: f64 = surfaces.instance,
+        instance: u32 = surfaces.instance,
         is_two_sided: f32 = domain.is_two_sided,
         is_diffuse: f32 = domain.is_diffuse,
     }
@@ -73,9 +73,8 @@ impl ReceiverColumns {
     #[inline(always)]
     pub fn eight<S: Simd>(&self, simd: S, from: usize, has_lunes: bool) -> Receivers<S> {
         let (zero, none) = (Vec3x8::splat(simd, DVec3::ZERO), mask32x8::splat(simd, false));
-        let (number, n) = (0.0.simd_into(simd), zero.narrow());
-        let surfaces =
-            Surfaces { p: zero, n, ns: zero, magnitude: number, element: number, instance: number };
+        let (number, instance, n) = (0.0.simd_into(simd), 0.simd_into(simd), zero.narrow());
+        let surfaces = Surfaces { p: zero, n, ns: zero, magnitude: number, element: number, instance };
         let domain = Domain { n, ns: n, is_two_sided: none, is_diffuse: none };
         let mut receivers = Receivers { surfaces, domain, lunes: None };
         self.places.load(simd, from, &mut receivers);
@@ -163,7 +162,7 @@ impl<S: Simd> Vertices<'_, S> {
         batch: &mut PathBatch,
     ) {
         let Illumination { simd, lighting: Lighting { table, .. }, receivers, sampler } = self.illumination;
-        let scattered = active & table.eligible_at(simd, receivers).simd_eq(0.0);
+        let scattered = active & widen(table.eligible_at(simd, receivers).simd_eq(0));
         let has_choice = sampler.has_choice() & active;
         let number = if has_choice.any_true() {
             streams.next_1d(simd)
@@ -198,7 +197,7 @@ impl<S: Simd> Vertices<'_, S> {
             let eligible = table.eligible_at(simd, receivers);
             for light in 0..table.len() {
                 let (count, parts) = (table.samples(light, strategy), table.parts(light));
-                let sampled = active & eligible.simd_gt(light as f64);
+                let sampled = active & widen(eligible.simd_gt(light as u32));
                 let scattered = active & !sampled;
                 // The samples of one part after those of another.
                 for i in 0..u64::from(count) * u64::from(parts) {
@@ -212,9 +211,9 @@ impl<S: Simd> Vertices<'_, S> {
                         streams.nested_2d(simd, (count, k))
                     };
                     if sampled.any_true() {
-                        let probability = f64::from(count).simd_into(simd);
-                        let light = (light as f64).simd_into(simd);
-                        let triangle = Some((part as f64).simd_into(simd));
+                        let probability = splat_f32(simd, count as f32);
+                        let light = (light as u32).simd_into(simd);
+                        let triangle = Some((part as u32).simd_into(simd));
                         let chosen = Chosen { is_valid: sampled, light, triangle, probability };
                         self.sample_light(tracer, u, &chosen, batch);
                     }
@@ -254,7 +253,7 @@ impl<S: Simd> Vertices<'_, S> {
                 }
                 let (number, u) = streams.nested_3d(simd, (count, k));
                 let mut chosen = sampler.choose(number, active);
-                chosen.probability *= f64::from(count);
+                chosen.probability *= count as f32;
                 if chosen.is_valid.any_true() {
                     self.sample_light(tracer, u, &chosen, batch);
                 }
@@ -292,14 +291,13 @@ impl<S: Simd> Vertices<'_, S> {
             if !active.any_true() {
                 return;
             }
-            let is_sky = chosen.light.simd_ge(lighting.table.first_sky as f64);
-            let other = to_f64(pdf) * self.illumination.directions();
-            // Small probabilities and densities are no `f32`.
+            let is_sky = chosen.light.simd_ge(lighting.table.first_sky as u32);
+            let other = pdf * self.illumination.directions();
             let density = sample.pdf * chosen.probability;
             let weight = weights(is_sky, density, other);
-            let share = sample.has_pdf.select(weight, 1.0.simd_into(simd)) / density;
+            let share = narrow(sample.has_pdf).select(weight, splat_f32(simd, 1.0)) / density;
             let PathRecord { throughput, samples, .. } = *self.paths;
-            let light = throughput * reflected.scaled(share);
+            let light = throughput * (reflected * share);
             let rays = ShadowRays { rays: sample.shadow, light, samples };
             batch.push_shadow_rays(simd, (&lighting.world, tracer), &rays, active);
         });

@@ -11,7 +11,7 @@ mod tests;
 use std::f64::consts::{PI, TAU};
 use std::iter::once;
 
-use fearless_simd::{Level, Simd, f32x8, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Level, Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
 use glam::{DVec3, Vec3};
 use lookat_scene::{Primitive, Shape};
 
@@ -67,7 +67,7 @@ pub(crate) struct LightHits<S: Simd> {
     pub p: Vec3x8<S>,
     pub n: Vec3x8<S>,
     /// The numbers of the triangles of meshes, and whether these are chosen one by one.
-    pub triangle: f64x8<S>,
+    pub triangle: u32x8<S>,
     pub by_triangle: bool,
 }
 
@@ -87,11 +87,11 @@ impl<S: Simd> Density<S> {
 
     /// The density by solid angle at points, from so far away, and at this cosine to their normals.
     #[inline(always)]
-    fn pdf(&self, squared_distance: f64x8<S>, cosine: f64x8<S>) -> f64x8<S> {
+    fn pdf(&self, squared_distance: f64x8<S>, cosine: f64x8<S>) -> f32x8<S> {
         let (mut above, mut below) = (squared_distance, cosine.abs() * self.area);
         above = self.is_by_angle.select(1.0.simd_into(above.token()), above);
         below = self.is_by_angle.select(self.solid_angle, below);
-        above / below
+        to_f32(above / below)
     }
 }
 
@@ -153,7 +153,7 @@ impl SurfaceLight {
         &self,
         simd: S,
         (at, leaving): (&Receivers<S>, mask64x8<S>),
-        (triangles, u): (Option<f64x8<S>>, Vec2x8<S>),
+        (triangles, u): (Option<u32x8<S>>, Vec2x8<S>),
     ) -> LightSample<S> {
         match &self.form {
             SurfaceForm::Mesh(mesh) => {
@@ -289,7 +289,7 @@ impl SurfaceLight {
 
     /// Densities by solid angle with which points of the light are sampled that are found from surfaces.
     #[inline(always)]
-    pub fn pdf<S: Simd>(&self, simd: S, at: &Surfaces<S>, found: &LightHits<S>) -> f64x8<S> {
+    pub fn pdf<S: Simd>(&self, simd: S, at: &Surfaces<S>, found: &LightHits<S>) -> f32x8<S> {
         let p = at.p;
         let squared_distance = (found.p - p).length_squared();
         let density = match &self.form {
@@ -315,7 +315,7 @@ impl SurfaceLight {
         };
         let pdf = density.pdf(squared_distance, found.n.dot(found.d));
         // Edge-on there is none.
-        pdf.is_finite().select(pdf, 0.0.simd_into(simd))
+        pdf.is_finite().select(pdf, splat_f32(simd, 0.0))
     }
 
     /// The number of leaves of the light in the light tree.

@@ -6,7 +6,7 @@ mod tests;
 use std::array::from_fn;
 use std::f64::consts::PI;
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
 use lookat_scene::LightChoice;
 use smallvec::SmallVec;
 
@@ -14,7 +14,10 @@ use super::tree::{Receiver, Step};
 use super::{LightTable, Receivers, SceneLight};
 use crate::bsdf::Domain;
 use crate::light::tree::Leaves;
-use crate::number::{Colors, Directions, LANES, bits, set_lanes, splat_f32, strength, to_f64, vectorized};
+use crate::number::{
+    Colors, Directions, LANES, bits, narrow, set_lanes, splat_f32, strength, to_f32, to_f64, vectorized,
+    widen,
+};
 use crate::traceable::Traceable;
 
 /// With more lights and triangles of lights than this, "spatial" asks a tree of them: else it estimates each light at each point. With
@@ -27,10 +30,10 @@ pub(crate) struct Chosen<S: Simd> {
     /// The lanes with a light to sample.
     pub is_valid: mask64x8<S>,
     /// The indices of the lights.
-    pub light: f64x8<S>,
+    pub light: u32x8<S>,
     /// The triangles of the lights, if triangles are chosen one by one.
-    pub triangle: Option<f64x8<S>>,
-    pub probability: f64x8<S>,
+    pub triangle: Option<u32x8<S>>,
+    pub probability: f32x8<S>,
 }
 
 /// Chooses one light for each of some points.
@@ -38,14 +41,15 @@ pub(crate) struct LightSampler<'v, S: Simd> {
     table: &'v LightTable,
     rule: LightChoice,
     /// The number of lights to sample. They come first.
-    count: f64x8<S>,
+    count: u32x8<S>,
     estimates: &'v mut Estimates,
+    /// The sum of the estimates, or the number of lights if all are alike.
     total: f64x8<S>,
     tree: Option<TreeSampler<'v, S>>,
 }
 
 /// With "spatial" the estimates of all lights, or of those beside the tree and then of the entries of its cut; with "power" only of skies.
-/// Plain numbers: memory that is aligned for vectors takes several times as long to get.
+/// In `f64`, which holds irradiance in worlds of any size. Plain numbers: memory that is aligned for vectors takes several times as long to get.
 pub(crate) type Estimates = SmallVec<[[f64; LANES]; 12]>;
 
 impl LightTable {
@@ -56,8 +60,8 @@ impl LightTable {
 
     /// The number of lights that each surface samples, depending on whether it has a lune.
     #[inline(always)]
-    pub fn eligible_at<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
-        at.by_lune(simd, [false, true].map(|has_lune| self.eligible(has_lune) as f64))
+    pub fn eligible_at<S: Simd>(&self, simd: S, at: &Receivers<S>) -> u32x8<S> {
+        at.by_lune(simd, [false, true].map(|has_lune| self.eligible(has_lune) as u32))
     }
 
     /// The strategy that is used if `choice` is requested.
@@ -126,7 +130,10 @@ impl<'v, S: Simd> LightSampler<'v, S> {
                 return sampler;
             }
             let first = match rule {
-                LightChoice::Uniform => return sampler,
+                LightChoice::Uniform => {
+                    sampler.total = f64x8::from_fn(simd, |lane| f64::from(count[lane]));
+                    return sampler;
+                }
                 LightChoice::Power => table.first_sky,
                 LightChoice::Spatial => 0,
             };
@@ -191,13 +198,13 @@ impl<'v, S: Simd> LightSampler<'v, S> {
     /// An estimate of a light where it is one of those to sample.
     #[inline(always)]
     fn if_eligible(&self, light: usize, estimate: f64x8<S>) -> f64x8<S> {
-        self.count.simd_gt(light as f64).select(estimate, 0.0.simd_into(estimate.token()))
+        widen(self.count.simd_gt(light as u32)).select(estimate, 0.0.simd_into(estimate.token()))
     }
 
     /// The points where there is more than one light.
     #[inline(always)]
     pub fn has_choice(&self) -> mask64x8<S> {
-        self.count.simd_gt(if self.tree.is_some() { 0.0 } else { 1.0 })
+        widen(self.count.simd_gt(u32::from(self.tree.is_none())))
     }
 
     /// True if triangles of lights are chosen one by one.
@@ -213,35 +220,35 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             if let Some(tree) = &self.tree {
                 return tree.choose((self.estimates, self.total), u, active);
             }
-            let one = 1.0.simd_into(simd);
-            let (mut light, mut estimate) = (0.0.simd_into(simd), one);
-            let total = if self.rule == LightChoice::Uniform { self.count } else { self.total };
+            let (mut light, mut estimate) = (0.simd_into(simd), 1.0.simd_into(simd));
             if self.has_choice().any_true() {
+                let mark = u * self.total;
                 (light, estimate) = match self.rule {
-                    LightChoice::Uniform => ((u * self.count).floor().min(self.count - 1.0), one),
-                    LightChoice::Power => self.by_power(u * total),
-                    LightChoice::Spatial => {
-                        self.pick(u * total, (0.0.simd_into(simd), bits(simd, 0xff)), one)
+                    LightChoice::Uniform => {
+                        let last = |lane: usize| self.count[lane].saturating_sub(1);
+                        (u32x8::from_fn(simd, |lane| (mark[lane] as u32).min(last(lane))), estimate)
                     }
+                    LightChoice::Power => self.by_power(mark),
+                    LightChoice::Spatial => self.pick(mark, (light, bits(simd, 0xff)), estimate),
                 };
             }
-            let probability = self.has_choice().select(share(estimate, total), one);
-            let is_valid = active & self.count.simd_gt(0.0) & probability.simd_gt(0.0);
+            let probability = self.share(estimate);
+            let is_valid = active & widen(self.count.simd_gt(0) & probability.simd_gt(0.0));
             Chosen { is_valid, light, triangle: None, probability }
         })
     }
 
     /// The light where the sum of all powers passes `mark`, and its power.
     #[inline(always)]
-    fn by_power(&self, mark: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
+    fn by_power(&self, mark: f64x8<S>) -> (u32x8<S>, f64x8<S>) {
         let (simd, table) = (mark.token(), self.table);
-        let (mut light, mut power): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 0.0.simd_into(simd));
+        let (mut light, mut power): (u32x8<S>, f64x8<S>) = (0.simd_into(simd), 0.0.simd_into(simd));
         for lane in 0..LANES {
             let found = table.power_cdf.partition_point(|sum| *sum <= mark[lane]);
-            light[lane] = found as f64;
+            light[lane] = found as u32;
             power[lane] = if found < table.first_sky { table.power_shares[found] } else { 0.0 };
         }
-        let is_sky = light.simd_ge(table.first_sky as f64);
+        let is_sky = widen(light.simd_ge(table.first_sky as u32));
         if !is_sky.any_true() {
             return (light, power);
         }
@@ -253,15 +260,15 @@ impl<'v, S: Simd> LightSampler<'v, S> {
     fn pick(
         &self,
         mark: f64x8<S>,
-        (mut light, mut open): (f64x8<S>, mask64x8<S>),
+        (mut light, mut open): (u32x8<S>, mask64x8<S>),
         mut estimate: f64x8<S>,
-    ) -> (f64x8<S>, f64x8<S>) {
+    ) -> (u32x8<S>, f64x8<S>) {
         let mut rest = mark;
         let first = self.table.lights.len() - self.estimates.len();
         for (number, own) in self.estimates.iter().enumerate() {
-            let number: f64x8<S> = ((first + number) as f64).simd_into(mark.token());
-            let is_eligible = open & number.simd_lt(self.count);
-            light = is_eligible.select(number, light);
+            let number: u32x8<S> = ((first + number) as u32).simd_into(mark.token());
+            let is_eligible = open & widen(number.simd_lt(self.count));
+            light = narrow(is_eligible).select(number, light);
             let own = (*own).simd_into(mark.token());
             estimate = is_eligible.select(own, estimate);
             rest -= own;
@@ -272,18 +279,14 @@ impl<'v, S: Simd> LightSampler<'v, S> {
 
     /// The probabilities with which [`LightSampler::choose`] gives lights, or triangles of lights if it gives these.
     #[inline(always)]
-    pub fn probability(&self, (light, triangle): (f64x8<S>, f64x8<S>), active: mask64x8<S>) -> f64x8<S> {
+    pub fn probability(&self, (light, triangle): (u32x8<S>, u32x8<S>), active: mask64x8<S>) -> f32x8<S> {
         let (simd, table) = (self.count.token(), self.table);
         if let Some(tree) = &self.tree {
             return tree.probability((self.estimates, self.total), (light, triangle), active);
         }
-        let (one, none): (f64x8<S>, f64x8<S>) = (1.0.simd_into(simd), 0.0.simd_into(simd));
-        if !self.has_choice().any_true() {
-            return light.simd_lt(self.count).select(one, none);
-        }
         let first = table.lights.len() - self.estimates.len();
-        let mut estimate = none;
-        for lane in set_lanes(active) {
+        let mut estimate: f64x8<S> = 0.0.simd_into(simd);
+        for lane in set_lanes(active & self.has_choice()) {
             let number = light[lane] as usize;
             estimate[lane] = match self.rule {
                 LightChoice::Power if number < first => table.power_shares[number],
@@ -295,16 +298,20 @@ impl<'v, S: Simd> LightSampler<'v, S> {
                     .map_or(0.0, |own| own[lane]),
             };
         }
-        let total = if self.rule == LightChoice::Uniform { self.count } else { self.total };
-        let probability = self.has_choice().select(share(estimate, total), one);
-        light.simd_lt(self.count).select(probability, none)
+        light.simd_lt(self.count).select(self.share(estimate), splat_f32(simd, 0.0))
+    }
+
+    /// The shares of estimates, or 1 where there is no choice.
+    #[inline(always)]
+    fn share(&self, estimate: f64x8<S>) -> f32x8<S> {
+        narrow(self.has_choice()).select(share(estimate, self.total), splat_f32(estimate.token(), 1.0))
     }
 }
 
 /// The shares of estimates in the sums of all.
 #[inline(always)]
-fn share<S: Simd>(estimate: f64x8<S>, total: f64x8<S>) -> f64x8<S> {
-    total.simd_gt(0.0).select(estimate / total, 0.0.simd_into(total.token()))
+fn share<S: Simd>(estimate: f64x8<S>, total: f64x8<S>) -> f32x8<S> {
+    to_f32(total.simd_gt(0.0).select(estimate / total, 0.0.simd_into(total.token())))
 }
 
 /// This much of all samples goes to lights alike, so that a weak light next to what it lights is not forgotten over a
@@ -401,13 +408,14 @@ impl<S: Simd> TreeSampler<'_, S> {
     ) -> Chosen<S> {
         let simd = u.token();
         let none: f64x8<S> = 0.0.simd_into(simd);
-        let (mut entry, mut estimate, mut start) = (none, none, none);
+        let (zero, mut estimate, mut start): (u32x8<S>, _, _) = (0.simd_into(simd), none, none);
+        let mut entry = zero;
         let (mut rest, mut open) = (u * total, active);
         for (number, own) in estimates.iter().enumerate() {
             let own: f64x8<S> = (*own).simd_into(simd);
             // If rounding passes all, the last one with light.
             let is_chosen = open & own.simd_gt(0.0);
-            entry = is_chosen.select((number as f64).simd_into(simd), entry);
+            entry = narrow(is_chosen).select((number as u32).simd_into(simd), entry);
             estimate = is_chosen.select(own, estimate);
             start = is_chosen.select(rest, start);
             rest -= own;
@@ -415,12 +423,12 @@ impl<S: Simd> TreeSampler<'_, S> {
         }
         let is_valid = active & estimate.simd_gt(0.0);
         let u = (start / estimate).max(0.0).min(1.0);
-        let (mut light, mut triangle, mut below) = (none, none, none);
+        let (mut light, mut triangle, mut below) = (zero, zero, none);
         let mut steps = [Step::NONE; LANES];
         for lane in set_lanes(is_valid) {
             match (entry[lane] as usize).checked_sub(self.beside.len()) {
                 Some(entry) => steps[lane] = self.leaves.tree.begin(entry, u[lane]),
-                None => (light[lane], below[lane]) = (self.beside[entry[lane] as usize] as f64, 1.0),
+                None => (light[lane], below[lane]) = (self.beside[entry[lane] as usize] as u32, 1.0),
             }
         }
         if steps.iter().any(|step| !step.is_done()) {
@@ -435,10 +443,11 @@ impl<S: Simd> TreeSampler<'_, S> {
         for (lane, step) in steps.iter().enumerate() {
             let Some(leaf) = step.leaf() else { continue };
             let leaf = self.leaves.of(leaf);
-            (light[lane], triangle[lane]) = (leaf.light as f64, leaf.triangle as f64);
+            (light[lane], triangle[lane]) = (leaf.light as u32, leaf.triangle as u32);
             below[lane] = step.probability;
         }
-        let probability = share(estimate, total) * below;
+        let probability = share(estimate * below, total);
+        let is_valid = is_valid & widen(probability.simd_gt(0.0));
         Chosen { is_valid, light, triangle: Some(triangle), probability }
     }
 
@@ -447,9 +456,9 @@ impl<S: Simd> TreeSampler<'_, S> {
     fn probability(
         &self,
         (estimates, total): (&Estimates, f64x8<S>),
-        (light, triangle): (f64x8<S>, f64x8<S>),
+        (light, triangle): (u32x8<S>, u32x8<S>),
         active: mask64x8<S>,
-    ) -> f64x8<S> {
+    ) -> f32x8<S> {
         let simd = light.token();
         let mut estimate: f64x8<S> = 0.0.simd_into(simd);
         for lane in set_lanes(active) {

@@ -3,14 +3,14 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use fearless_simd::{Simd, f64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
 use lookat_scene::Transform;
 use rayon::prelude::*;
 
 use super::lune::Lunes;
-use crate::number::{Colors, LANES, V3, Vec3x8, bits, luminance, vectorized};
+use crate::number::{Colors, LANES, V3, Vec3x8, bits, luminance, narrow, splat_f32, to_f32, vectorized};
 use crate::texture::imagemap::bilinear;
 use crate::warp::{angle, at_turn, longitude_latitude, sample_discrete};
 
@@ -34,7 +34,7 @@ pub(super) struct EnvironmentSample<S: Simd> {
     /// The radiance from these directions.
     pub radiance: Colors<S>,
     /// Densities by solid angle; 0 where there is no sample.
-    pub pdf: f64x8<S>,
+    pub pdf: f32x8<S>,
 }
 
 impl Environment {
@@ -84,11 +84,11 @@ impl Environment {
             if in_lune.any_true() {
                 let evaluated = self.evaluate(simd, None, wi);
                 radiance = evaluated.0.keep_where_wide(in_lune, radiance);
-                own = in_lune.select(evaluated.1, own);
+                own = narrow(in_lune).select(evaluated.1, own);
             }
-            let is_valid = in_lune | bright.pdf.simd_gt(0.0);
-            let pdf = mixed(share, lunes.pdf(wi), own);
-            EnvironmentSample { wi, radiance, pdf: is_valid.select(pdf, 0.0.simd_into(simd)) }
+            let is_valid = narrow(in_lune) | bright.pdf.simd_gt(0.0);
+            let pdf = mixed(to_f32(share), lunes.pdf(wi), own);
+            EnvironmentSample { wi, radiance, pdf: is_valid.select(pdf, splat_f32(simd, 0.0)) }
         })
     }
 
@@ -99,15 +99,15 @@ impl Environment {
             return EnvironmentSample {
                 wi,
                 radiance: Colors::splat(simd, Vec3::ZERO),
-                pdf: 0.0.simd_into(simd),
+                pdf: splat_f32(simd, 0.0),
             };
         }
         let TableSample { d, st, pdf } = self.table.sample(simd, u);
         let in_world = d.by(&self.world_from_light);
         let (wi, is_valid) = in_world.try_normalize();
         // In light space, `wi` is `d` over that length.
-        let pdf = pdf / self.stretch(1.0 / in_world.length_squared().sqrt());
-        let pdf = is_valid.select(pdf, 0.0.simd_into(simd));
+        let pdf = to_f32(pdf / self.stretch(1.0 / in_world.length_squared().sqrt()));
+        let pdf = narrow(is_valid).select(pdf, splat_f32(simd, 0.0));
         EnvironmentSample { wi, radiance: self.shown(simd, st), pdf }
     }
 
@@ -118,13 +118,13 @@ impl Environment {
         simd: S,
         lunes: Option<&Lunes<S>>,
         wi: Vec3x8<S>,
-    ) -> (Colors<S>, f64x8<S>) {
+    ) -> (Colors<S>, f32x8<S>) {
         vectorized!(simd, {
             let in_light = wi.by(&self.light_from_world);
             let st = longitude_latitude(in_light);
-            let bright = self.table.pdf(simd, st) / self.stretch(in_light.length_squared().sqrt());
+            let bright = to_f32(self.table.pdf(simd, st) / self.stretch(in_light.length_squared().sqrt()));
             let pdf = match lunes {
-                Some(lunes) => mixed(self.lune_share(lunes), lunes.pdf(wi), bright),
+                Some(lunes) => mixed(to_f32(self.lune_share(lunes)), lunes.pdf(wi), bright),
                 None => bright,
             };
             (self.shown(simd, st), pdf)
@@ -163,7 +163,7 @@ impl Environment {
 
 /// The density where a share of all samples has the density `a`, and the others have `b`.
 #[inline(always)]
-fn mixed<S: Simd>(share: f64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
+fn mixed<S: Simd>(share: f32x8<S>, a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
     share * a + (1.0 - share) * b
 }
 
@@ -329,7 +329,7 @@ mod tests {
         baseline!(simd => {
             let lunes = lune.map(|normals| lunes(simd, normals));
             let (radiance, pdf) = light.evaluate(simd, lunes.as_ref(), Vec3x8::splat(simd, wi));
-            (radiance.lane(0), pdf[0])
+            (radiance.lane(0), f64::from(pdf[0]))
         })
     }
 
@@ -338,7 +338,8 @@ mod tests {
         baseline!(simd => {
             let lunes = lune.map(|normals| lunes(simd, normals));
             let sample = light.sample(simd, lunes.as_ref(), [u.x.simd_into(simd), u.y.simd_into(simd)]);
-            (sample.pdf[0] > 0.0).then(|| (sample.wi.lane(0), sample.radiance.lane(0), sample.pdf[0]))
+            let pdf = f64::from(sample.pdf[0]);
+            (pdf > 0.0).then(|| (sample.wi.lane(0), sample.radiance.lane(0), pdf))
         })
     }
 
@@ -405,7 +406,7 @@ mod tests {
                 let (wi, _, pdf) = sampled(light, None, u).expect("it is not dark");
                 found[part(wi)] += 1.0;
                 // No sample of this grid is so near to the border of a cell that rounding takes it across.
-                assert!((pdf / evaluated(light, None, wi).1 - 1.0).abs() < 1e-9, "{wi}");
+                assert!((pdf / evaluated(light, None, wi).1 - 1.0).abs() <= f64::from(f32::EPSILON), "{wi}");
             }
             let chi: f64 = expected.iter().zip(&found).map(|(e, f)| (f - e).powi(2) / e.max(5.0)).sum();
             // Of 127 random degrees of freedom one in a million is beyond 215; a grid is nearer.
@@ -436,10 +437,10 @@ mod tests {
     #[test]
     fn samples_in_a_lune_have_the_density_of_both() {
         let normals = [DVec3::new(0.6, 0.0, 0.8), DVec3::Z];
-        let lune_pdf = |wi: DVec3| {
+        let lune_pdf = |wi: DVec3| -> (f64, f64) {
             baseline!(simd => {
                 let lunes = lunes(simd, normals);
-                (lunes.pdf(Vec3x8::splat(simd, wi))[0], lunes.inside_pdf()[0])
+                [lunes.pdf(Vec3x8::splat(simd, wi)), lunes.inside_pdf()].map(|pdf| f64::from(pdf[0])).into()
             })
         };
         // A number and a size with which sums are rounded.
@@ -450,7 +451,10 @@ mod tests {
             let (mut inside, side) = (0, 200);
             for u in grid(side) {
                 let (wi, _, pdf) = sampled(light, Some(normals), u).unwrap();
-                assert!((pdf / evaluated(light, Some(normals), wi).1 - 1.0).abs() < 1e-9, "{wi}");
+                assert!(
+                    (pdf / evaluated(light, Some(normals), wi).1 - 1.0).abs() <= f64::from(f32::EPSILON),
+                    "{wi}"
+                );
                 inside += u32::from(lune_pdf(wi).0 > 0.0);
             }
             f64::from(inside) / f64::from(side * side)

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
 use crate::bsdf::Domain;
 use crate::frame::Frames;
-use crate::number::{Number, Vec3x8, widen};
+use crate::number::{Number, Vec3x8, narrow, splat_f32, to_f32, widen};
 use crate::warp::{angle, at_turn};
 
 /// Directions between two planes: above the surface, but on the other side of the shading normal than `wo`. Where light
@@ -84,16 +84,16 @@ impl<S: Simd> Lunes<S> {
 
     /// Densities of [`Lunes::sample`] by solid angle.
     #[inline(always)]
-    pub fn pdf(&self, wi: Vec3x8<S>) -> f64x8<S> {
+    pub fn pdf(&self, wi: Vec3x8<S>) -> f32x8<S> {
         let (above, before) = (wi.dot(self.n), wi.dot(self.ns));
         let is_inside = (above * before).simd_lt(0.0) & (self.is_double | above.simd_gt(0.0));
-        (self.is_valid & is_inside).select(self.inside_pdf(), 0.0.simd_into(above.token()))
+        narrow(self.is_valid & is_inside).select(self.inside_pdf(), splat_f32(above.token(), 0.0))
     }
 
     /// The densities inside.
     #[inline(always)]
-    pub fn inside_pdf(&self) -> f64x8<S> {
-        1.0 / (2.0 * self.angle * self.count())
+    pub fn inside_pdf(&self) -> f32x8<S> {
+        to_f32(1.0 / (2.0 * self.angle * self.count()))
     }
 }
 
@@ -137,8 +137,8 @@ mod tests {
                 for u in grid(200) {
                     let wi = lunes.sample([u.x.simd_into(simd), u.y.simd_into(simd)]);
                     assert!((wi.lane(0).length() - 1.0).abs() < 1e-12);
-                    let inside = lunes.inside_pdf()[0];
-                    assert_eq!(lunes.pdf(wi)[0], inside, "{degrees} {}", wi.lane(0));
+                    let inside = f64::from(lunes.inside_pdf()[0]);
+                    assert_eq!(f64::from(lunes.pdf(wi)[0]), inside, "{degrees} {}", wi.lane(0));
                     irradiance += wi.lane(0).dot(normals(degrees)[1]).abs() / inside / 40_000.0;
                 }
                 let share = lunes.share()[0];
@@ -157,7 +157,7 @@ mod tests {
             };
             let mean = baseline!(simd => {
                 let lunes = lunes(simd, normals(degrees), is_two_sided).unwrap();
-                grid(1000).map(|u| lunes.pdf(Vec3x8::splat(simd, on_sphere(u)))[0]).sum::<f64>() / 1e6
+                grid(1000).map(|u| f64::from(lunes.pdf(Vec3x8::splat(simd, on_sphere(u)))[0])).sum::<f64>() / 1e6
             });
             assert!((mean * 4.0 * PI - 1.0).abs() < 0.01, "{degrees} {mean}");
         }

@@ -120,7 +120,7 @@ impl<'s> Tree<'s> {
     /// The name of an element that is hit, and its place, see [`Hit::place`].
     #[inline(always)]
     pub fn element<S: Simd>(&self, hits: &Hits<S>, lane: usize) -> (ElementId, u32) {
-        let (number, instance) = (hits.element[lane], hits.instance[lane] as u32);
+        let (number, instance) = (hits.element[lane], hits.instance[lane]);
         match self.left(number, instance) {
             (element, Hit::NO_PLACE) => (element, Hit::NO_PLACE),
             (_, place) => (self.scene.group(instance).triangle(place).element(instance), place),
@@ -144,7 +144,7 @@ impl<S: Simd> Hits<S> {
         };
         let [b0, b1] = hit.barycentric;
         (self.t[lane], self.element[lane], self.instance[lane]) =
-            (hit.t, labels.number(hit), f64::from(hit.element.instance));
+            (hit.t, labels.number(hit), hit.element.instance);
         (self.sides[0][lane], self.sides[1][lane], self.sides[2][lane]) = (b0, b1, 1.0 - b0 - b1);
     }
 }

@@ -5,11 +5,11 @@ use std::ops::Range;
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
-use super::rays::{HitColumns, Hits, NONE, RayColumns, Rays, WORLD};
+use super::rays::{HitColumns, Hits, NONE, RayColumns, Rays};
 use super::{Query, TraversalRays, Tree, nothing};
 use crate::bvh::{Leaf, Slabs, WIDTH, not_less};
 use crate::columns;
-use crate::number::{LANES, Vec3x8, bits, set_lanes, splat_f32, to_f32};
+use crate::number::{LANES, Vec3x8, bits, narrow, set_lanes, splat_f32, to_f32};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{NonTriangle, Traceable};
 use crate::triangle::{
@@ -246,7 +246,7 @@ impl<S: Simd> Packet<S> {
         let hits = &mut self.hits;
         hits.t = nearer.select(t, hits.t);
         hits.element = nearer.select(element, hits.element);
-        hits.instance = nearer.select(WORLD.simd_into(simd), hits.instance);
+        hits.instance = narrow(nearer).select(ElementId::WORLD.simd_into(simd), hits.instance);
         for (own, weight) in hits.sides.iter_mut().zip(triangle.weights(sides)) {
             *own = nearer.select(weight, *own);
         }

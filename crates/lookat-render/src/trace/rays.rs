@@ -1,10 +1,10 @@
 //! Rays side by side, and their hits.
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*, u32x8};
 use glam::DVec3;
 
 use crate::columns::{ROOM, Stored, columns};
-use crate::number::{LANES, Vec3x8, bits};
+use crate::number::{LANES, Vec3x8, bits, narrow};
 use crate::ray::{ElementId, Hit};
 
 /// Rays, relative to the origin.
@@ -15,8 +15,8 @@ pub(crate) struct Rays<S: Simd> {
     pub t_max: f64x8<S>,
     /// The number, in its group, of the element that each leaves; [`NONE`] of those that leave none.
     pub leaving: f64x8<S>,
-    /// The instance of that element, or [`WORLD`].
-    pub leaving_instance: f64x8<S>,
+    /// The instance of that element, or [`ElementId::WORLD`].
+    pub leaving_instance: u32x8<S>,
     /// The label of the element that each shadow ray goes to, [`POINT_LIGHT`] or [`NONE`].
     pub target: f64x8<S>,
 }
@@ -26,7 +26,7 @@ impl<S: Simd> Rays<S> {
     #[inline(always)]
     pub fn new(o: Vec3x8<S>, d: Vec3x8<S>) -> Self {
         let simd = o.x.token();
-        let (none, world) = (NONE.simd_into(simd), WORLD.simd_into(simd));
+        let (none, world) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
         let t_max = f64::INFINITY.simd_into(simd);
         Rays { o, d, t_max, leaving: none, leaving_instance: world, target: none }
     }
@@ -39,7 +39,7 @@ impl<S: Simd> Rays<S> {
             d: self.d.keep_where(mask, others.d),
             t_max: mask.select(self.t_max, others.t_max),
             leaving: mask.select(self.leaving, others.leaving),
-            leaving_instance: mask.select(self.leaving_instance, others.leaving_instance),
+            leaving_instance: narrow(mask).select(self.leaving_instance, others.leaving_instance),
             target: mask.select(self.target, others.target),
         }
     }
@@ -52,7 +52,7 @@ impl<S: Simd> Rays<S> {
             d: self.d.lane(lane),
             t_max: self.t_max[lane],
             leaving: self.leaving[lane],
-            leaving_instance: self.leaving_instance[lane] as u32,
+            leaving_instance: self.leaving_instance[lane],
             target: self.target[lane],
         }
     }
@@ -75,7 +75,7 @@ columns! {
         d_z: f64 = d.z,
         t_max: f64 = t_max,
         leaving: f64 = leaving,
-        leaving_instance: f64 = leaving_instance,
+        leaving_instance: u32 = leaving_instance,
         target: f64 = target,
     }
 }
@@ -115,7 +115,7 @@ impl RayColumns {
     pub fn one(&self, ray: usize) -> OneRay {
         let [o, d] = self.line(ray);
         let (t_max, leaving, target) = (self.t_max[ray], self.leaving[ray], self.target[ray]);
-        OneRay { o, d, t_max, leaving, leaving_instance: self.leaving_instance[ray] as u32, target }
+        OneRay { o, d, t_max, leaving, leaving_instance: self.leaving_instance[ray], target }
     }
 
     /// Sets one of the rays.
@@ -125,14 +125,12 @@ impl RayColumns {
         [self.o_x[ray], self.o_y[ray], self.o_z[ray]] = of.o.into();
         [self.d_x[ray], self.d_y[ray], self.d_z[ray]] = of.d.into();
         (self.t_max[ray], self.leaving[ray], self.target[ray]) = (of.t_max, of.leaving, of.target);
-        self.leaving_instance[ray] = f64::from(of.leaving_instance);
+        self.leaving_instance[ray] = of.leaving_instance;
     }
 }
 
 /// The number of no element.
 pub(crate) const NONE: f64 = -1.0;
-/// [`ElementId::WORLD`] as a number.
-pub(crate) const WORLD: f64 = ElementId::WORLD as f64;
 /// The label of [`ElementId::POINT_LIGHT`].
 pub(crate) const POINT_LIGHT: f64 = -2.0;
 
@@ -194,8 +192,8 @@ pub(crate) struct Hits<S: Simd> {
     pub t: f64x8<S>,
     /// Numbers of elements in their groups; [`NONE`] where there is no hit.
     pub element: f64x8<S>,
-    /// The instances of the elements, or [`WORLD`].
-    pub instance: f64x8<S>,
+    /// The instances of the elements, or [`ElementId::WORLD`].
+    pub instance: u32x8<S>,
     /// For hits of triangles: in a [`super::List`] unnormalized weights of the corners, in a [`super::Tree`] the barycentric
     /// coordinates.
     pub sides: [f64x8<S>; 3],
@@ -208,7 +206,7 @@ impl<S: Simd> Hits<S> {
     #[inline(always)]
     pub fn none(simd: S) -> Self {
         let none: f64x8<S> = NONE.simd_into(simd);
-        let (instance, emits) = (WORLD.simd_into(simd), mask64x8::splat(simd, false));
+        let (instance, emits) = (ElementId::WORLD.simd_into(simd), mask64x8::splat(simd, false));
         Hits { t: none, element: none, instance, sides: [none; 3], emits }
     }
 
@@ -224,7 +222,7 @@ columns! {
     pub(crate) struct HitColumns of Hits {
         t: f64 = t,
         element: f64 = element,
-        instance: f64 = instance,
+        instance: u32 = instance,
         side_0: f64 = sides[0],
         side_1: f64 = sides[1],
         side_2: f64 = sides[2],
@@ -258,7 +256,7 @@ impl HitColumns {
     pub fn set(&mut self, ray: usize, hit: &Hit, labels: Labels, emits: bool) {
         let (ray, [b0, b1]) = (ray % ROOM, hit.barycentric);
         (self.t[ray], self.element[ray]) = (hit.t, labels.number(hit));
-        self.instance[ray] = f64::from(hit.element.instance);
+        self.instance[ray] = hit.element.instance;
         (self.side_0[ray], self.side_1[ray], self.side_2[ray]) = (b0, b1, 1.0 - b0 - b1);
         self.emits[ray] = f32::from(emits);
     }

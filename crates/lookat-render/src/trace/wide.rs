@@ -268,7 +268,7 @@ impl WideTracer {
             for lane in 0..LANES {
                 let ray = first + lane;
                 self.order[ray] = traversal.order(lane) as u8;
-                let is_own = rays.leaving_instance[lane] as u32 == instances[ray];
+                let is_own = rays.leaving_instance[lane] == instances[ray];
                 let leaves_own = is_own && leaves_triangle >> lane & 1 == 1;
                 self.leaving[ray] = if leaves_own { rays.leaving[lane] as u32 } else { Hit::NO_PLACE };
                 self.waiting[ray] = 1;

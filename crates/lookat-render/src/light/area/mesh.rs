@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::sync::Arc;
 
-use fearless_simd::{Level, Simd, f64x8, prelude::*};
+use fearless_simd::{Level, Simd, f64x8, prelude::*, u32x8};
 use glam::DVec3;
 use lookat_scene::{Mesh, Primitive};
 
@@ -86,11 +86,11 @@ impl MeshLight {
 
     /// Triangles of these numbers. Those of other lights may be beyond the end.
     #[inline(always)]
-    fn numbers<S: Simd>(&self, triangles: f64x8<S>) -> [usize; LANES] {
+    fn numbers<S: Simd>(&self, triangles: u32x8<S>) -> [usize; LANES] {
         let last = self.mesh.triangles() - 1;
         from_fn(
             #[inline(always)]
-            |lane| (triangles[lane].max(0.0) as usize).min(last),
+            |lane| (triangles[lane] as usize).min(last),
         )
     }
 
@@ -120,7 +120,7 @@ impl MeshLight {
         simd: S,
         primitive: &Primitive,
         at: &Surfaces<S>,
-        (triangles, are_chosen): (f64x8<S>, bool),
+        (triangles, are_chosen): (u32x8<S>, bool),
     ) -> Density<S> {
         vectorized!(simd, {
             if let Some(rectangle) = &self.rectangle {
@@ -157,7 +157,7 @@ impl SurfaceLight {
         simd: S,
         mesh: &MeshLight,
         at: &Receivers<S>,
-        (chosen, u): (Option<f64x8<S>>, Vec2x8<S>),
+        (chosen, u): (Option<u32x8<S>>, Vec2x8<S>),
     ) -> LightSample<S> {
         vectorized!(simd, {
             match &mesh.rectangle {
@@ -180,7 +180,7 @@ impl SurfaceLight {
         simd: S,
         mesh: &MeshLight,
         at: &Receivers<S>,
-        (chosen, [u, v]): (Option<f64x8<S>>, Vec2x8<S>),
+        (chosen, [u, v]): (Option<u32x8<S>>, Vec2x8<S>),
     ) -> LightSample<S> {
         vectorized!(simd, {
             let (indices, rest) = match chosen {

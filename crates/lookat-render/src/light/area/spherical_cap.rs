@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::frame::Frames;
 use crate::light::{LightSample, Receivers};
-use crate::number::{Colors, V3, Vec2x8, Vec3x8};
+use crate::number::{Colors, V3, Vec2x8, Vec3x8, to_f32};
 use crate::trace::rays::Rays;
 use crate::warp::at_turn;
 
@@ -45,7 +45,7 @@ impl<S: Simd> Spheres<S> {
         let t_max = at.surfaces.reach(distance * local.z - half, self.magnitude);
         let shadow = Rays { t_max, target: self.label, ..at.surfaces.spawn_ray(wi) };
         let is_outside = distance.simd_gt(radius * OUTSIDE);
-        let pdf = 1.0 / (one_minus_cos_max * TAU);
+        let pdf = to_f32(1.0 / (one_minus_cos_max * TAU));
         let sample = LightSample::with_pdf(is_outside & self.shines, self.radiance, pdf, shadow);
         (sample, is_outside)
     }

@@ -120,7 +120,7 @@ fn drawn<S: Simd>(
     let [is_two_sided, is_diffuse] = [true, false].map(|all| mask32x8::splat(simd, all));
     let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided, is_diffuse };
     let at = Receivers { surfaces: *surfaces, domain, lunes: None };
-    let chosen = triangle.map(|triangle| f64x8::splat(simd, triangle as f64));
+    let chosen = triangle.map(|triangle| u32x8::splat(simd, triangle as u32));
     let u = [u.x.simd_into(simd), u.y.simd_into(simd)];
     let sample = table.sample(simd, 0, (&at, none), (chosen, u));
     if sample.is_valid.to_bitmask() & 1 == 0 {
@@ -136,11 +136,12 @@ fn drawn<S: Simd>(
         d: sample.shadow.d,
         p: end,
         n: Vec3x8::splat(simd, (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize()),
-        triangle: (triangle as f64).simd_into(simd),
+        triangle: (triangle as u32).simd_into(simd),
         by_triangle: chosen.is_some(),
     };
-    let afterwards = table.surface_pdf(simd, 0, surfaces, &found)[0];
-    Some(Drawn { d: sample.shadow.d.lane(0), p: end.lane(0), triangle, pdf: sample.pdf[0], afterwards })
+    let afterwards = table.surface_pdf(simd, 0, surfaces, &found);
+    let [pdf, afterwards] = [sample.pdf, afterwards].map(|pdf| f64::from(pdf[0]));
+    Some(Drawn { d: sample.shadow.d.lane(0), p: end.lane(0), triangle, pdf, afterwards })
 }
 
 /// Numbers spread evenly.
@@ -184,7 +185,7 @@ fn the_density_is_one_over_the_solid_angle() {
             let drawn =
                 baseline!(simd => drawn(simd, &lamp.lights(), (p, None), DVec2::new(0.3, 0.8))).unwrap();
             let product = drawn.pdf * lamp.solid_angle(p);
-            assert!((product - 1.0).abs() < 1e-10, "{first} {height}: {product}");
+            assert!((product - 1.0).abs() < f64::from(f32::EPSILON), "{first} {height}: {product}");
         }
     }
 }

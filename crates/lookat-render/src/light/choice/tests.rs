@@ -74,8 +74,8 @@ impl At {
     /// The probabilities of all lights.
     fn probabilities(self, table: &LightTable, choice: LightChoice) -> Vec<f64> {
         baseline!(simd => self.ask((simd, table, choice), |sampler| {
-            let of = |light| sampler.probability((f64::from(light).simd_into(simd), 0.0.simd_into(simd)), bits(simd, 1))[0];
-            (0..table.len() as u32).map(of).collect()
+            let of = |light: u32| sampler.probability((light.simd_into(simd), 0.simd_into(simd)), bits(simd, 1))[0];
+            (0..table.len() as u32).map(of).map(f64::from).collect()
         }))
     }
 }
@@ -101,11 +101,14 @@ fn probabilities_are_those_of_choices() {
                             let u = (f64::from(index) + 0.5) / f64::from(NUMBERS);
                             let chosen = baseline!(simd => at.ask((simd, table, choice), |sampler| {
                                 let chosen = sampler.choose(u.simd_into(simd), bits(simd, 1));
-                                chosen.is_valid.any_true().then(|| (chosen.light[0], chosen.probability[0]))
+                                chosen.is_valid.any_true().then(|| (chosen.light[0], f64::from(chosen.probability[0])))
                             }));
                             let Some((light, said)) = chosen else { continue };
                             let light = light as usize;
-                            assert!((said / expected[light] - 1.0).abs() < 1e-12, "{choice:?} {light}");
+                            assert!(
+                                (said / expected[light] - 1.0).abs() <= f64::from(f32::EPSILON),
+                                "{choice:?} {light}"
+                            );
                             found[light] += 1;
                         }
                         for (light, found) in found.into_iter().enumerate() {
@@ -132,13 +135,14 @@ fn each_of_a_million_lamps_has_its_share() {
     baseline!(simd => FLOOR.ask((simd, table, LightChoice::Power), |sampler| {
         let all = bits(simd, 0xff);
         for first in (0..LAMPS).step_by(LANES) {
-            let lamps: f64x8<_> = f64x8::from_fn(simd, |lane| (first + lane) as f64);
+            let lamps: u32x8<_> = u32x8::from_fn(simd, |lane| (first + lane) as u32);
+            let start: f64x8<_> = f64x8::from_fn(simd, |lane| f64::from(lamps[lane]));
             for part in [1e-4, 1.0 - 1e-4] {
-                let chosen = sampler.choose((lamps + part) / LAMPS as f64, all);
+                let chosen = sampler.choose((start + part) / LAMPS as f64, all);
                 assert_eq!(chosen.light.to_array(), lamps.to_array());
                 let probability = sampler.probability((lamps, lamps), all);
                 assert_eq!(chosen.probability.to_array(), probability.to_array());
-                assert!((probability * LAMPS as f64 - 1.0).abs().simd_lt(1e-9).all_true());
+                assert!((probability * LAMPS as f32 - 1.0).abs().simd_le(f32::EPSILON).all_true());
             }
         }
     }));
@@ -177,7 +181,7 @@ fn lights_that_shine_elsewhere_are_not_chosen() {
     with(BESIDE, false, |table| {
         let shares = |at: At| -> Vec<bool> {
             let shares = at.probabilities(table, LightChoice::Spatial);
-            assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{shares:?}");
+            assert!((shares.iter().sum::<f64>() - 1.0).abs() <= f64::from(f32::EPSILON), "{shares:?}");
             shares.iter().map(|share| *share > 0.0).collect()
         };
         let (above, below) = ([true, false, false], [true; 3]);
@@ -190,7 +194,7 @@ fn lights_that_shine_elsewhere_are_not_chosen() {
         // From a floor, and from the middle of each of the lamps.
         for p in [DVec3::ZERO, DVec3::Y * 3.0, DVec3::new(1.0, 9.0, -1.0) / 3.0, DVec3::new(3.0, -0.5, 0.0)] {
             let shares = At { p, ..FLOOR }.probabilities(table, LightChoice::Spatial);
-            assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{p} {shares:?}");
+            assert!((shares.iter().sum::<f64>() - 1.0).abs() <= f64::from(f32::EPSILON), "{p} {shares:?}");
             assert!(p != DVec3::ZERO || shares.iter().all(|share| *share > 0.0), "{shares:?}");
         }
     });

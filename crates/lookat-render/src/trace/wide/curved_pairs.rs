@@ -82,8 +82,8 @@ impl WideTracer {
                     let curved = &scene.curved[shape as usize];
                     let label = scene.labels.of(ElementId { instance: instances[ray], primitive, index: 0 });
                     let in_world = instances[ray] == ElementId::WORLD;
-                    let is_left = rays.leaving[ray] == PLACES + label
-                        && rays.leaving_instance[ray] == f64::from(instances[ray]);
+                    let is_left =
+                        rays.leaving[ray] == PLACES + label && rays.leaving_instance[ray] == instances[ray];
                     leaving |= u64::from(is_left) << lane;
                     active |= u64::from(!(ANY && in_world && rays.target[ray] == label)) << lane;
                     let ([o, d], Curved { center, own_from_world: m, .. }) = (rays.line(ray), curved);
