@@ -13,7 +13,7 @@ use glam::Vec3;
 use smallvec::SmallVec;
 
 use crate::frame::Frames;
-use crate::number::{Colors, Directions, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
+use crate::number::{Vec3fx8, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
 pub(crate) use lobe::BsdfSample;
 use lobe::{Lobe, LobeKind, Lobes, PointLobe};
 pub(crate) use material::most_lobes;
@@ -42,9 +42,9 @@ impl LobeFilter {
 #[derive(Clone, Copy)]
 pub(crate) struct Domain<S: Simd> {
     /// The geometric normals on the side of `wo`.
-    pub n: Directions<S>,
+    pub n: Vec3fx8<S>,
     /// The shading normals on the side of `wo`: the BSDF samples directions on the same side of them.
-    pub ns: Directions<S>,
+    pub ns: Vec3fx8<S>,
     /// The points where light also comes through from behind.
     pub is_two_sided: mask32x8<S>,
     /// The points whose only lobe is Lambertian: all directions count by their cosine.
@@ -55,13 +55,13 @@ pub(crate) struct Domain<S: Simd> {
 #[derive(Clone, Copy)]
 pub(crate) struct Bsdf<'s, S: Simd> {
     /// The geometric normals on the side of `wo`: they decide which directions are on the same side.
-    n: Directions<S>,
+    n: Vec3fx8<S>,
     /// The shading normals and frames.
     ns: Vec3x8<S>,
     frames: Frames<f32x8<S>>,
     wo: Vec3x8<S>,
     /// `wo` in the shading frames.
-    local_o: Directions<S>,
+    local_o: Vec3fx8<S>,
     slots: &'s [LobeSlot<S>],
 }
 
@@ -72,7 +72,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     /// The BSDFs at points with geometric normals `n` and shading normals `ns`. Sets the probabilities of the lobes.
     #[inline(always)]
     pub fn new(
-        n: Directions<S>,
+        n: Vec3fx8<S>,
         ns: Vec3x8<S>,
         frames: Frames<f32x8<S>>,
         wo: Vec3x8<S>,
@@ -113,17 +113,17 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     /// The BSDF times the cosine between `wi` and the shading normal, and the density by solid angle with which
     /// [`Bsdf::sample`] gives `wi`. Delta lobes do not count.
     #[inline(always)]
-    pub fn f_cos_pdf(&self, wi: Directions<S>, filter: LobeFilter) -> (Colors<S>, f32x8<S>) {
+    pub fn f_cos_pdf(&self, wi: Vec3fx8<S>, filter: LobeFilter) -> (Vec3fx8<S>, f32x8<S>) {
         self.at(wi, self.frames.to_local(wi), filter)
     }
 
     /// Evaluates the BSDF times cosine and the density, for a direction in the world that is `local_i` in the shading
     /// frames. The geometric normal decides the side, so that bumps let no light through.
     #[inline(never)]
-    fn at(&self, wi: Directions<S>, local_i: Directions<S>, filter: LobeFilter) -> (Colors<S>, f32x8<S>) {
+    fn at(&self, wi: Vec3fx8<S>, local_i: Vec3fx8<S>, filter: LobeFilter) -> (Vec3fx8<S>, f32x8<S>) {
         let simd = wi.x.token();
         vectorized!(simd, {
-            let (none, black) = (splat_f32(simd, 0.0), Colors::splat(simd, Vec3::ZERO));
+            let (none, black) = (splat_f32(simd, 0.0), Vec3fx8::splat(simd, Vec3::ZERO));
             let (wo, side) = (self.local_o, wi.dot(self.n));
             let is_seen = wo.z.simd_ne(0.0);
             let above = side.simd_gt(0.0) & is_seen;
@@ -230,14 +230,14 @@ impl<'s, S: Simd> Bsdf<'s, S> {
 
     /// Completes samples of directions in the shading frames.
     #[inline(always)]
-    fn non_delta(&self, local: Directions<S>, is_valid: mask32x8<S>, filter: LobeFilter) -> BsdfSample<S> {
+    fn non_delta(&self, local: Vec3fx8<S>, is_valid: mask32x8<S>, filter: LobeFilter) -> BsdfSample<S> {
         let simd = local.x.token();
         let wi = self.frames.to_world(local).normalize();
         let (weight, pdf) = if is_valid.any_true() {
             let (f_cos, pdf) = self.at(wi, local, filter);
             (f_cos / pdf, pdf)
         } else {
-            (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0))
+            (Vec3fx8::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0))
         };
         let is_valid = widen(is_valid & pdf.simd_gt(0.0)) & weight.is_light();
         let (is_delta, radiance_scale) = (bits(simd, 0), splat_f32(simd, 1.0));
@@ -378,8 +378,8 @@ impl<S: Simd> LobeSlots<S> {
 
     /// About what all lobes scatter, in all, of light that comes along the normals.
     #[inline(always)]
-    pub fn albedo(&self, simd: S) -> Colors<S> {
-        let black = Colors::splat(simd, Vec3::ZERO);
+    pub fn albedo(&self, simd: S) -> Vec3fx8<S> {
+        let black = Vec3fx8::splat(simd, Vec3::ZERO);
         let mut sum = black;
         for slot in &self.0 {
             sum = sum + slot.lobe.albedo(splat_f32(simd, 1.0)).keep_where(slot.mask, black);

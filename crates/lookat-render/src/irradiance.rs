@@ -12,7 +12,7 @@ use crate::integrator::Tracer;
 use crate::integrator::world::World;
 use crate::light::Receivers;
 use crate::number::{
-    Colors, LANES, Vec3x8, baseline, bits, first_lanes, luminance, set_lanes, to_f64, widen,
+    LANES, Vec3fx8, Vec3x8, baseline, bits, first_lanes, luminance, set_lanes, to_f64, widen,
 };
 use crate::prepare::Prepared;
 use crate::ray::ElementId;
@@ -149,7 +149,7 @@ fn of_light<S: Simd>(
     light: usize,
     (surfaces, world): (&Surfaces<S>, &World),
     u: [f64x8<S>; 2],
-) -> (Rays<S>, Colors<S>, mask64x8<S>) {
+) -> (Rays<S>, Vec3fx8<S>, mask64x8<S>) {
     let [none, all] = [false, true].map(|all| mask32x8::splat(simd, all));
     let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided: none, is_diffuse: all };
     let receivers = Receivers { surfaces: *surfaces, domain, lunes: None };
@@ -172,7 +172,7 @@ fn of_sky<S: Simd>(
     light: usize,
     surfaces: &Surfaces<S>,
     [u, v]: [f64x8<S>; 2],
-) -> (Rays<S>, Colors<S>, mask64x8<S>) {
+) -> (Rays<S>, Vec3fx8<S>, mask64x8<S>) {
     let n = surfaces.n.widen();
     let mut d = n;
     for lane in 0..LANES {

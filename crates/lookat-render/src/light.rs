@@ -17,7 +17,7 @@ use lookat_scene::{DirectStrategy, Light, Transform, World};
 
 use crate::bsdf::Domain;
 use crate::light::tree::Leaves;
-use crate::number::{Colors, Directions, LANES, Vec3x8, bits, narrow, splat_f32, widen};
+use crate::number::{LANES, Vec3fx8, Vec3x8, bits, narrow, splat_f32, widen};
 use crate::ray::ElementId;
 use crate::surface::Surfaces;
 use crate::trace::rays::Rays;
@@ -172,8 +172,8 @@ impl LightTable {
 
     /// The radiance of all skies along directions.
     #[inline(always)]
-    pub fn background<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Colors<S> {
-        let mut sum = Colors::splat(simd, self.background);
+    pub fn background<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Vec3fx8<S> {
+        let mut sum = Vec3fx8::splat(simd, self.background);
         for light in &self.lights[self.first_sky..] {
             if let SceneLight::Environment(environment) = light {
                 sum = sum + environment.radiance(simd, d);
@@ -197,7 +197,7 @@ impl LightTable {
             SceneLight::Point(light) => light.sample(simd, at),
             SceneLight::Distant { direction, radiance } => {
                 let shadow = at.surfaces.spawn_ray(Vec3x8::splat(simd, *direction));
-                LightSample::of_delta(all, Colors::splat(simd, *radiance), shadow)
+                LightSample::of_delta(all, Vec3fx8::splat(simd, *radiance), shadow)
             }
             SceneLight::Infinite { radiance, .. } => {
                 let (is_valid, wi, pdf) = match &at.lunes {
@@ -206,7 +206,7 @@ impl LightTable {
                 };
                 LightSample::with_pdf(
                     is_valid,
-                    Colors::splat(simd, *radiance),
+                    Vec3fx8::splat(simd, *radiance),
                     pdf,
                     at.surfaces.spawn_ray(wi),
                 )
@@ -299,7 +299,7 @@ impl LightTable {
         light: usize,
         lunes: Option<&Lunes<S>>,
         wi: Vec3x8<S>,
-    ) -> (Colors<S>, f32x8<S>) {
+    ) -> (Vec3fx8<S>, f32x8<S>) {
         match &self.lights[light] {
             SceneLight::Environment(environment) => environment.evaluate(simd, lunes, wi),
             SceneLight::Infinite { radiance, .. } => {
@@ -307,9 +307,9 @@ impl LightTable {
                     Some(lunes) => lunes.pdf(wi),
                     None => splat_f32(simd, 0.0),
                 };
-                (Colors::splat(simd, *radiance), pdf)
+                (Vec3fx8::splat(simd, *radiance), pdf)
             }
-            _ => (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 0.0)),
+            _ => (Vec3fx8::splat(simd, Vec3::ZERO), splat_f32(simd, 0.0)),
         }
     }
 }
@@ -394,7 +394,7 @@ pub(crate) struct LightSample<S: Simd> {
     /// The lanes with a valid sample.
     pub is_valid: mask64x8<S>,
     /// The radiance, without occlusion. For delta lights: the irradiance on a surface that faces them.
-    pub li: Colors<S>,
+    pub li: Vec3fx8<S>,
     /// Densities by solid angle; 1 for lights that no other direction can hit.
     pub pdf: f32x8<S>,
     /// The lanes with lights that BSDF directions can hit.
@@ -406,14 +406,14 @@ pub(crate) struct LightSample<S: Simd> {
 impl<S: Simd> LightSample<S> {
     /// A sample of a delta light.
     #[inline(always)]
-    pub fn of_delta(is_valid: mask64x8<S>, li: Colors<S>, shadow: Rays<S>) -> Self {
+    pub fn of_delta(is_valid: mask64x8<S>, li: Vec3fx8<S>, shadow: Rays<S>) -> Self {
         let simd = shadow.t_max.token();
         LightSample { is_valid, li, pdf: splat_f32(simd, 1.0), has_pdf: bits(simd, 0), shadow }
     }
 
     /// A sample of a light that BSDF directions can hit.
     #[inline(always)]
-    pub fn with_pdf(is_valid: mask64x8<S>, li: Colors<S>, pdf: f32x8<S>, shadow: Rays<S>) -> Self {
+    pub fn with_pdf(is_valid: mask64x8<S>, li: Vec3fx8<S>, pdf: f32x8<S>, shadow: Rays<S>) -> Self {
         let is_valid = is_valid & widen(pdf.simd_gt(0.0) & pdf.is_finite());
         LightSample { is_valid, li, pdf, has_pdf: bits(pdf.token(), 0xff), shadow }
     }
@@ -462,7 +462,7 @@ impl<S: Simd> Receivers<S> {
     /// 0 where all of it arrives from a side that nothing is scattered from. 1 from elsewhere, where that depends on more than
     /// the cosine: highlights are brightest in grazing light.
     #[inline(always)]
-    pub fn cosine(&self, wi: Directions<S>, spread: f32x8<S>) -> f32x8<S> {
+    pub fn cosine(&self, wi: Vec3fx8<S>, spread: f32x8<S>) -> f32x8<S> {
         let Domain { n, ns, is_two_sided, is_diffuse } = self.domain;
         let (none, one) = (splat_f32(spread.token(), 0.0), splat_f32(spread.token(), 1.0));
         let is_behind = !is_two_sided & wi.dot(n).simd_le(-spread);
@@ -486,13 +486,13 @@ mod tests {
             baseline!(simd => {
                 let mask = |all: bool| mask32x8::splat(simd, all);
                 let domain = Domain {
-                    n: Directions::splat(simd, Vec3::Z),
-                    ns: Directions::splat(simd, ns),
+                    n: Vec3fx8::splat(simd, Vec3::Z),
+                    ns: Vec3fx8::splat(simd, ns),
                     is_two_sided: mask(is_two_sided),
                     is_diffuse: mask(is_diffuse),
                 };
                 let receivers = Receivers { surfaces: surfaces_at(simd, DVec3::ZERO), domain, lunes: None };
-                receivers.cosine(Directions::splat(simd, wi), splat_f32(simd, spread))[0]
+                receivers.cosine(Vec3fx8::splat(simd, wi), splat_f32(simd, spread))[0]
             })
         };
         let (diffuse, through, glossy) = ([false, true], [true, false], [false, false]);

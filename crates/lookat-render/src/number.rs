@@ -113,11 +113,8 @@ pub(crate) type Vec3x8<S> = V3<f64x8<S>>;
 /// Points of planes.
 pub(crate) type Vec2x8<S> = [f64x8<S>; 2];
 
-/// Colors, or radiances.
-pub(crate) type Colors<S> = V3<f32x8<S>>;
-
-/// Directions of scattering, and normals.
-pub(crate) type Directions<S> = V3<f32x8<S>>;
+/// Colors, radiances, normals and directions of scattering.
+pub(crate) type Vec3fx8<S> = V3<f32x8<S>>;
 
 impl<T: Copy + Add<Output = T> + Mul<Output = T>> V3<T> {
     #[inline(always)]
@@ -265,12 +262,12 @@ impl<S: Simd> Vec3x8<S> {
 
     /// Rounded to `f32`.
     #[inline(always)]
-    pub fn narrow(self) -> Directions<S> {
+    pub fn narrow(self) -> Vec3fx8<S> {
         V3 { x: to_f32(self.x), y: to_f32(self.y), z: to_f32(self.z) }
     }
 }
 
-impl<S: Simd> Colors<S> {
+impl<S: Simd> Vec3fx8<S> {
     #[inline(always)]
     pub fn widen(self) -> Vec3x8<S> {
         V3 { x: to_f64(self.x), y: to_f64(self.y), z: to_f64(self.z) }

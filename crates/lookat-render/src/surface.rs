@@ -7,7 +7,7 @@ use lookat_scene::{Mesh, Primitive, Shape};
 use crate::curved::Curved;
 use crate::frame::flipped;
 use crate::number::{
-    Directions, LANES, Vec2x8, Vec3x8, bits, groups, set_lanes, side_by_side, three, vectorized,
+    LANES, Vec2x8, Vec3fx8, Vec3x8, bits, groups, set_lanes, side_by_side, three, vectorized,
 };
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::{
@@ -118,7 +118,7 @@ const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
 #[derive(Clone, Copy)]
 pub(crate) struct Surfaces<S: Simd> {
     pub p: Vec3x8<S>,
-    pub n: Directions<S>,
+    pub n: Vec3fx8<S>,
     /// In `f64` for mirrors and glass: see [`BsdfSample::wi`](crate::bsdf::BsdfSample::wi).
     pub ns: Vec3x8<S>,
     pub magnitude: f64x8<S>,

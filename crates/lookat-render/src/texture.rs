@@ -12,7 +12,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::{Bilerp, LUMINANCE, Mapping, Texture, Transform, Value, Varying};
 
-use crate::number::{Colors, LANES, Vec2x8, Vec3x8, splat_f32, to_f32, to_f64, vectorized};
+use crate::number::{LANES, Vec2x8, Vec3fx8, Vec3x8, splat_f32, to_f32, to_f64, vectorized};
 use crate::warp::{angle, longitude_latitude};
 use noise::{OctaveSum, PointInSpace};
 
@@ -112,9 +112,9 @@ impl<S: Simd> TexturePoint<'_, S> {
 
     /// The fractions of s and t as red and green.
     #[inline(always)]
-    fn fractions(&self, mapping: &Mapping, active: mask64x8<S>) -> Colors<S> {
+    fn fractions(&self, mapping: &Mapping, active: mask64x8<S>) -> Vec3fx8<S> {
         let [s, t] = coordinates(mapping, self, active);
-        Colors { x: to_f32(s - s.floor()), y: to_f32(t - t.floor()), z: splat_f32(active.token(), 0.0) }
+        Vec3fx8 { x: to_f32(s - s.floor()), y: to_f32(t - t.floor()), z: splat_f32(active.token(), 0.0) }
     }
 }
 
@@ -139,7 +139,7 @@ pub(crate) trait Values<S: Simd>: Value {
     fn gray(values: f64x8<S>) -> Self::Wide;
 
     /// Numbers become luminances.
-    fn from_rgb(rgb: Colors<S>) -> Self::Wide;
+    fn from_rgb(rgb: Vec3fx8<S>) -> Self::Wide;
 
     /// `a` for an amount of 0, `b` for 1.
     fn blend(a: Self::Wide, b: Self::Wide, amount: f64x8<S>) -> Self::Wide;
@@ -169,7 +169,7 @@ impl<S: Simd> Values<S> for f64 {
     }
 
     #[inline(always)]
-    fn from_rgb(rgb: Colors<S>) -> f64x8<S> {
+    fn from_rgb(rgb: Vec3fx8<S>) -> f64x8<S> {
         to_f64(rgb.x) * LUMINANCE.x + to_f64(rgb.y) * LUMINANCE.y + to_f64(rgb.z) * LUMINANCE.z
     }
 
@@ -190,47 +190,47 @@ impl<S: Simd> Values<S> for f64 {
 }
 
 impl<S: Simd> Values<S> for Vec3 {
-    type Wide = Colors<S>;
-    type Texels = Colors<S>;
+    type Wide = Vec3fx8<S>;
+    type Texels = Vec3fx8<S>;
 
     #[inline(always)]
-    fn splat(simd: S, value: Vec3) -> Colors<S> {
-        Colors::splat(simd, value)
+    fn splat(simd: S, value: Vec3) -> Vec3fx8<S> {
+        Vec3fx8::splat(simd, value)
     }
 
     #[inline(always)]
-    fn keep_where(first: Colors<S>, mask: mask64x8<S>, others: Colors<S>) -> Colors<S> {
+    fn keep_where(first: Vec3fx8<S>, mask: mask64x8<S>, others: Vec3fx8<S>) -> Vec3fx8<S> {
         first.keep_where_wide(mask, others)
     }
 
     #[inline(always)]
-    fn gray(values: f64x8<S>) -> Colors<S> {
+    fn gray(values: f64x8<S>) -> Vec3fx8<S> {
         let gray = to_f32(values);
-        Colors { x: gray, y: gray, z: gray }
+        Vec3fx8 { x: gray, y: gray, z: gray }
     }
 
     #[inline(always)]
-    fn from_rgb(rgb: Colors<S>) -> Colors<S> {
+    fn from_rgb(rgb: Vec3fx8<S>) -> Vec3fx8<S> {
         rgb
     }
 
     #[inline(always)]
-    fn blend(a: Colors<S>, b: Colors<S>, amount: f64x8<S>) -> Colors<S> {
+    fn blend(a: Vec3fx8<S>, b: Vec3fx8<S>, amount: f64x8<S>) -> Vec3fx8<S> {
         a * to_f32(1.0 - amount) + b * to_f32(amount)
     }
 
     #[inline(always)]
-    fn texels(simd: S, texels: &[Vec3; LANES]) -> Colors<S> {
+    fn texels(simd: S, texels: &[Vec3; LANES]) -> Vec3fx8<S> {
         let [r, g, b]: [[f32; LANES]; 3] = [
             std::array::from_fn(|lane| texels[lane].x),
             std::array::from_fn(|lane| texels[lane].y),
             std::array::from_fn(|lane| texels[lane].z),
         ];
-        Colors { x: r.simd_into(simd), y: g.simd_into(simd), z: b.simd_into(simd) }
+        Vec3fx8 { x: r.simd_into(simd), y: g.simd_into(simd), z: b.simd_into(simd) }
     }
 
     #[inline(always)]
-    fn from_texels(texels: Colors<S>) -> Colors<S> {
+    fn from_texels(texels: Vec3fx8<S>) -> Vec3fx8<S> {
         texels
     }
 }

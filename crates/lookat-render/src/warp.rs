@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use fearless_simd::{Simd, f32x8, f64x8, prelude::*};
 use glam::DVec2;
 
-use crate::number::{Directions, LANES, Number, V3, Vec3x8};
+use crate::number::{LANES, Number, V3, Vec3fx8, Vec3x8};
 
 /// Uniform on the unit disk (Shirley and Chiu's concentric map; PBR 13.6.2).
 #[inline(always)]
@@ -25,7 +25,7 @@ pub(crate) fn square_to_disk<T: Number + Angle>([u, v]: [T; 2]) -> [T; 2] {
 
 /// Directions around +z in proportion to their cosine (PBR 13.6.3).
 #[inline(always)]
-pub(crate) fn square_to_cosine_hemisphere<S: Simd>(u: [f32x8<S>; 2]) -> Directions<S> {
+pub(crate) fn square_to_cosine_hemisphere<S: Simd>(u: [f32x8<S>; 2]) -> Vec3fx8<S> {
     let [x, y] = square_to_disk(u);
     V3 { x, y, z: (1.0 - (x * x + y * y)).max(0.0).sqrt() }
 }
@@ -38,7 +38,7 @@ pub(crate) fn square_to_cosine_hemisphere_pdf<S: Simd>(cos_theta: f32x8<S>) -> f
 
 /// Directions around +z with uniform density (PBR 13.6.1).
 #[inline(always)]
-pub(crate) fn square_to_uniform_hemisphere<S: Simd>([u, v]: [f32x8<S>; 2]) -> Directions<S> {
+pub(crate) fn square_to_uniform_hemisphere<S: Simd>([u, v]: [f32x8<S>; 2]) -> Vec3fx8<S> {
     let sin_theta = (1.0 - u * u).max(0.0).sqrt();
     let [cos, sin] = at_turn(v);
     V3 { x: cos * sin_theta, y: sin * sin_theta, z: u }

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
-use crate::number::{Colors, splat_f32};
+use crate::number::{Vec3fx8, splat_f32};
 
 /// The reflected share of unpolarized light at a boundary between dielectrics. `cos`: the cosine to the normal, negative for light from
 /// behind. `eta`: the index of refraction behind the boundary over the index in front, where the normal points.
@@ -22,9 +22,9 @@ pub(super) fn dielectric<S: Simd>(cos: f32x8<S>, eta: f32x8<S>) -> f32x8<S> {
 
 /// The reflected share at a conductor of some index of refraction and absorption coefficient, channel by channel.
 #[inline(always)]
-pub(super) fn conductor<S: Simd>(cos: f32x8<S>, [eta, k]: [Colors<S>; 2]) -> Colors<S> {
+pub(super) fn conductor<S: Simd>(cos: f32x8<S>, [eta, k]: [Vec3fx8<S>; 2]) -> Vec3fx8<S> {
     let of = |eta, k| conductor_channel(cos.abs(), eta, k);
-    Colors { x: of(eta.x, k.x), y: of(eta.y, k.y), z: of(eta.z, k.z) }
+    Vec3fx8 { x: of(eta.x, k.x), y: of(eta.y, k.y), z: of(eta.z, k.z) }
 }
 
 #[inline(always)]
@@ -47,8 +47,8 @@ fn conductor_channel<S: Simd>(cos: f32x8<S>, eta: f32x8<S>, k: f32x8<S>) -> f32x
 
 /// Schlick's approximation of what is reflected: `at_normal` at normal incidence.
 #[inline(always)]
-pub(super) fn schlick<S: Simd>(at_normal: Colors<S>, cos: f32x8<S>) -> Colors<S> {
-    let (white, x) = (Colors::splat(cos.token(), Vec3::ONE), 1.0 - cos);
+pub(super) fn schlick<S: Simd>(at_normal: Vec3fx8<S>, cos: f32x8<S>) -> Vec3fx8<S> {
+    let (white, x) = (Vec3fx8::splat(cos.token(), Vec3::ONE), 1.0 - cos);
     at_normal + (white - at_normal) * (x * x * x * x * x)
 }
 

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::fresnel::{conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upward};
-use crate::number::{Colors, Directions, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64};
+use crate::number::{V3, Vec3fx8, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64};
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
 /// The kind of a lobe.
@@ -67,14 +67,14 @@ pub(super) struct Lobe<C, N> {
 /// The lobe of one point.
 pub(super) type PointLobe = Lobe<Vec3, f32>;
 /// The lobes of eight points.
-pub(super) type Lobes<S> = Lobe<Colors<S>, f32x8<S>>;
+pub(super) type Lobes<S> = Lobe<Vec3fx8<S>, f32x8<S>>;
 
 impl<S: Simd> Lobes<S> {
     /// Lobes whose only parameter is a color.
     #[inline(always)]
-    pub fn new(kind: LobeKind, color: Colors<S>) -> Self {
+    pub fn new(kind: LobeKind, color: Vec3fx8<S>) -> Self {
         let simd = color.x.token();
-        let (black, one) = (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0));
+        let (black, one) = (Vec3fx8::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0));
         Lobe { kind, color, colors: [black; 2], roughness: [one; 2], eta: one }
     }
 
@@ -94,10 +94,10 @@ impl<S: Simd> Lobes<S> {
     pub fn splat(simd: S, lobe: &PointLobe) -> Self {
         Lobe {
             kind: lobe.kind,
-            color: Colors::splat(simd, lobe.color),
+            color: Vec3fx8::splat(simd, lobe.color),
             colors: lobe.colors.map(
                 #[inline(always)]
-                |color| Colors::splat(simd, color),
+                |color| Vec3fx8::splat(simd, color),
             ),
             roughness: [splat_f32(simd, lobe.roughness[0]), splat_f32(simd, lobe.roughness[1])],
             eta: splat_f32(simd, lobe.eta),
@@ -123,7 +123,7 @@ impl<S: Simd> Lobes<S> {
 
     /// The reflectance at an angle of cosine `cos`.
     #[inline(always)]
-    pub fn fresnel(&self, fresnel: Fresnel, cos: f32x8<S>) -> Colors<S> {
+    pub fn fresnel(&self, fresnel: Fresnel, cos: f32x8<S>) -> Vec3fx8<S> {
         match fresnel {
             Fresnel::Perfect => self.color,
             Fresnel::Dielectric => self.color * dielectric(cos, self.eta),
@@ -133,7 +133,7 @@ impl<S: Simd> Lobes<S> {
 
     /// About what it scatters, in all, of light that comes along `wo`: exact where it does not depend on roughness.
     #[inline(always)]
-    pub fn albedo(&self, cos_o: f32x8<S>) -> Colors<S> {
+    pub fn albedo(&self, cos_o: f32x8<S>) -> Vec3fx8<S> {
         match self.kind {
             LobeKind::Lambert | LobeKind::OrenNayar | LobeKind::LambertTransmission => self.color,
             LobeKind::Microfacet(fresnel) | LobeKind::Mirror(fresnel) => self.fresnel(fresnel, cos_o),
@@ -152,7 +152,7 @@ impl<S: Simd> Lobes<S> {
     /// The value of the BSDF, and the density by solid angle of [`Lobes::sample`] where `wi` is on its side; neither of single
     /// directions. `above`: where light is reflected, as geometric normals say; elsewhere it passes.
     #[inline(always)]
-    pub fn f_pdf(&self, wo: Directions<S>, wi: Directions<S>, above: mask32x8<S>) -> (Colors<S>, f32x8<S>) {
+    pub fn f_pdf(&self, wo: Vec3fx8<S>, wi: Vec3fx8<S>, above: mask32x8<S>) -> (Vec3fx8<S>, f32x8<S>) {
         let simd = wi.z.token();
         let none = splat_f32(simd, 0.0);
         match self.kind {
@@ -193,23 +193,18 @@ impl<S: Simd> Lobes<S> {
                 let cos = wi.dot(wh);
                 let value = self.facets().density(wh) / (4.0 * cos.abs() * wi.z.abs().max(wo.z.abs()));
                 let sum = base + schlick(coat, cos) * value;
-                let sum = sum.keep_where(is_valid, Colors::splat(simd, Vec3::ZERO));
+                let sum = sum.keep_where(is_valid, Vec3fx8::splat(simd, Vec3::ZERO));
                 (self.color * sum, 0.5 * (cosine(wi) + is_valid.select(pdf, none)))
             }
             LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass => {
-                (Colors::splat(simd, Vec3::ZERO), none)
+                (Vec3fx8::splat(simd, Vec3::ZERO), none)
             }
         }
     }
 
     /// A direction, and where there is one; none of single directions. `fine`: a number from 0 to 1 that chooses at a facet.
     #[inline(always)]
-    pub fn sample(
-        &self,
-        wo: Directions<S>,
-        [u, v]: [f32x8<S>; 2],
-        fine: f32x8<S>,
-    ) -> (Directions<S>, mask32x8<S>) {
+    pub fn sample(&self, wo: Vec3fx8<S>, [u, v]: [f32x8<S>; 2], fine: f32x8<S>) -> (Vec3fx8<S>, mask32x8<S>) {
         let all = mask32x8::splat(u.token(), true);
         match self.kind {
             LobeKind::Lambert | LobeKind::OrenNayar => (cosine_direction(wo.z, [u, v]), all),
@@ -259,19 +254,19 @@ impl<S: Simd> Lobes<S> {
 }
 
 #[inline(always)]
-fn cosine<S: Simd>(w: Directions<S>) -> f32x8<S> {
+fn cosine<S: Simd>(w: Vec3fx8<S>) -> f32x8<S> {
     square_to_cosine_hemisphere_pdf(w.z.abs())
 }
 
 #[inline(always)]
-fn cosine_direction<S: Simd>(side: f32x8<S>, u: [f32x8<S>; 2]) -> Directions<S> {
+fn cosine_direction<S: Simd>(side: f32x8<S>, u: [f32x8<S>; 2]) -> Vec3fx8<S> {
     let w = square_to_cosine_hemisphere(u);
     V3 { z: w.z.copysign(side), ..w }
 }
 
 /// The term of Oren and Nayar's model that depends on the directions.
 #[inline(always)]
-fn oren_nayar<S: Simd>(wo: Directions<S>, wi: Directions<S>) -> f32x8<S> {
+fn oren_nayar<S: Simd>(wo: Vec3fx8<S>, wi: Vec3fx8<S>) -> f32x8<S> {
     let sin_i = (wi.x * wi.x + wi.y * wi.y).sqrt();
     let sin_o = (wo.x * wo.x + wo.y * wo.y).sqrt();
     let (across, product) = (wi.x * wo.x + wi.y * wo.y, sin_i * sin_o);
@@ -314,7 +309,7 @@ pub(crate) struct BsdfSample<S: Simd> {
     pub pdf: f32x8<S>,
     /// The factor for radiance from `wi`: the BSDF times the cosine over the density. Of [`Lobe::delta_sample`] and
     /// [`Bsdf::delta_samples`](super::Bsdf::delta_samples), not divided by the density.
-    pub weight: Colors<S>,
+    pub weight: Vec3fx8<S>,
     /// The lanes with delta samples.
     pub is_delta: mask64x8<S>,
     /// The factor by which refraction scales radiance: the ratio of the squared indices of refraction. 1 for reflection.
@@ -359,7 +354,7 @@ impl<S: Simd> Lobes<S> {
 
     /// Light that a smooth boundary refracts.
     #[inline(always)]
-    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> BsdfSample<S> {
+    fn refracted(&self, n: Vec3x8<S>, wo: Vec3x8<S>, factor: Vec3fx8<S>) -> BsdfSample<S> {
         let (eta, cos) = (to_f64(self.eta), n.dot(wo));
         let (n, cos) = ((-n).keep_where(cos.simd_lt(0.0), n), (cos, cos.abs()));
         let ratio = cos.0.simd_gt(0.0).select(eta, 1.0 / eta);
@@ -376,13 +371,13 @@ impl<S: Simd> Lobes<S> {
 }
 
 #[inline(always)]
-fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> BsdfSample<S> {
+fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Vec3fx8<S>) -> BsdfSample<S> {
     BsdfSample { wi: (n * (2.0 * n.dot(wo)) - wo).normalize(), ..delta(factor) }
 }
 
 /// A delta sample of probability 1, without a direction.
 #[inline(always)]
-fn delta<S: Simd>(weight: Colors<S>) -> BsdfSample<S> {
+fn delta<S: Simd>(weight: Vec3fx8<S>) -> BsdfSample<S> {
     let simd = weight.x.token();
     let all = bits(simd, 0xff);
     BsdfSample {

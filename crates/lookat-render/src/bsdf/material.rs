@@ -13,13 +13,13 @@ use super::lobe::{LobeKind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness};
 use crate::bsdf::lobe::Fresnel;
 use crate::bsdf::{LobeSlots, PointLobes};
-use crate::number::{Colors, LANES, baseline, bits, narrow, splat_f32, to_f32, vectorized};
+use crate::number::{LANES, Vec3fx8, baseline, bits, narrow, splat_f32, to_f32, vectorized};
 use crate::texture::TexturePoint;
 
 impl<S: Simd> LobeSlots<S> {
     /// Adds the lobes of a material at points, which have none yet.
     pub fn build(&mut self, material: &MaterialKind, at: &TexturePoint<S>, points: mask64x8<S>) {
-        Builder { at, slots: self, from: 0 }.add(material, Colors::splat(points.token(), Vec3::ONE), points);
+        Builder { at, slots: self, from: 0 }.add(material, Vec3fx8::splat(points.token(), Vec3::ONE), points);
     }
 }
 
@@ -79,7 +79,7 @@ struct Builder<'a, S: Simd> {
 impl<S: Simd> Builder<'_, S> {
     /// The lobes of a material, times `weight`.
     #[inline(never)]
-    fn add(&mut self, material: &MaterialKind, weight: Colors<S>, active: mask64x8<S>) {
+    fn add(&mut self, material: &MaterialKind, weight: Vec3fx8<S>, active: mask64x8<S>) {
         vectorized!(active.token(), {
             match material {
                 MaterialKind::Matte(matte) => self.matte(matte, weight, active),
@@ -112,12 +112,12 @@ impl<S: Simd> Builder<'_, S> {
 
     /// Reflectances: at least 0.
     #[inline(always)]
-    fn reflectance(&self, texture: &Texture<Vec3>, active: mask64x8<S>) -> Colors<S> {
+    fn reflectance(&self, texture: &Texture<Vec3>, active: mask64x8<S>) -> Vec3fx8<S> {
         not_negative(self.at.value(texture, active))
     }
 
     #[inline(always)]
-    fn matte(&mut self, matte: &Matte, weight: Colors<S>, active: mask64x8<S>) {
+    fn matte(&mut self, matte: &Matte, weight: Vec3fx8<S>, active: mask64x8<S>) {
         let reflectance = weight * self.reflectance(&matte.kd, active);
         let sigma = at_least(self.at.value(&matte.sigma, active), 0.0).min(90.0);
         let is_smooth = sigma.simd_eq(0.0);
@@ -133,7 +133,7 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     #[inline(always)]
-    fn plastic(&mut self, plastic: &Plastic, weight: Colors<S>, active: mask64x8<S>) {
+    fn plastic(&mut self, plastic: &Plastic, weight: Vec3fx8<S>, active: mask64x8<S>) {
         self.push(Lobes::new(LobeKind::Lambert, weight * self.reflectance(&plastic.kd, active)), active);
         // pbrt-v3 swaps inside and outside here: light arrives from the side of index 1.5.
         let eta = splat_f32(active.token(), (1.0 / COATING_INDEX) as f32);
@@ -145,7 +145,7 @@ impl<S: Simd> Builder<'_, S> {
     #[inline(always)]
     fn glossy(
         &mut self,
-        reflectance: Colors<S>,
+        reflectance: Vec3fx8<S>,
         roughness: [f32x8<S>; 2],
         eta: f32x8<S>,
         active: mask64x8<S>,
@@ -155,7 +155,7 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     #[inline(always)]
-    fn translucent(&mut self, translucent: &Translucent, weight: Colors<S>, active: mask64x8<S>) {
+    fn translucent(&mut self, translucent: &Translucent, weight: Vec3fx8<S>, active: mask64x8<S>) {
         let reflect = weight * self.reflectance(&translucent.reflect, active);
         let transmit = weight * self.reflectance(&translucent.transmit, active);
         let (kd, ks) = (self.reflectance(&translucent.kd, active), self.reflectance(&translucent.ks, active));
@@ -169,7 +169,7 @@ impl<S: Simd> Builder<'_, S> {
     #[inline(always)]
     fn rough_dielectric(
         &mut self,
-        [reflectance, transmittance]: [Colors<S>; 2],
+        [reflectance, transmittance]: [Vec3fx8<S>; 2],
         roughness: [f32x8<S>; 2],
         eta: f64x8<S>,
         active: mask64x8<S>,
@@ -185,12 +185,12 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     #[inline(always)]
-    fn refraction(&mut self, transmittance: Colors<S>, eta: f32x8<S>, active: mask64x8<S>) {
+    fn refraction(&mut self, transmittance: Vec3fx8<S>, eta: f32x8<S>, active: mask64x8<S>) {
         self.push(Lobes { eta, ..Lobes::new(LobeKind::Refraction, transmittance) }, active);
     }
 
     #[inline(always)]
-    fn glass(&mut self, glass: &Glass, weight: Colors<S>, active: mask64x8<S>) {
+    fn glass(&mut self, glass: &Glass, weight: Vec3fx8<S>, active: mask64x8<S>) {
         let colors =
             [weight * self.reflectance(&glass.kr, active), weight * self.reflectance(&glass.kt, active)];
         let eta = self.index(&glass.eta, active);
@@ -206,7 +206,7 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     #[inline(always)]
-    fn metal(&mut self, metal: &Metal, weight: Colors<S>, active: mask64x8<S>) {
+    fn metal(&mut self, metal: &Metal, weight: Vec3fx8<S>, active: mask64x8<S>) {
         let colors = [self.at.value(&metal.eta, active), self.at.value(&metal.k, active)];
         let roughness = self.alpha(&metal.roughness, active);
         let lobe = Lobes::new(LobeKind::Microfacet(Fresnel::Conductor), weight);
@@ -214,7 +214,7 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     #[inline(always)]
-    fn substrate(&mut self, substrate: &Substrate, weight: Colors<S>, active: mask64x8<S>) {
+    fn substrate(&mut self, substrate: &Substrate, weight: Vec3fx8<S>, active: mask64x8<S>) {
         let colors = [self.reflectance(&substrate.kd, active), self.reflectance(&substrate.ks, active)];
         let active = active & (colors[0].is_light() | colors[1].is_light());
         let roughness = self.alpha(&substrate.roughness, active);
@@ -222,8 +222,8 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     #[inline(always)]
-    fn uber(&mut self, uber: &Uber, weight: Colors<S>, active: mask64x8<S>) {
-        let white = Colors::splat(active.token(), Vec3::ONE);
+    fn uber(&mut self, uber: &Uber, weight: Vec3fx8<S>, active: mask64x8<S>) {
+        let white = Vec3fx8::splat(active.token(), Vec3::ONE);
         let opacity = self.reflectance(&uber.opacity, active);
         self.refraction(weight * not_negative(white - opacity), white.x, active);
         let weight = weight * opacity;
@@ -241,9 +241,9 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     #[inline(always)]
-    fn mix(&mut self, mix: &Mix, weight: Colors<S>, active: mask64x8<S>) {
+    fn mix(&mut self, mix: &Mix, weight: Vec3fx8<S>, active: mask64x8<S>) {
         let first = self.reflectance(&mix.amount, active);
-        let second = not_negative(Colors::splat(active.token(), Vec3::ONE) - first);
+        let second = not_negative(Vec3fx8::splat(active.token(), Vec3::ONE) - first);
         for (material, share) in mix.materials.iter().zip([first, second]) {
             // What has no share costs nothing.
             let own = active & share.is_light();
@@ -293,14 +293,14 @@ fn at_least<S: Simd>(x: f64x8<S>, least: f64) -> f64x8<S> {
 
 /// The larger of two colors in each channel.
 #[inline(always)]
-fn larger<S: Simd>(a: Colors<S>, b: Colors<S>) -> Colors<S> {
+fn larger<S: Simd>(a: Vec3fx8<S>, b: Vec3fx8<S>) -> Vec3fx8<S> {
     let larger = |a: f32x8<S>, b: f32x8<S>| a.simd_gt(b).select(a, b);
-    Colors { x: larger(a.x, b.x), y: larger(a.y, b.y), z: larger(a.z, b.z) }
+    Vec3fx8 { x: larger(a.x, b.x), y: larger(a.y, b.y), z: larger(a.z, b.z) }
 }
 
 #[inline(always)]
-fn not_negative<S: Simd>(color: Colors<S>) -> Colors<S> {
-    larger(color, Colors::splat(color.x.token(), Vec3::ZERO))
+fn not_negative<S: Simd>(color: Vec3fx8<S>) -> Vec3fx8<S> {
+    larger(color, Vec3fx8::splat(color.x.token(), Vec3::ZERO))
 }
 
 /// The index of refraction of plastic and translucent surfaces.

@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::Vec3;
 
 use super::fresnel::dielectric;
-use crate::number::{Directions, V3};
+use crate::number::{V3, Vec3fx8};
 use crate::warp::square_to_disk;
 
 /// The least width, as in pbrt-v3: a mirror in all but name.
@@ -35,7 +35,7 @@ pub(super) struct TrowbridgeReitz<S: Simd> {
 impl<S: Simd> TrowbridgeReitz<S> {
     /// Density of normals around `wh`, by area of the surface (`D`).
     #[inline(always)]
-    pub fn density(&self, wh: Directions<S>) -> f32x8<S> {
+    pub fn density(&self, wh: Vec3fx8<S>) -> f32x8<S> {
         let [ax, ay] = self.alpha;
         let (x, y) = (wh.x / ax, wh.y / ay);
         let slope = x * x + y * y + wh.z * wh.z;
@@ -45,14 +45,14 @@ impl<S: Simd> TrowbridgeReitz<S> {
     /// The cosine of `w` by the share of facets that it sees, `|cos| (1 + Lambda)`: without Smith's fractions, which grow beyond all
     /// bounds at grazing angles.
     #[inline(always)]
-    fn unmasked(&self, w: Directions<S>) -> f32x8<S> {
+    fn unmasked(&self, w: Vec3fx8<S>) -> f32x8<S> {
         let (x, y) = (w.x * self.alpha[0], w.y * self.alpha[1]);
         ((w.z * w.z + (x * x + y * y)).sqrt() + w.z.abs()) * 0.5
     }
 
     /// `|cos_o cos_i| / G`, where `G` is the share of facets that both directions see; and the same of `wo` alone.
     #[inline(always)]
-    fn masked(&self, wo: Directions<S>, wi: Directions<S>) -> (f32x8<S>, f32x8<S>) {
+    fn masked(&self, wo: Vec3fx8<S>, wi: Vec3fx8<S>) -> (f32x8<S>, f32x8<S>) {
         let (of_o, of_i) = (self.unmasked(wo), self.unmasked(wi));
         let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
         (cos_i * of_o + cos_o * (of_i - cos_i), of_o)
@@ -60,12 +60,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
 
     /// The reflection of facets with a Fresnel term of 1, and the density of [`TrowbridgeReitz::reflected`].
     #[inline(always)]
-    pub fn reflection(
-        &self,
-        wo: Directions<S>,
-        wi: Directions<S>,
-        wh: Directions<S>,
-    ) -> (f32x8<S>, f32x8<S>) {
+    pub fn reflection(&self, wo: Vec3fx8<S>, wi: Vec3fx8<S>, wh: Vec3fx8<S>) -> (f32x8<S>, f32x8<S>) {
         let density = self.density(wh) * 0.25;
         let (both, of_o) = self.masked(wo, wi);
         (density / both, density / of_o)
@@ -78,8 +73,8 @@ impl<S: Simd> TrowbridgeReitz<S> {
     pub fn transmission(
         &self,
         eta: f32x8<S>,
-        wo: Directions<S>,
-        wi: Directions<S>,
+        wo: Vec3fx8<S>,
+        wi: Vec3fx8<S>,
     ) -> (f32x8<S>, f32x8<S>, f32x8<S>, mask32x8<S>) {
         let ratio = ratio(wo.z, eta);
         let (wh, is_valid) = (wo + wi * ratio).try_normalize();
@@ -100,7 +95,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
     /// One of the normals that `wo` sees, on its side (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT
     /// 7(4), 2018).
     #[inline(always)]
-    pub fn visible_normal(&self, wo: Directions<S>, u: [f32x8<S>; 2]) -> Directions<S> {
+    pub fn visible_normal(&self, wo: Vec3fx8<S>, u: [f32x8<S>; 2]) -> Vec3fx8<S> {
         let simd = wo.z.token();
         let is_below = wo.z.simd_lt(0.0);
         let up = (-wo).keep_where(is_below, wo);
@@ -118,25 +113,21 @@ impl<S: Simd> TrowbridgeReitz<S> {
 
     /// A direction that a facet reflects to `wo`, and where there is one.
     #[inline(always)]
-    pub fn reflected(&self, wo: Directions<S>, u: [f32x8<S>; 2]) -> (Directions<S>, mask32x8<S>) {
+    pub fn reflected(&self, wo: Vec3fx8<S>, u: [f32x8<S>; 2]) -> (Vec3fx8<S>, mask32x8<S>) {
         reflected(wo, self.visible_normal(wo, u))
     }
 }
 
 /// The direction that a facet reflects to `wo`, and where there is one.
 #[inline(always)]
-pub(super) fn reflected<S: Simd>(wo: Directions<S>, wh: Directions<S>) -> (Directions<S>, mask32x8<S>) {
+pub(super) fn reflected<S: Simd>(wo: Vec3fx8<S>, wh: Vec3fx8<S>) -> (Vec3fx8<S>, mask32x8<S>) {
     let wi = wh * (2.0 * wo.dot(wh)) - wo;
     (wi, (wi.z * wo.z).simd_gt(0.0))
 }
 
 /// The direction that a facet refracts to `wo`, and where there is one.
 #[inline(always)]
-pub(super) fn refracted<S: Simd>(
-    eta: f32x8<S>,
-    wo: Directions<S>,
-    wh: Directions<S>,
-) -> (Directions<S>, mask32x8<S>) {
+pub(super) fn refracted<S: Simd>(eta: f32x8<S>, wo: Vec3fx8<S>, wh: Vec3fx8<S>) -> (Vec3fx8<S>, mask32x8<S>) {
     let (ratio, cos) = (ratio(wo.z, eta), wo.dot(wh));
     let along = (wh * cos - wo) * (1.0 / ratio);
     let squared = 1.0 - along.length_squared();
@@ -146,14 +137,14 @@ pub(super) fn refracted<S: Simd>(
 
 /// The normal that reflects one direction into the other, and where there is one: not where a direction is in the plane of the surface.
 #[inline(always)]
-pub(super) fn half<S: Simd>(wo: Directions<S>, wi: Directions<S>) -> (Directions<S>, mask32x8<S>) {
+pub(super) fn half<S: Simd>(wo: Vec3fx8<S>, wi: Vec3fx8<S>) -> (Vec3fx8<S>, mask32x8<S>) {
     let (wh, is_valid) = (wo + wi).try_normalize();
     (wh, is_valid & wo.z.simd_ne(0.0) & wi.z.simd_ne(0.0))
 }
 
 /// Normals of facets are on the side of the surface's, so that light from within is told from light from outside.
 #[inline(always)]
-pub(super) fn upward<S: Simd>(wh: Directions<S>) -> Directions<S> {
+pub(super) fn upward<S: Simd>(wh: Vec3fx8<S>) -> Vec3fx8<S> {
     (-wh).keep_where(wh.z.simd_lt(0.0), wh)
 }
 

@@ -12,7 +12,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::LobeSlots;
 use super::lobe::{LobeKind, Lobes};
 use super::*;
-use crate::number::Colors;
+use crate::number::Vec3fx8;
 use crate::number::{LANES, set_lanes};
 use crate::testing::baseline;
 use glam::Vec3;
@@ -481,7 +481,7 @@ fn extreme_parameters_scatter_numbers() {
 fn weighed<S: Simd>(simd: S, reflectances: &[f32]) -> LobeSlots<S> {
     let (mut slots, mut from) = (LobeSlots::new(), 0);
     for color in reflectances {
-        let lobe = Lobes::new(LobeKind::Lambert, Colors::splat(simd, Vec3::splat(*color)));
+        let lobe = Lobes::new(LobeKind::Lambert, Vec3fx8::splat(simd, Vec3::splat(*color)));
         slots.push(lobe, mask32x8::splat(simd, true), &mut from);
     }
     weigh(&mut slots.0, splat_f32(simd, 1.0));

@@ -9,7 +9,7 @@ use crate::frame::Frames;
 use crate::integrator::path_batch::{BatchSurface, PathBatch, ShadowRays};
 use crate::integrator::path_record::PathRecord;
 use crate::integrator::world::{Tracer, World};
-use crate::number::{Colors, splat_f32, to_f32, vectorized};
+use crate::number::{Vec3fx8, splat_f32, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::warp::{
     square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
@@ -74,7 +74,7 @@ impl Ambient<'_> {
                 };
                 let rays = surfaces.spawn_ray(frames.to_world(local).normalize().widen());
                 let value = value / self.samples as f32;
-                let light = Colors { x: value, y: value, z: value };
+                let light = Vec3fx8 { x: value, y: value, z: value };
                 let rays = ShadowRays { rays, light, samples: paths.samples };
                 batch.push_shadow_rays(simd, (&self.world, &mut *tracer), &rays, paths.active);
             }

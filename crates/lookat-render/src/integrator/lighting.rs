@@ -11,7 +11,7 @@ use super::world::World;
 use crate::bsdf::LobeFilter;
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Estimates, LightHits, LightSample, LightSampler, LightTable, Receivers, weights};
-use crate::number::{Colors, Vec2x8, bits, eights, groups, narrow, set_lanes, splat_f32, vectorized, widen};
+use crate::number::{Vec2x8, Vec3fx8, bits, eights, groups, narrow, set_lanes, splat_f32, vectorized, widen};
 use crate::ray::ElementId;
 
 /// A world, its lights, and how surfaces sample them.
@@ -204,11 +204,11 @@ impl<S: Simd> Illumination<'_, S> {
 
     /// The MIS-weighted light of the hits of paths.
     #[inline(never)]
-    pub fn light_of(&self, tracer: &Tracer, scattered: &PathRecord<S>) -> Colors<S> {
+    pub fn light_of(&self, tracer: &Tracer, scattered: &PathRecord<S>) -> Vec3fx8<S> {
         let Illumination { simd, lighting: Lighting { table, world, .. }, receivers, .. } = *self;
         let PathRecord { active, rays, hits, is_delta, .. } = scattered;
         vectorized!(simd, {
-            let black = Colors::splat(simd, Vec3::ZERO);
+            let black = Vec3fx8::splat(simd, Vec3::ZERO);
             let mut found = black;
             let count = self.directions();
             let pdf = scattered.pdf * count;

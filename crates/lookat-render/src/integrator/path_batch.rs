@@ -11,7 +11,7 @@ use crate::camera::{CameraSample, Viewer};
 use crate::columns::{Stored, columns};
 use crate::integrator::world::Tracer;
 use crate::light::Receivers;
-use crate::number::{Colors, LANES, first_bits, set_lanes, vectorized};
+use crate::number::{LANES, Vec3fx8, first_bits, set_lanes, vectorized};
 use crate::sampler::Streams;
 use crate::trace::rays::{RayColumns, Rays};
 
@@ -84,7 +84,7 @@ pub(in crate::integrator) struct ShadowQueue {
 pub(in crate::integrator) struct ShadowRays<S: Simd> {
     pub rays: Rays<S>,
     /// The light that reaches the film if nothing is in the way.
-    pub light: Colors<S>,
+    pub light: Vec3fx8<S>,
     pub samples: [u16; LANES],
 }
 
@@ -211,7 +211,7 @@ impl PathBatch {
 pub(in crate::integrator) fn add_light<S: Simd>(
     radiance: &mut Radiance,
     paths: &PathRecord<S>,
-    light: Colors<S>,
+    light: Vec3fx8<S>,
     active: mask64x8<S>,
 ) {
     let light = paths.throughput * light;

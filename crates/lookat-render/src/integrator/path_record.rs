@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 
 use crate::camera::{CameraSample, Viewer, Views};
 use crate::columns::{self, Stored, columns};
-use crate::number::{Colors, LANES, Vec3x8, first_bits, first_lanes, splat_f32};
+use crate::number::{LANES, Vec3fx8, Vec3x8, first_bits, first_lanes, splat_f32};
 use crate::trace::rays::{HitColumns, Hits, RayColumns, Rays};
 
 /// The number of paths that start together.
@@ -20,7 +20,7 @@ pub(crate) struct PathRecord<S: Simd> {
     /// The nearest hits of the rays.
     pub hits: Hits<S>,
     /// The throughput: radiance along the rays is multiplied by it.
-    pub throughput: Colors<S>,
+    pub throughput: Vec3fx8<S>,
     /// Path tracing: the factor by which refraction has scaled the throughput. 1 at first.
     pub eta_scale: f32x8<S>,
     /// Direct lighting: the share of the path in its sample. 1 at first.
@@ -44,7 +44,7 @@ impl<S: Simd> PathRecord<S> {
             active,
             rays,
             hits: Hits::none(simd),
-            throughput: Colors::splat(simd, Vec3::ONE),
+            throughput: Vec3fx8::splat(simd, Vec3::ONE),
             eta_scale: splat_f32(simd, 1.0),
             share: splat_f32(simd, 1.0),
             pdf: splat_f32(simd, 1.0),

@@ -21,8 +21,7 @@ use crate::curved::Curved;
 use crate::curved::side_by_side::ShapeRays;
 use crate::frame::flipped;
 use crate::number::{
-    Colors, Directions, LANES, Vec2x8, Vec3x8, bits, set_lanes, splat_f32, strength, to_f32, to_f64,
-    vectorized,
+    LANES, Vec2x8, Vec3fx8, Vec3x8, bits, set_lanes, splat_f32, strength, to_f32, to_f64, vectorized,
 };
 use crate::ray::ElementId;
 use crate::surface::{ShapePoint, ShapePoints, Surfaces};
@@ -191,7 +190,7 @@ impl SurfaceLight {
                 radius: radius.simd_into(simd),
                 magnitude: shape.magnitude().simd_into(simd),
                 label: self.label.simd_into(simd),
-                radiance: Colors::splat(simd, self.radiance),
+                radiance: Vec3fx8::splat(simd, self.radiance),
                 shines: bits(simd, if self.shines_outwards() { 0xff } else { 0 }),
             };
             spheres.sample(at, u)
@@ -208,7 +207,7 @@ impl SurfaceLight {
     ) -> LightSample<S> {
         vectorized!(simd, {
             let none: f64x8<S> = 0.0.simd_into(simd);
-            let (mut center, mut radiance) = (at.surfaces.p, Colors::splat(simd, Vec3::ZERO));
+            let (mut center, mut radiance) = (at.surfaces.p, Vec3fx8::splat(simd, Vec3::ZERO));
             let (mut radius, mut magnitude, mut label, mut shines) = (none, none, none, 0);
             for (lane, light) in lights.iter().enumerate() {
                 let Some((shape, own_radius)) = light.sphere() else { continue };
@@ -284,7 +283,7 @@ impl SurfaceLight {
         // The ray ends at the light, which does not block it.
         let t_max = at.surfaces.reach(way.t_max, on_light.magnitude);
         let shadow = Rays { t_max, target, ..way };
-        LightSample::with_pdf(shines, Colors::splat(simd, self.radiance), pdf, shadow)
+        LightSample::with_pdf(shines, Vec3fx8::splat(simd, self.radiance), pdf, shadow)
     }
 
     /// Densities by solid angle with which points of the light are sampled that are found from surfaces.
@@ -419,8 +418,8 @@ impl Facing {
     /// About the share of the area that shines in direction `d` from the center, foreshortened; 0 on the dark side of what is
     /// flat. `spread`: how large the shape is, over the distance that it is seen from.
     #[inline(always)]
-    pub fn share<S: Simd>(&self, simd: S, d: Directions<S>, spread: f32x8<S>) -> f32x8<S> {
-        let along = Directions::splat(simd, self.mean_normal.as_vec3()).dot(d);
+    pub fn share<S: Simd>(&self, simd: S, d: Vec3fx8<S>, spread: f32x8<S>) -> f32x8<S> {
+        let along = Vec3fx8::splat(simd, self.mean_normal.as_vec3()).dot(d);
         let along = if self.sides > 1.0 { along.abs() } else { along };
         if self.is_flat {
             // Parts of the shape are seen less aslant than its center.

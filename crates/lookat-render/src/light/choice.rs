@@ -15,8 +15,7 @@ use super::{LightTable, Receivers, SceneLight};
 use crate::bsdf::Domain;
 use crate::light::tree::Leaves;
 use crate::number::{
-    Colors, Directions, LANES, bits, narrow, set_lanes, splat_f32, strength, to_f32, to_f64, vectorized,
-    widen,
+    LANES, Vec3fx8, bits, narrow, set_lanes, splat_f32, strength, to_f32, to_f64, vectorized, widen,
 };
 use crate::traceable::Traceable;
 
@@ -353,8 +352,8 @@ impl SceneLight {
     fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         match self {
             SceneLight::Distant { direction, radiance } => {
-                let cosine = at.cosine(Directions::splat(simd, direction.as_vec3()), splat_f32(simd, 0.0));
-                Colors::splat(simd, *radiance).strength() * to_f64(cosine)
+                let cosine = at.cosine(Vec3fx8::splat(simd, direction.as_vec3()), splat_f32(simd, 0.0));
+                Vec3fx8::splat(simd, *radiance).strength() * to_f64(cosine)
             }
             SceneLight::Infinite { radiance, .. } => {
                 self.sampled_share(simd, at.lunes.as_ref()) * (strength(*radiance) * PI)

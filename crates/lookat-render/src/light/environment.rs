@@ -10,7 +10,7 @@ use lookat_scene::Transform;
 use rayon::prelude::*;
 
 use super::lune::Lunes;
-use crate::number::{Colors, LANES, V3, Vec3x8, bits, luminance, narrow, splat_f32, to_f32, vectorized};
+use crate::number::{LANES, V3, Vec3fx8, Vec3x8, bits, luminance, narrow, splat_f32, to_f32, vectorized};
 use crate::texture::imagemap::bilinear;
 use crate::warp::{angle, at_turn, longitude_latitude, sample_discrete};
 
@@ -32,7 +32,7 @@ pub(super) struct EnvironmentSample<S: Simd> {
     /// The directions, of length one.
     pub wi: Vec3x8<S>,
     /// The radiance from these directions.
-    pub radiance: Colors<S>,
+    pub radiance: Vec3fx8<S>,
     /// Densities by solid angle; 0 where there is no sample.
     pub pdf: f32x8<S>,
 }
@@ -54,14 +54,14 @@ impl Environment {
 
     /// The radiance from directions of the world.
     #[inline(never)]
-    pub fn radiance<S: Simd>(&self, simd: S, wi: Vec3x8<S>) -> Colors<S> {
+    pub fn radiance<S: Simd>(&self, simd: S, wi: Vec3x8<S>) -> Vec3fx8<S> {
         vectorized!(simd, self.shown(simd, longitude_latitude(wi.by(&self.light_from_world))))
     }
 
     /// The radiance from places on the picture.
     #[inline(always)]
-    fn shown<S: Simd>(&self, simd: S, st: [f64x8<S>; 2]) -> Colors<S> {
-        Colors::splat(simd, self.scale) * bilinear::<S, Vec3>(&self.map, st, bits(simd, 0xff))
+    fn shown<S: Simd>(&self, simd: S, st: [f64x8<S>; 2]) -> Vec3fx8<S> {
+        Vec3fx8::splat(simd, self.scale) * bilinear::<S, Vec3>(&self.map, st, bits(simd, 0xff))
     }
 
     /// Directions, about in proportion to how much brighter it is than the mean, or of the lunes.
@@ -98,7 +98,7 @@ impl Environment {
             let wi = Vec3x8::splat(simd, DVec3::Z);
             return EnvironmentSample {
                 wi,
-                radiance: Colors::splat(simd, Vec3::ZERO),
+                radiance: Vec3fx8::splat(simd, Vec3::ZERO),
                 pdf: splat_f32(simd, 0.0),
             };
         }
@@ -118,7 +118,7 @@ impl Environment {
         simd: S,
         lunes: Option<&Lunes<S>>,
         wi: Vec3x8<S>,
-    ) -> (Colors<S>, f32x8<S>) {
+    ) -> (Vec3fx8<S>, f32x8<S>) {
         vectorized!(simd, {
             let in_light = wi.by(&self.light_from_world);
             let st = longitude_latitude(in_light);
@@ -315,7 +315,7 @@ fn cell_mean(map: &MipMap<Vec3>, scale: Vec3, cell: [usize; 2], cells: [usize; 2
 mod tests {
     use super::*;
     use crate::bsdf::Domain;
-    use crate::number::{Directions, bits, luminance};
+    use crate::number::{Vec3fx8, bits, luminance};
     use crate::testing::baseline;
     use fearless_simd::mask32x8;
     use glam::DMat4;
@@ -346,7 +346,7 @@ mod tests {
     /// Between two normals.
     fn lunes<S: Simd>(simd: S, [n, ns]: [DVec3; 2]) -> Lunes<S> {
         let ([n, ns], none) =
-            ([n, ns].map(|n| Directions::splat(simd, n.as_vec3())), mask32x8::splat(simd, false));
+            ([n, ns].map(|n| Vec3fx8::splat(simd, n.as_vec3())), mask32x8::splat(simd, false));
         Lunes::new(&Domain { n, ns, is_two_sided: none, is_diffuse: none }, bits(simd, 0xff)).unwrap()
     }
 

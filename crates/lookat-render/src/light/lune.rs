@@ -105,7 +105,7 @@ mod tests {
     use glam::{DVec2, DVec3};
 
     use super::*;
-    use crate::number::{Directions, bits};
+    use crate::number::{Vec3fx8, bits};
     use crate::testing::baseline;
 
     /// Normals at an angle.
@@ -115,7 +115,7 @@ mod tests {
     }
 
     fn lunes<S: Simd>(simd: S, [n, ns]: [DVec3; 2], is_two_sided: bool) -> Option<Lunes<S>> {
-        let [n, ns] = [n, ns].map(|n| Directions::splat(simd, n.as_vec3()));
+        let [n, ns] = [n, ns].map(|n| Vec3fx8::splat(simd, n.as_vec3()));
         let [is_two_sided, is_diffuse] = [is_two_sided, false].map(|all| mask32x8::splat(simd, all));
         Lunes::new(&Domain { n, ns, is_two_sided, is_diffuse }, bits(simd, 0xff))
     }

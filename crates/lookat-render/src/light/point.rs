@@ -11,7 +11,7 @@ use super::tree::Emitter;
 use crate::light::LightSample;
 use crate::light::Receivers;
 use crate::number::strength;
-use crate::number::{Colors, LANES, V3, Vec3x8, bits, splat_f32, to_f32, to_f64, vectorized};
+use crate::number::{LANES, V3, Vec3fx8, Vec3x8, bits, splat_f32, to_f32, to_f64, vectorized};
 use crate::texture::imagemap::bilinear;
 use crate::trace::rays::{POINT_LIGHT, Rays};
 use crate::warp::longitude_latitude;
@@ -47,7 +47,7 @@ pub(super) struct IncidentLight<S: Simd> {
     is_valid: mask64x8<S>,
     wi: Vec3x8<S>,
     squared_distance: f64x8<S>,
-    intensity: Colors<S>,
+    intensity: Vec3fx8<S>,
 }
 
 /// The least z in light space of directions that a projector lights, for directions of length one in the world, as in
@@ -117,7 +117,7 @@ impl PointLight {
 
     #[inline(always)]
     fn incident<S: Simd>(&self, simd: S, p: Vec3x8<S>) -> IncidentLight<S> {
-        let intensity = Colors::splat(simd, self.intensity);
+        let intensity = Vec3fx8::splat(simd, self.intensity);
         IncidentLight::new(
             Vec3x8::splat(simd, self.position) - p,
             #[inline(always)]
@@ -132,8 +132,8 @@ impl PointLight {
 
     /// The factor of the intensity in directions of length one from the light.
     #[inline(always)]
-    fn factor<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Colors<S> {
-        let (d, white) = (d.by(&self.light_from_world), Colors::splat(simd, Vec3::ONE));
+    fn factor<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Vec3fx8<S> {
+        let (d, white) = (d.by(&self.light_from_world), Vec3fx8::splat(simd, Vec3::ONE));
         match &self.spread {
             Spread::Even => white,
             Spread::Cone { total_width, falloff_start } => {
@@ -156,7 +156,7 @@ impl PointLight {
                     Some(map) => bilinear::<S, Vec3>(map, [(x + 1.0) * 0.5, (y + 1.0) * 0.5], is_lit),
                     None => white,
                 };
-                shown.keep_where_wide(is_lit, Colors::splat(simd, Vec3::ZERO))
+                shown.keep_where_wide(is_lit, Vec3fx8::splat(simd, Vec3::ZERO))
             }
         }
     }
@@ -181,7 +181,7 @@ impl PointLight {
     #[inline(never)]
     pub fn sample_even<S: Simd>(simd: S, lights: [&PointLight; LANES], at: &Receivers<S>) -> LightSample<S> {
         vectorized!(simd, {
-            let (mut position, mut intensity) = (at.surfaces.p, Colors::splat(simd, Vec3::ZERO));
+            let (mut position, mut intensity) = (at.surfaces.p, Vec3fx8::splat(simd, Vec3::ZERO));
             for (lane, light) in lights.iter().enumerate() {
                 position.set_lane(lane, light.position);
                 intensity.set_lane(lane, light.intensity);
@@ -194,7 +194,7 @@ impl PointLight {
 impl<S: Simd> IncidentLight<S> {
     /// `intensity`: towards the points, from the directions that the light comes from.
     #[inline(always)]
-    fn new(to_light: Vec3x8<S>, intensity: impl FnOnce(Vec3x8<S>) -> Colors<S>) -> Self {
+    fn new(to_light: Vec3x8<S>, intensity: impl FnOnce(Vec3x8<S>) -> Vec3fx8<S>) -> Self {
         let squared_distance = to_light.length_squared();
         let (wi, is_apart) = to_light.try_normalize();
         let intensity = intensity(wi);

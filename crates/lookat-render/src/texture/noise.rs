@@ -9,7 +9,7 @@ use lookat_scene::{Marble, Octaves, Transform};
 
 use super::{TexturePoint, within};
 use crate::number::{
-    Colors, LANES, V3, Vec3x8, log2, set_lanes, splat_f32, to_f32, to_f64, vectorized, widen,
+    LANES, V3, Vec3fx8, Vec3x8, log2, set_lanes, splat_f32, to_f32, to_f64, vectorized, widen,
 };
 use crate::warp::at_turn;
 
@@ -243,7 +243,7 @@ const CURVES: f32 = 6.0;
 const CONTRAST: f32 = 1.5;
 
 #[inline(never)]
-pub(super) fn marble<S: Simd>(at: &TexturePoint<S>, marble: &Marble, active: mask64x8<S>) -> Colors<S> {
+pub(super) fn marble<S: Simd>(at: &TexturePoint<S>, marble: &Marble, active: mask64x8<S>) -> Vec3fx8<S> {
     vectorized!(active.token(), {
         let octaves = &marble.octaves;
         let at = PointInSpace::new(at, &octaves.texture_from_world).scaled(marble.scale);
@@ -256,13 +256,13 @@ pub(super) fn marble<S: Simd>(at: &TexturePoint<S>, marble: &Marble, active: mas
 
 /// The color at a place from 0 to 1 along the way. As in pbrt-v3, the second curve goes on where others would follow.
 #[inline(always)]
-fn color<S: Simd>(place: f32x8<S>) -> Colors<S> {
+fn color<S: Simd>(place: f32x8<S>) -> Vec3fx8<S> {
     let (simd, along) = (place.token(), place * CURVES);
     let is_first = along.simd_lt(1.0);
     let t = is_first.select(along, along - 1.0);
-    let mut points = [Colors::splat(simd, Vec3::ZERO); 4];
+    let mut points = [Vec3fx8::splat(simd, Vec3::ZERO); 4];
     for (i, point) in points.iter_mut().enumerate() {
-        let [first, second] = [Colors::splat(simd, COLORS[i]), Colors::splat(simd, COLORS[i + 1])];
+        let [first, second] = [Vec3fx8::splat(simd, COLORS[i]), Vec3fx8::splat(simd, COLORS[i + 1])];
         *point = first.keep_where(is_first, second);
     }
     for level in (1..4).rev() {

@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::frame::Frames;
 use crate::light::{LightSample, Receivers};
-use crate::number::{Colors, V3, Vec2x8, Vec3x8, to_f32};
+use crate::number::{V3, Vec2x8, Vec3fx8, Vec3x8, to_f32};
 use crate::trace::rays::Rays;
 use crate::warp::at_turn;
 
@@ -19,7 +19,7 @@ pub(super) struct Spheres<S: Simd> {
     pub radius: f64x8<S>,
     pub magnitude: f64x8<S>,
     pub label: f64x8<S>,
-    pub radiance: Colors<S>,
+    pub radiance: Vec3fx8<S>,
     /// The points that emit outwards.
     pub shines: mask64x8<S>,
 }

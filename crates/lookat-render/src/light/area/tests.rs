@@ -241,7 +241,7 @@ fn densities_said_afterwards_are_those_of_samples() {
 }
 
 fn share(facing: &Facing, d: DVec3, spread: f32) -> f32 {
-    baseline!(simd => facing.share(simd, Directions::splat(simd, d.as_vec3()), splat_f32(simd, spread))[0])
+    baseline!(simd => facing.share(simd, Vec3fx8::splat(simd, d.as_vec3()), splat_f32(simd, spread))[0])
 }
 
 fn patch(p: DVec3, emitting: DVec3) -> Patch {

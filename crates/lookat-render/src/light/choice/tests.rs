@@ -62,7 +62,7 @@ impl At {
         (simd, table, choice): (S, &LightTable, LightChoice),
         ask: impl FnOnce(&LightSampler<S>) -> T,
     ) -> T {
-        let [n, ns] = [DVec3::Y, self.ns].map(|n| Directions::splat(simd, n.as_vec3()));
+        let [n, ns] = [DVec3::Y, self.ns].map(|n| Vec3fx8::splat(simd, n.as_vec3()));
         let [is_two_sided, is_diffuse] =
             [self.is_two_sided, self.is_diffuse].map(|all| mask32x8::splat(simd, all));
         let domain = Domain { n, ns, is_two_sided, is_diffuse };

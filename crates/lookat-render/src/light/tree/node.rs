@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 
 use crate::bsdf::Domain;
 use crate::light::LEAST_COSINE;
-use crate::number::{Directions, V3, splat_f32, to_f64};
+use crate::number::{V3, Vec3fx8, splat_f32, to_f64};
 
 /// The least cosine of lights that shine in all directions.
 pub(super) const EVERYWHERE: f64 = -2.0;
@@ -113,8 +113,8 @@ impl Receiver {
     #[inline(always)]
     pub fn domain<S: Simd>(&self, simd: S) -> Domain<S> {
         Domain {
-            n: Directions::splat(simd, self.n),
-            ns: Directions::splat(simd, self.ns),
+            n: Vec3fx8::splat(simd, self.n),
+            ns: Vec3fx8::splat(simd, self.ns),
             is_two_sided: mask32x8::splat(simd, self.is_two_sided),
             is_diffuse: mask32x8::splat(simd, self.is_diffuse),
         }
@@ -138,7 +138,7 @@ impl Node {
             to *= FAR / distance;
         }
         let V3 { x, y, z } = self.children.offset;
-        let to = V3 { x: of(x), y: of(y), z: of(z) } + Directions::splat(simd, to.as_vec3());
+        let to = V3 { x: of(x), y: of(y), z: of(z) } + Vec3fx8::splat(simd, to.as_vec3());
         let estimates = self.children.emission.map(of).estimate(to, &at.domain(simd));
         if !estimates.simd_gt(0.0).any_true() {
             return self.children.emission.intensity.map(f64::from);
@@ -150,7 +150,7 @@ impl Node {
 impl<S: Simd> Emission<f32x8<S>> {
     /// About the irradiance, were nothing in the way. `to`: from where light is looked for to the centers.
     #[inline(always)]
-    pub fn estimate(&self, to: Directions<S>, at: &Domain<S>) -> f32x8<S> {
+    pub fn estimate(&self, to: Vec3fx8<S>, at: &Domain<S>) -> f32x8<S> {
         let none: f32x8<S> = splat_f32(to.x.token(), 0.0);
         let squared = to.length_squared();
         let inverse = 1.0 / squared.max(1e-30).sqrt();
