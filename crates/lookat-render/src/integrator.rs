@@ -2,6 +2,7 @@
 
 mod ambient;
 pub(crate) mod direct;
+mod in_media;
 mod lighting;
 pub(crate) mod path;
 pub(crate) mod path_batch;
@@ -81,11 +82,18 @@ impl<'s> SceneIntegrator<'s> {
         let world = self.world();
         let (ScatteredPaths { paths, .. }, radiance) = batch.branch(0);
         world.nearest_of_camera(simd, tracer, &paths.rays, paths.all(), &mut paths.hits);
-        world.add_emitted(simd, tracer, paths, sees, radiance);
+        if let (SceneIntegrator::Path(path), Some(media)) = (self, &world.media) {
+            paths.set_medium(media.of_camera);
+            path.lighting.advance(simd, tracer, media, batch);
+        } else {
+            world.add_emitted(simd, tracer, paths, sees, radiance);
+            if surfaces > 0 {
+                world.continue_paths(simd, tracer, paths, sees, radiance);
+            }
+        }
         if surfaces == 0 {
             return;
         }
-        world.continue_paths(simd, tracer, paths, sees, radiance);
         while let Some((depth, count)) = batch.begin_surface() {
             // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
             let dimension = CAMERA_NUMBERS.wrapping_add(depth.wrapping_mul(numbers));

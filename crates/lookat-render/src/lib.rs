@@ -56,6 +56,7 @@ mod inspect;
 mod integrator;
 mod irradiance;
 mod light;
+mod medium;
 mod number;
 mod parametric;
 mod prepare;

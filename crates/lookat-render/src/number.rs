@@ -479,6 +479,24 @@ pub(crate) fn log2<S: Simd>(of: f32x8<S>) -> ([i32; LANES], f32x8<S>) {
     ((bits >> 23 & 0xff).to_array().map(|exponent| exponent as i32 - 127), rest)
 }
 
+/// e to the power of minus `x`, which is 0 or more, to a millionth (polynomial of Cephes, `exp2f.c`).
+#[inline(always)]
+pub(crate) fn exp_minus<S: Simd>(x: f32x8<S>) -> f32x8<S> {
+    // Adding this rounds to a whole number, which the lowest bits of the sum hold.
+    const ROUNDING: f32 = 12_582_912.0;
+    const FACTORS: [f32; 5] = [1.339_887_4e-3, 9.618_437e-3, 5.550_332_5e-2, 2.402_264_8e-1, 6.931_472e-1];
+    let power = (x * LOG2_E).min(126.0);
+    let whole = power + ROUNDING;
+    let rest = (whole - ROUNDING) - power;
+    let mut sum = rest * 1.535_336_2e-4;
+    for factor in FACTORS {
+        sum = (sum + factor) * rest;
+    }
+    let whole: u32x8<S> = whole.bitcast();
+    let scale: f32x8<S> = (u32x8::splat(x.token(), 1.0_f32.to_bits()) - (whole << 23)).bitcast();
+    power.simd_lt(125.0).select((sum + 1.0) * scale, splat_f32(x.token(), 0.0))
+}
+
 /// Widens numbers to `f64`.
 #[inline(always)]
 pub(crate) fn to_f64<S: Simd>(x: f32x8<S>) -> f64x8<S> {
@@ -533,6 +551,21 @@ pub(crate) fn prefetch<T>(at: *const T, lines: Range<usize>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exponentials_are_exact_to_a_millionth() {
+        baseline!(simd => {
+            for k in 0..10_000 {
+                let x = k as f32 * 0.0087;
+                let (found, expected) = (exp_minus(splat_f32(simd, x))[5], libm::exp(-f64::from(x)));
+                let error = (f64::from(found) - expected) / expected;
+                assert!(error.abs() < if x < 10.0 { 1e-6 } else { 1e-5 } || expected < 1e-37, "{x}: {error}");
+            }
+            for (x, expected) in [(0.0, 1.0), (1e-30, 1.0), (1e30, 0.0), (f32::INFINITY, 0.0)] {
+                assert_eq!(exp_minus(splat_f32(simd, x))[0], expected, "{x}");
+            }
+        });
+    }
 
     #[test]
     fn logarithms_are_exact_to_2e_7() {

@@ -359,7 +359,7 @@ const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// 52 bits as a number: the middle of one of 2^52 equal steps from 0 to 1. It is never 0, which would choose what has next to no
 /// probability.
-fn unit(bits: u64) -> f64 {
+pub(crate) fn unit(bits: u64) -> f64 {
     f64::from_bits(bits >> 12 | 1.0_f64.to_bits()) - BELOW_ONE
 }
 
@@ -373,7 +373,7 @@ fn units<S: Simd>(bits: u32x8<S>, scramble: u32x8<S>) -> f64x8<S> {
 }
 
 /// Spreads every bit over all bits (Stafford's variant 13 of the finaliser of MurmurHash3).
-fn mix(mut x: u64) -> u64 {
+pub(crate) fn mix(mut x: u64) -> u64 {
     x ^= x >> 30;
     x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x ^= x >> 27;

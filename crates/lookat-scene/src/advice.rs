@@ -189,10 +189,14 @@ pub(super) fn names(summary: &Summary, report: &mut Report) {
         let message = format!("{what} \"{name}\" is defined again: the new definition applies from here on");
         report.push(Diagnostic::note_at(*at, message));
     }
+    if summary.resolved.is_some_and(|resolved| resolved.passes_boundaries) {
+        return;
+    }
     let media = summary.symbols.list.iter().filter(|symbol| symbol.kind == SymbolKind::Medium);
-    for place in media.filter(|medium| medium.definition.is_some()).flat_map(|medium| &medium.uses) {
-        let message = "lookat does not render participating media: it renders empty space instead";
-        report.unsupported(*place, message.into());
+    let used = media.filter(|medium| medium.definition.is_some()).flat_map(|medium| &medium.uses);
+    if let Some(place) = used.min_by_key(|place| (place.file.0, place.start)) {
+        let message = "this integrator ignores media, as in pbrt-v3: it renders empty space instead";
+        warn(report, *place, message, "write Integrator \"volpath\"");
     }
 }
 

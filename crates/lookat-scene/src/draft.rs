@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::picture::Pictures;
 use crate::ply::PlyFiles;
-use crate::{Instance, Light, Object, Primitive, Transform, World};
+use crate::{Instance, Light, Medium, Object, Primitive, Transform, World};
 
 /// Shapes, objects and lights so far.
 #[derive(Default)]
@@ -17,6 +17,9 @@ pub(crate) struct Draft {
     /// The index of an object, and its placement.
     pub instances: Vec<(usize, Transform)>,
     pub lights: Vec<Light>,
+    pub media: Vec<Medium>,
+    /// The medium that the camera is in.
+    pub camera_medium: Option<u32>,
     pub pictures: Pictures,
     pub meshes: PlyFiles,
 }
@@ -53,7 +56,13 @@ impl Draft {
         });
         // An object may have lost its shapes to errors.
         let instances = instances.filter(|instance| !instance.object.primitives.is_empty()).collect();
-        let world = World { primitives: self.primitives, instances, lights: self.lights };
+        let world = World {
+            primitives: self.primitives,
+            instances,
+            lights: self.lights,
+            media: self.media,
+            camera_medium: self.camera_medium,
+        };
         Built { world, objects, unread: self.pictures.unread + self.meshes.unread }
     }
 }

@@ -97,7 +97,7 @@ const PATH: Keys = &[&MAX_DEPTH, &ROULETTE, &LIGHT_STRATEGY, &PIXEL_BOUNDS];
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("path", "path tracing", &[PATH]).by_default(),
-    Kind::new("volpath", "path tracing; rays pass surfaces without a material", &[PATH]),
+    Kind::new("volpath", "path tracing in participating media", &[PATH]),
     Kind::new(
         "directlighting",
         "direct light, mirrors and glass",

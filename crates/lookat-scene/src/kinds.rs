@@ -11,8 +11,9 @@ pub fn kinds() -> impl Iterator<Item = &'static Kind> {
 }
 
 static KINDS: LazyLock<Vec<Kind>> = LazyLock::new(|| {
-    // A parameter gives the type of a named material.
+    // A parameter gives the type of a named material, and of a medium.
     const TYPE: Keys = &[&material::TYPE];
+    const MEDIUM_TYPE: Keys = &[&medium::TYPE];
     let kinds: [(&str, &[Kind], Keys); 13] = [
         ("Camera", camera::KINDS, &[]),
         ("Film", film::KINDS, &[]),
@@ -26,7 +27,7 @@ static KINDS: LazyLock<Vec<Kind>> = LazyLock::new(|| {
         ("LightSource", light::KINDS, &[]),
         ("AreaLightSource", light::AREA_KINDS, &[]),
         ("Texture", texture::KINDS, &[]),
-        ("MakeNamedMedium", medium::KINDS, &[]),
+        ("MakeNamedMedium", medium::KINDS, MEDIUM_TYPE),
     ];
     let of = |(directive, kinds, first): (_, &'static [Kind], _)| {
         kinds.iter().map(move |kind| kind.of(directive, first))

@@ -82,9 +82,10 @@ pub use material::{
 pub use mesh::{Cutout, Mesh, MeshError};
 
 pub use kinds::kinds;
+pub use medium::{Density, DensityGrid, Medium};
 pub use options::LoadOptions;
 pub use sampler::{MAX_SAMPLES, Sampler, SamplerKind};
-pub use scene::{Instance, Memory, Object, Places, Primitive, Scene, View, World};
+pub use scene::{Instance, MediumInterface, Memory, Object, Places, Primitive, Scene, View, World};
 pub use shape::{
     Cone, Curve, CurveKind, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Shape, Sphere,
 };

@@ -9,9 +9,10 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec4};
 use lookat_syntax::{
-    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, ParamType, Span, Statement,
+    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, ParamType, Span, Statement, Text,
 };
 
+use crate::MediumInterface;
 use crate::camera::{CameraPlacement, look_at};
 use crate::draft::Draft;
 use crate::facts::{Block, BlockKind, Facts, Rotation};
@@ -129,9 +130,14 @@ impl<'a> Resolver<'a> {
                 }
             }
             Directive::MediumInterface { inside, outside } => {
-                for name in [Some(inside), outside].into_iter().flatten().filter(|it| !it.value.is_empty()) {
-                    self.definitions.media.find(&name, &mut self.report);
-                }
+                let mut medium = |name: &Text| {
+                    let named = Some(name).filter(|name| !name.value.is_empty())?;
+                    self.definitions.media.find(named, &mut self.report).copied()?
+                };
+                let inside = medium(&inside);
+                // Without a second name, it is the same medium.
+                let outside = outside.as_ref().map_or(inside, medium);
+                self.state.medium = MediumInterface { inside, outside };
             }
             Directive::Texture { name, value, entity } => self.texture(name, value, entity),
             Directive::Entity(kind, entity) => self.entity(kind, entity, at)?,
@@ -156,9 +162,7 @@ impl<'a> Resolver<'a> {
                 self.state.emission =
                     emission.map(|emission| Arc::new(Emission { span: Some(at), ..emission }));
             }
-            EntityKind::MakeNamedMedium => {
-                self.definitions.media.define(&entity.name, (), &mut self.report);
-            }
+            EntityKind::MakeNamedMedium => self.make_named_medium(entity),
             _ => {
                 if kind == EntityKind::Camera {
                     let instead = self.load_options.view.world_from_camera();
@@ -303,6 +307,7 @@ pub(crate) struct GraphicsState {
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
     pub emission: Option<Arc<Emission>>,
+    pub medium: MediumInterface,
     pub materials: Names<Rc<MaterialInstance>>,
     pub textures: Textures,
 }
@@ -311,7 +316,8 @@ pub(crate) struct GraphicsState {
 pub(crate) struct Definitions {
     /// The index of each object in the draft.
     pub objects: Names<usize>,
-    pub media: Names<()>,
+    /// The index of each medium in the draft. `None` for one with errors.
+    pub media: Names<Option<u32>>,
     pub coordinate_systems: Names<Transform>,
 }
 
@@ -323,6 +329,7 @@ impl GraphicsState {
             reverse_orientation: false,
             material: Rc::new(MaterialInstance::default()),
             emission: None,
+            medium: MediumInterface::default(),
             materials: Names::new(SymbolKind::Material),
             textures: Textures::default(),
         }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use lookat_syntax::Span;
 
 use crate::{
-    AnyTexture, Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, Sampler, Shape,
+    AnyTexture, Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, Medium, Sampler, Shape,
     Transform,
 };
 
@@ -46,6 +46,19 @@ pub struct World {
     pub instances: Vec<Instance>,
     /// The lights without a shape. An emissive shape stores its own emission.
     pub lights: Vec<Light>,
+    /// The participating media. Empty under integrators that ignore media.
+    pub media: Vec<Medium>,
+    /// The medium that the camera is in: an index in `media`. `None` is empty space.
+    pub camera_medium: Option<u32>,
+}
+
+/// The media on both sides of a shape: indices in [`World::media`]. `None` is empty space.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct MediumInterface {
+    /// The medium on the side that the normal points away from.
+    pub inside: Option<u32>,
+    /// The medium on the side that the normal points to.
+    pub outside: Option<u32>,
 }
 
 impl View {
@@ -80,6 +93,7 @@ impl Primitive {
             material,
             cutout: None,
             emission: None,
+            medium: None,
         }
     }
 
@@ -117,6 +131,8 @@ pub struct Primitive {
     pub cutout: Option<Box<Cutout>>,
     /// The emitted light.
     pub emission: Option<Arc<Emission>>,
+    /// The media that it separates. `None` for a shape that has the same medium on both sides.
+    pub medium: Option<MediumInterface>,
 }
 
 /// The shapes between `ObjectBegin` and `ObjectEnd`. As in pbrt-v3, an emissive shape of an object is visible but is
@@ -193,6 +209,8 @@ pub struct Memory {
     pub pictures: usize,
     /// Bytes of the pictures, including MIP levels.
     pub picture_bytes: usize,
+    /// Bytes of the media.
+    pub media: usize,
 }
 
 impl World {
@@ -235,6 +253,7 @@ impl World {
             meshes: meshes.values().sum(),
             pictures: pictures.len(),
             picture_bytes: pictures.values().sum(),
+            media: self.media.iter().map(Medium::bytes).sum(),
         }
     }
 }
@@ -334,7 +353,7 @@ mod tests {
             let cut = format!("{of_numbers} {TRIANGLE} \"texture alpha\" \"n\"");
             let one = size_of::<Primitive>();
             let with_cut =
-                Memory { shapes: one, meshes: 84, pictures: 1, picture_bytes: 5 * 4, instances: 0 };
+                Memory { shapes: one, meshes: 84, pictures: 1, picture_bytes: 5 * 4, instances: 0, media: 0 };
             assert_eq!(memory(&cut), with_cut);
             let of_colors = map("c", "spectrum", "");
             let scaled = "Texture \"s\" \"spectrum\" \"scale\" \"texture tex1\" \"c\" \"rgb tex2\" [.1 .2 .3]

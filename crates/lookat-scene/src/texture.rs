@@ -395,7 +395,7 @@ impl Parameter for f64 {
     const TYPE: &'static str = "float";
 
     fn value(params: &mut Params, key: &Key<Color>) -> f64 {
-        params.take(&Key::float(key.name, key.default.0.into(), key.meaning))
+        params.take(&Key::float(key.name, key.default.0.x.into(), key.meaning))
     }
 
     fn texture(params: &mut Params, key: &Key<ColorTexture>) -> Texture<f64> {

@@ -56,9 +56,23 @@ impl Scene {
     pub fn validate(&self) -> Result<(), InvalidScene> {
         let mut found = InvalidScene::default();
         view_faults(&self.view, &mut found);
+        let is_medium =
+            |medium: Option<u32>| medium.is_none_or(|index| (index as usize) < self.world.media.len());
+        found.check(
+            is_medium(self.world.camera_medium),
+            "world.camera_medium",
+            "the world has no such medium",
+        );
+        for (index, medium) in self.world.media.iter().enumerate() {
+            found.check(medium.is_valid(), &format!("world.media[{index}]"), "its numbers are out of range");
+        }
         let list = |primitives: &[Primitive], place: &str, found: &mut InvalidScene| {
             for (index, primitive) in primitives.iter().enumerate() {
-                primitive_faults(primitive, &format!("{place}primitives[{index}]"), found);
+                let place = format!("{place}primitives[{index}]");
+                primitive_faults(primitive, &place, found);
+                let is_right =
+                    primitive.medium.is_none_or(|it| is_medium(it.inside) && is_medium(it.outside));
+                found.check(is_right, &format!("{place}.medium"), "the world has no such medium");
             }
         };
         list(&self.world.primitives, "world.", &mut found);

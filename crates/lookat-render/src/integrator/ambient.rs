@@ -75,7 +75,7 @@ impl Ambient<'_> {
                 let rays = surfaces.spawn_ray(frames.to_world(local).normalize().widen());
                 let value = value / self.samples as f32;
                 let light = Vec3fx8 { x: value, y: value, z: value };
-                let rays = ShadowRays { rays, light, samples: paths.samples };
+                let rays = ShadowRays { rays, light, samples: paths.samples, medium: paths.medium };
                 batch.push_shadow_rays(simd, (&self.world, &mut *tracer), &rays, paths.active);
             }
         });

@@ -13,7 +13,7 @@ use crate::camera::Viewer;
 use crate::integrator::lighting::{LightSamples, Lighting, directions, most_samples};
 use crate::integrator::path_batch::{BatchSurface, PathBatch, ScatteredPaths};
 use crate::integrator::path_record::PathRecord;
-use crate::integrator::vertices::Vertices;
+use crate::integrator::vertices::{Scattering, Vertices};
 use crate::integrator::world::{Sees, Tracer, World};
 use crate::light::LightTable;
 use crate::number::{narrow, splat_f32, vectorized, widen};
@@ -147,7 +147,7 @@ impl<'s> Direct<'s> {
                 batch,
                 #[inline(always)]
                 |tracer: &mut Tracer, vertices: &Vertices<S>, batch: &mut PathBatch| {
-                    let Vertices { bsdf, .. } = vertices;
+                    let Scattering::Surface(bsdf) = vertices.scattering else { return };
                     let smooth = paths.active & bsdf.has(LobeFilter::NonDelta);
                     if smooth.any_true() {
                         vertices.direct(tracer, streams, smooth, batch);

@@ -134,11 +134,16 @@ impl Lighting<'_> {
     /// Traces the rays that wait to look for emission, and adds what they see.
     #[inline(never)]
     fn trace_emission_rays<S: Simd>(&self, simd: S, tracer: &mut Tracer, batch: &mut PathBatch) {
-        let PathBatch { emission, emission_rays, .. } = batch;
+        let PathBatch { emission, emission_rays, in_media, .. } = batch;
         let all = emission_rays.paths.all();
         let PathColumns { rays, hits, .. } = &mut emission_rays.paths;
-        let active = self.world.find_emission(simd, tracer, rays, all, hits);
-        self.add_emission(simd, tracer, emission_rays, active, emission);
+        if let (Some(media), Some(own)) = (&self.world.media, in_media) {
+            self.world.nearest(simd, tracer, rays, all, hits);
+            self.lead(simd, tracer, media, (emission_rays, emission), None, &mut own.room);
+        } else {
+            let active = self.world.find_emission(simd, tracer, rays, all, hits);
+            self.add_emission(simd, tracer, emission_rays, active, emission);
+        }
         emission_rays.paths.count = 0;
     }
 

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, mask64x8};
 use lookat_scene::LightChoice;
 
 use super::SampleDimensions;
@@ -14,10 +14,11 @@ use crate::camera::Viewer;
 use crate::integrator::lighting::{Illumination, Lighting};
 use crate::integrator::path_batch::{BatchSurface, PathBatch};
 use crate::integrator::path_record::{PathColumns, PathRecord};
-use crate::integrator::vertices::Vertices;
+use crate::integrator::vertices::{Scattering, Vertices};
 use crate::integrator::world::{Sees, Tracer};
 use crate::light::LightTable;
-use crate::number::{bits, set_lanes, vectorized};
+use crate::medium::Media;
+use crate::number::{LANES, bits, set_lanes, vectorized};
 use crate::sampler::Streams;
 
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
@@ -80,18 +81,61 @@ impl Paths<'_> {
                     self.shade(simd, tracer, streams, paths, (at.camera, at.depth), batch);
                 },
             );
+            let Lighting { world, .. } = &self.lighting;
+            if let Some(media) = &world.media {
+                self.scatter_in_media(simd, tracer, streams, media, at, batch);
+            }
             if tracer.is_stopped {
                 return;
             }
-            let Lighting { world, .. } = &self.lighting;
             self.lighting.trace_waiting(simd, tracer, batch);
             let (scattered, radiance) = batch.branch(0);
             let all = scattered.paths.all();
             if all != 0 {
                 let PathColumns { rays, hits, .. } = &mut scattered.paths;
                 world.nearest(simd, tracer, rays, all, hits);
-                self.lighting.add_emission(simd, tracer, scattered, all, radiance);
-                world.continue_paths(simd, tracer, &mut scattered.paths, Sees::All, radiance);
+                if let Some(media) = &world.media {
+                    self.lighting.advance(simd, tracer, media, batch);
+                } else {
+                    self.lighting.add_emission(simd, tracer, scattered, all, radiance);
+                    world.continue_paths(simd, tracer, &mut scattered.paths, Sees::All, radiance);
+                }
+            }
+        })
+    }
+
+    /// Samples the lights of the points where paths scatter in media, and the directions that continue the paths.
+    #[inline(never)]
+    fn scatter_in_media<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        media: &Media,
+        at: BatchSurface,
+        batch: &mut PathBatch,
+    ) {
+        vectorized!(simd, {
+            let paths = &mut PathRecord::none(simd);
+            let count = batch.in_media.as_ref().map_or(0, |own| own.events.count);
+            for first in (0..count).step_by(LANES) {
+                let Some(own) = batch.in_media.as_ref().filter(|_| tracer.should_continue()) else { break };
+                own.events.load(simd, first, count, paths);
+                streams.choose(simd, &paths.samples, at.dimension);
+                self.lighting.in_media(
+                    simd,
+                    tracer,
+                    media,
+                    paths,
+                    #[inline(always)]
+                    |tracer: &mut Tracer, vertices: &Vertices<S>| {
+                        let all = (paths.active, paths.active);
+                        self.scatter(simd, tracer, streams, vertices, all, at.depth, batch);
+                    },
+                );
+            }
+            if let Some(own) = &mut batch.in_media {
+                own.events.count = 0;
             }
         })
     }
@@ -116,27 +160,45 @@ impl Paths<'_> {
                 batch,
                 #[inline(always)]
                 |tracer: &mut Tracer, vertices: &Vertices<S>, batch: &mut PathBatch| {
-                    let Vertices { illumination: Illumination { receivers, .. }, bsdf, .. } = vertices;
+                    let Scattering::Surface(bsdf) = vertices.scattering else { return };
                     let active = paths.active & bsdf.has(LobeFilter::All);
-                    vertices.direct(tracer, streams, active & bsdf.has(LobeFilter::NonDelta), batch);
-                    let is_last = depth + 1 >= self.max_depth;
-                    if is_last && !tracer.may_find_light() {
-                        return;
-                    }
-                    let sample = bsdf.sample(streams.next_2d(simd), LobeFilter::All);
-                    let mut scattered = vertices.scattered(&sample, active);
-                    scattered.eta_scale = paths.eta_scale * sample.radiance_scale;
-                    if is_last {
-                        self.lighting.look_for_emission((simd, tracer), &scattered, receivers, batch);
-                        return;
-                    }
-                    if !roulette(self.max_depth).is_empty() {
-                        self.roulette(simd, streams, &mut scattered, depth);
-                    }
-                    batch.branch(0).0.push(&scattered, receivers);
+                    let smooth = active & bsdf.has(LobeFilter::NonDelta);
+                    self.scatter(simd, tracer, streams, vertices, (active, smooth), depth, batch);
                 },
             );
         })
+    }
+
+    /// Samples the lights of vertices and the directions that continue their paths. `active`: the vertices that scatter at all, and those
+    /// that scatter into all directions.
+    #[inline(always)]
+    fn scatter<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        vertices: &Vertices<S>,
+        (active, smooth): (mask64x8<S>, mask64x8<S>),
+        depth: u32,
+        batch: &mut PathBatch,
+    ) {
+        let Vertices { illumination: Illumination { receivers, .. }, paths, .. } = *vertices;
+        vertices.direct(tracer, streams, smooth, batch);
+        let is_last = depth + 1 >= self.max_depth;
+        if is_last && !tracer.may_find_light() {
+            return;
+        }
+        let sample = vertices.scattering.sample(streams.next_2d(simd), LobeFilter::All);
+        let mut scattered = vertices.scattered(&sample, active);
+        scattered.eta_scale = paths.eta_scale * sample.radiance_scale;
+        if is_last {
+            self.lighting.look_for_emission((simd, tracer), &scattered, receivers, batch);
+            return;
+        }
+        if !roulette(self.max_depth).is_empty() {
+            self.roulette(simd, streams, &mut scattered, depth);
+        }
+        batch.branch(0).0.push(&scattered, receivers);
     }
 
     /// Plays Russian roulette, and ends paths.

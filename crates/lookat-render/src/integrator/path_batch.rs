@@ -1,8 +1,9 @@
 //! Batches of paths that advance together from surface to surface, one branch after the other, and the rays that look for their light.
 
-use fearless_simd::{Simd, mask64x8, prelude::*};
+use fearless_simd::{Simd, mask64x8, prelude::*, u32x8};
 use glam::Vec3;
 
+use super::in_media::MediaBatch;
 use super::path_record::{PATHS, PathColumns, PathRecord};
 use super::profiler::Stage;
 use super::vertices::ReceiverColumns;
@@ -35,6 +36,8 @@ pub(crate) struct PathBatch {
     /// The emission that they have seen at this surface: apart from other light, so that a sample adds up its light in an order that does
     /// not depend on the other samples of the batch.
     pub(in crate::integrator) emission: Radiance,
+    /// For paths in media. `None` without media.
+    pub(in crate::integrator) in_media: Option<Box<MediaBatch>>,
 }
 
 /// Paths at the same depth, at most one for each sample. So a sample adds up its light in an order that does not depend on the other samples of
@@ -60,7 +63,7 @@ pub(in crate::integrator) struct ScatteredPaths {
 }
 
 impl ScatteredPaths {
-    fn new() -> Self {
+    pub fn new() -> Self {
         ScatteredPaths { paths: PathColumns::new(), receivers: ReceiverColumns::new() }
     }
 
@@ -70,6 +73,14 @@ impl ScatteredPaths {
         let stored = &Stored::new(paths.active);
         self.receivers.store(self.paths.count, stored, receivers);
         self.paths.store(stored, paths);
+    }
+
+    /// Adds the active paths and their hits.
+    #[inline(always)]
+    pub fn push_with_hits<S: Simd>(&mut self, paths: &PathRecord<S>, receivers: &Receivers<S>) {
+        let stored = &Stored::new(paths.active);
+        self.receivers.store(self.paths.count, stored, receivers);
+        self.paths.push_with_hits(paths);
     }
 }
 
@@ -86,14 +97,17 @@ pub(in crate::integrator) struct ShadowRays<S: Simd> {
     /// The light that reaches the film if nothing is in the way.
     pub light: Vec3fx8<S>,
     pub samples: [u16; LANES],
+    /// The numbers of the media that the rays start in.
+    pub medium: u32x8<S>,
 }
 
 columns! {
-    struct LightColumns of ShadowRays {
+    pub(in crate::integrator) struct LightColumns of ShadowRays {
         red: f32 = light.x,
         green: f32 = light.y,
         blue: f32 = light.z,
         samples: u32 = samples,
+        medium: u32 = medium,
     }
 }
 
@@ -110,6 +124,7 @@ impl PathBatch {
             shadow_rays: Box::new(shadow_rays),
             emission_rays: Box::new(ScatteredPaths::new()),
             emission: [Vec3::ZERO; PATHS],
+            in_media: None,
         }
     }
 
@@ -118,13 +133,17 @@ impl PathBatch {
         (self.radiance, self.emission) = ([Vec3::ZERO; PATHS], [Vec3::ZERO; PATHS]);
         (self.block.scattered.paths.count, self.block.depth, self.before) = (0, 0, 0);
         (self.shadow_rays.count, self.emission_rays.paths.count) = (0, 0);
+        if let Some(own) = &mut self.in_media {
+            own.events.count = 0;
+        }
         self.spare.append(&mut self.pending);
     }
 
     /// Advances to the next surface. Returns the number of surfaces before it, and the number of paths at it. Takes up the
     /// last pending branch once all other paths have ended. `None` at the end.
     pub(in crate::integrator) fn begin_surface(&mut self) -> Option<(u32, usize)> {
-        if self.block.scattered.paths.count == 0 {
+        let in_media = self.in_media.as_ref().map_or(0, |own| own.events.count);
+        if self.block.scattered.paths.count == 0 && in_media == 0 {
             let branch = self.pending.pop()?;
             self.spare.push(std::mem::replace(&mut self.block, branch));
         }
@@ -196,7 +215,10 @@ impl PathBatch {
         if all == 0 {
             return;
         }
-        let mut free = all & !world.occluded(simd, tracer, rays, all, true);
+        let mut free = match &world.media {
+            Some(media) => world.transmit(simd, tracer, media, rays, light, all),
+            None => all & !world.occluded(simd, tracer, rays, all, true),
+        };
         while free != 0 {
             let at = free.trailing_zeros() as usize;
             free &= free - 1;

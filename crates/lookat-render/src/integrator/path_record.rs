@@ -1,10 +1,11 @@
 //! The state of paths between two surfaces: eight paths side by side, and the columns that store many.
 
-use fearless_simd::{Simd, f32x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, mask64x8, prelude::*, u32x8};
 use glam::{DVec3, Vec3};
 
 use crate::camera::{CameraSample, Viewer, Views};
 use crate::columns::{self, Stored, columns};
+use crate::medium::{EMPTY, MediumNumber};
 use crate::number::{LANES, Vec3fx8, Vec3x8, first_bits, first_lanes, splat_f32};
 use crate::trace::rays::{HitColumns, Hits, RayColumns, Rays};
 
@@ -31,6 +32,10 @@ pub(crate) struct PathRecord<S: Simd> {
     pub is_delta: mask64x8<S>,
     /// The rays that have passed surfaces without a material.
     pub has_passed: mask64x8<S>,
+    /// The numbers of the media that the rays are in: see [`Media`](crate::medium::Media).
+    pub medium: u32x8<S>,
+    /// The rays that scatter in their media, at [`Hits::t`], before they get to a surface.
+    pub scatters: mask64x8<S>,
     /// The sample of each path.
     pub samples: [u16; LANES],
 }
@@ -50,6 +55,8 @@ impl<S: Simd> PathRecord<S> {
             pdf: splat_f32(simd, 1.0),
             is_delta: all,
             has_passed: none,
+            medium: EMPTY.simd_into(simd),
+            scatters: none,
             samples,
         }
     }
@@ -78,6 +85,8 @@ columns! {
         pdf: f32 = pdf,
         is_delta: f32 = is_delta,
         has_passed: f32 = has_passed,
+        medium: u32 = medium,
+        scatters: f32 = scatters,
         samples: u32 = samples,
     }
 }
@@ -94,6 +103,11 @@ pub(crate) struct PathColumns {
 impl PathColumns {
     pub fn new() -> Self {
         PathColumns { rays: RayColumns::new(), hits: HitColumns::new(), state: StateColumns::new(), count: 0 }
+    }
+
+    /// Sets the medium of all paths.
+    pub fn set_medium(&mut self, medium: MediumNumber) {
+        self.state.medium.fill(medium);
     }
 
     /// All paths; each bit is one.

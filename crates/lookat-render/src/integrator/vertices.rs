@@ -1,7 +1,7 @@
 //! Direct lighting at the vertices of paths: samples of lights and of BSDFs (PBR 14.3).
 
-use fearless_simd::{Simd, mask32x8, mask64x8, prelude::*};
-use glam::DVec3;
+use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*, u32x8};
+use glam::{DVec3, Vec3};
 use lookat_scene::DirectStrategy;
 
 use super::lighting::{Illumination, LightSamples, Lighting, most_samples};
@@ -13,10 +13,13 @@ use crate::camera::Viewer;
 use crate::columns::{Column, ROOM, Stored, columns};
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Estimates, Lunes, Receivers, weights};
-use crate::number::{LANES, Vec2x8, Vec3x8, bits, narrow, splat_f32, vectorized, widen};
+use crate::medium::{Media, Phase};
+use crate::number::{LANES, Vec2x8, Vec3fx8, Vec3x8, bits, narrow, splat_f32, vectorized, widen};
+use crate::ray::ElementId;
 use crate::sampler::Streams;
 use crate::shading::{Found, Shaded};
 use crate::surface::Surfaces;
+use crate::trace::rays::NONE;
 
 /// Eight path vertices, with the state for direct lighting.
 #[derive(Clone, Copy)]
@@ -24,7 +27,49 @@ pub(in crate::integrator) struct Vertices<'v, S: Simd> {
     pub illumination: Illumination<'v, S>,
     /// The paths to the vertices.
     pub paths: &'v PathRecord<S>,
-    pub bsdf: &'v Bsdf<'v, S>,
+    pub scattering: Scattering<'v, S>,
+    /// The media inside and outside of the surfaces. In a medium, both are that.
+    pub media: [u32x8<S>; 2],
+}
+
+/// What scatters light at vertices.
+#[derive(Clone, Copy)]
+pub(in crate::integrator) enum Scattering<'v, S: Simd> {
+    Surface(&'v Bsdf<'v, S>),
+    Medium(Phase<S>),
+}
+
+impl<S: Simd> Scattering<'_, S> {
+    /// What [`Bsdf::f_cos_pdf`] gives; of a phase function without a cosine.
+    #[inline(always)]
+    pub fn f_cos_pdf(&self, wi: Vec3fx8<S>, filter: LobeFilter) -> (Vec3fx8<S>, f32x8<S>) {
+        match self {
+            Scattering::Surface(bsdf) => bsdf.f_cos_pdf(wi, filter),
+            Scattering::Medium(phase) => {
+                let p = phase.p(wi);
+                (Vec3fx8 { x: p, y: p, z: p }, p)
+            }
+        }
+    }
+
+    /// Samples directions.
+    #[inline(always)]
+    pub fn sample(&self, u: Vec2x8<S>, filter: LobeFilter) -> BsdfSample<S> {
+        match self {
+            Scattering::Surface(bsdf) => bsdf.sample(u, filter),
+            Scattering::Medium(phase) => {
+                let (simd, wi) = (u[0].token(), phase.sample(u));
+                BsdfSample {
+                    is_valid: bits(simd, 0xff),
+                    wi: wi.widen(),
+                    pdf: phase.p(wi),
+                    weight: Vec3fx8::splat(simd, Vec3::ONE),
+                    is_delta: bits(simd, 0),
+                    radiance_scale: splat_f32(simd, 1.0),
+                }
+            }
+        }
+    }
 }
 
 columns! {
@@ -101,7 +146,7 @@ impl Lighting<'_> {
     ) {
         let mut slots = LobeSlots::new();
         let views = camera.map(|of| paths.views(of, &batch.camera_samples));
-        let Shaded { found: Found { surfaces, .. }, frames, .. } =
+        let Shaded { found: Found { surfaces, elements, .. }, frames, .. } =
             self.world.shaded(simd, tracer, paths, views.as_ref(), &mut slots);
         let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, frames, -paths.rays.d, &mut slots);
         tracer.profile(|profiler| profiler.enter(Stage::Lights));
@@ -112,7 +157,40 @@ impl Lighting<'_> {
         let mut estimates = Estimates::new();
         let sampler = &self.sampler(simd, receivers, &mut estimates);
         let illumination = Illumination { simd, lighting: self, receivers, sampler };
-        does(tracer, &Vertices { illumination, paths, bsdf }, batch);
+        let media = match &self.world.media {
+            Some(media) => media.sides(&elements, paths.medium, paths.active),
+            None => [paths.medium; 2],
+        };
+        let scattering = Scattering::Surface(bsdf);
+        does(tracer, &Vertices { illumination, paths, scattering, media }, batch);
+    }
+
+    /// Calls `does` with the points where paths scatter in media.
+    #[inline(always)]
+    pub fn in_media<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        media: &Media,
+        paths: &PathRecord<S>,
+        does: impl FnOnce(&mut Tracer, &Vertices<S>),
+    ) {
+        tracer.profile(|profiler| profiler.enter(Stage::Lights));
+        let (p, zero) = (paths.rays.at(paths.hits.t), Vec3fx8::splat(simd, Vec3::ZERO));
+        let (element, instance) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
+        // Without a normal, rays leave them without an offset.
+        let ns = zero.widen();
+        let surfaces = Surfaces { p, n: zero, ns, magnitude: p.magnitude(), element, instance };
+        let all = mask32x8::splat(simd, true);
+        // Light comes from everywhere, and counts without a cosine.
+        let domain = Domain { n: zero, ns: zero, is_two_sided: all, is_diffuse: !all };
+        let receivers = &Receivers { surfaces, domain, lunes: None };
+        let mut estimates = Estimates::new();
+        let sampler = &self.sampler(simd, receivers, &mut estimates);
+        let illumination = Illumination { simd, lighting: self, receivers, sampler };
+        let asymmetry = f32x8::from_fn(simd, |lane| media.asymmetry(paths.medium[lane]));
+        let scattering = Scattering::Medium(Phase { wo: (-paths.rays.d).narrow().normalize(), asymmetry });
+        does(tracer, &Vertices { illumination, paths, scattering, media: [paths.medium; 2] });
     }
 }
 
@@ -127,8 +205,17 @@ impl<S: Simd> Vertices<'_, S> {
             throughput: self.paths.throughput * weight,
             pdf,
             is_delta,
+            medium: self.medium_towards(wi),
             ..PathRecord::new(self.illumination.simd, self.paths.rays, self.paths.samples, active)
         }
+    }
+
+    /// The media that rays in directions `d` are in.
+    #[inline(always)]
+    fn medium_towards(&self, d: Vec3x8<S>) -> u32x8<S> {
+        let [inside, outside] = self.media;
+        let is_outside = d.narrow().dot(self.illumination.receivers.surfaces.n).simd_gt(0.0);
+        is_outside.select(outside, inside)
     }
 
     /// Samples direct light. Its rays are traced later. Ends the profiler stage of lights.
@@ -270,9 +357,10 @@ impl<S: Simd> Vertices<'_, S> {
         active: mask64x8<S>,
         batch: &mut PathBatch,
     ) {
-        let (Illumination { simd, lighting, receivers, .. }, bsdf) = (self.illumination, self.bsdf);
+        let (Illumination { simd, lighting, receivers, .. }, scattering) =
+            (self.illumination, self.scattering);
         vectorized!(simd, {
-            let sample = bsdf.sample(u, lighting.filter);
+            let sample = scattering.sample(u, lighting.filter);
             // What lies in single directions counts in full where the path goes on there.
             let scattered = self.scattered(&sample, active & !sample.is_delta);
             lighting.look_for_emission((simd, tracer), &scattered, receivers, batch);
@@ -282,10 +370,10 @@ impl<S: Simd> Vertices<'_, S> {
     /// Samples each of the chosen lights once, with MIS weights. The probabilities are the mean numbers of samples of the lights.
     #[inline(never)]
     fn sample_light(&self, tracer: &mut Tracer, u: Vec2x8<S>, chosen: &Chosen<S>, batch: &mut PathBatch) {
-        let (Illumination { simd, lighting, .. }, bsdf) = (self.illumination, self.bsdf);
+        let (Illumination { simd, lighting, .. }, scattering) = (self.illumination, self.scattering);
         vectorized!(simd, {
             let sample = self.illumination.sample(u, chosen);
-            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d.narrow(), lighting.filter);
+            let (f_cos, pdf) = scattering.f_cos_pdf(sample.shadow.d.narrow(), lighting.filter);
             let reflected = f_cos * sample.li;
             let active = chosen.is_valid & sample.is_valid & reflected.is_light();
             if !active.any_true() {
@@ -298,7 +386,8 @@ impl<S: Simd> Vertices<'_, S> {
             let share = narrow(sample.has_pdf).select(weight, splat_f32(simd, 1.0)) / density;
             let PathRecord { throughput, samples, .. } = *self.paths;
             let light = throughput * (reflected * share);
-            let rays = ShadowRays { rays: sample.shadow, light, samples };
+            let medium = self.medium_towards(sample.shadow.d);
+            let rays = ShadowRays { rays: sample.shadow, light, samples, medium };
             batch.push_shadow_rays(simd, (&lighting.world, tracer), &rays, active);
         });
     }

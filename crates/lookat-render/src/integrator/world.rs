@@ -9,6 +9,7 @@ use crate::bsdf::LobeSlots;
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::light::LightTable;
+use crate::medium::Media;
 use crate::number::{LANES, bits, eights, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::{Materials, Shaded, Sheets};
@@ -31,6 +32,8 @@ pub(crate) enum Sees {
 /// A world in which packets of rays are traced and shaded.
 pub(crate) struct World<'s> {
     pub materials: Materials<'s>,
+    /// The media, if there are any.
+    pub media: Option<Media<'s>>,
     aggregate: Aggregate<'s>,
 }
 
@@ -48,7 +51,7 @@ impl<'s> World<'s> {
             Some((sheets, list)) => Aggregate::List(list, sheets),
             None => Aggregate::Tree(Tree { scene: traceable }),
         };
-        World { materials, aggregate }
+        World { materials, media: Media::new(traceable), aggregate }
     }
 
     /// True if rays traverse the BVH.
@@ -287,7 +290,7 @@ impl<'s> World<'s> {
 }
 
 /// The most surfaces without a material that a ray passes through in a row.
-const MAX_PASSED: u32 = 1000;
+pub(super) const MAX_PASSED: u32 = 1000;
 
 /// Continues a ray straight through interfaces, surfaces that `passes` accepts, and returns their number. `see` receives the
 /// ray and its nearest hit behind each.

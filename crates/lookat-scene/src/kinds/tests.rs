@@ -19,7 +19,7 @@ use crate::schema::{Effect, Kind, Parameter, Range, number};
 use crate::symbols::SymbolKind;
 use crate::texture::{Textures, texture};
 use crate::transform::Transform;
-use crate::{filter, integrator, light, material, mesh, sampler, shape};
+use crate::{filter, integrator, light, material, medium, mesh, sampler, shape};
 
 /// The parameters that the constructor of a type reads, when none is given.
 fn read(kind: &Kind) -> Vec<&'static str> {
@@ -49,7 +49,11 @@ fn construct(kind: &Kind, params: &mut Params) {
             }
             drop(shape::shape(params, None, &here.into()));
         }
-        "Accelerator" | "MakeNamedMedium" => {}
+        "Accelerator" => {}
+        "MakeNamedMedium" => {
+            medium::named_type(params);
+            drop(medium::medium(params, here));
+        }
         "Material" | "MakeNamedMaterial" => {
             if kind.directive == "MakeNamedMaterial" {
                 material::named_type(params);

@@ -2,23 +2,22 @@
 //! of a half space of the medium.
 
 use std::f64::consts::PI;
-use std::sync::LazyLock;
 
 use glam::Vec3;
-use lookat_syntax::{Diagnostic, ParamType, Text, nearest};
+use lookat_syntax::ParamType;
 
 use crate::material::MaterialKind;
 use crate::material::models::{
     REMAP, Roughness, along_each, constant_color, glossy, gray, polynomial, reflectance,
 };
+use crate::medium::measured::{MeasuredMedium, MediumName, measured};
 use crate::params::Params;
-use crate::params::value::{ColorTexture, FloatTexture, Name, ParamValue};
+use crate::params::value::{ColorTexture, FloatTexture};
 use crate::schema::{Key, Keys, Range};
 use crate::texture::{Texture, product};
 
 const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
-const NAME: Key<MediumName> =
-    Key::new("name", ParamType::String, MediumName, "the measured medium that gives the coefficients");
+const NAME: Key<MediumName> = measured("name", "the measured medium that gives the coefficients");
 const SIGMA_A: Key<ColorTexture> =
     coefficient("sigma_a", [0.0011, 0.0024, 0.014], "the absorption coefficient, per millimeter");
 const SIGMA_S: Key<ColorTexture> =
@@ -33,22 +32,6 @@ const ROUGHNESS: [Key<FloatTexture>; 2] = along_each(0.0);
 
 const fn coefficient(name: &'static str, default: [f32; 3], meaning: &'static str) -> Key<ColorTexture> {
     Key::new(name, ParamType::Rgb, ColorTexture(Vec3::from_array(default)), meaning)
-}
-
-/// The name of a measured medium, if given.
-#[derive(Clone, Copy)]
-struct MediumName;
-
-impl ParamValue for MediumName {
-    type Taken = Option<Text>;
-
-    fn range(self, _: Range) -> String {
-        format!("one of {}", MEDIA.iter().map(|medium| medium.name).collect::<Vec<_>>().join(", "))
-    }
-
-    fn take(key: &Key<MediumName>, params: &mut Params) -> Option<Text> {
-        params.take(&key.of(Name))
-    }
 }
 
 pub(in crate::material) const COLOR: Keys = &[
@@ -69,9 +52,9 @@ pub(super) fn of_color(params: &mut Params) -> MaterialKind {
 
 /// `subsurface`: the coefficients, or a named medium, give the reflectance.
 pub(super) fn of_coefficients(params: &mut Params) -> MaterialKind {
-    let medium = named_medium(params);
+    let medium = MeasuredMedium::take(params, &NAME);
     let g = if medium.is_some() { 0.0 } else { params.take(&G).clamp(-1.0, 1.0) };
-    let of_medium = |key: Key<ColorTexture>, of: fn(&Medium) -> Vec3| match medium {
+    let of_medium = |key: Key<ColorTexture>, of: fn(&MeasuredMedium) -> Vec3| match medium {
         Some(medium) => Key { default: ColorTexture(of(medium)), ..key },
         None => key,
     };
@@ -84,23 +67,6 @@ pub(super) fn of_coefficients(params: &mut Params) -> MaterialKind {
     let [a, s] = [absorption.to_array(), scattering.to_array()];
     let kd = Vec3::from_array([0, 1, 2].map(|at| channel(a[at], s[at])));
     under_gloss(params, Texture::Constant(kd), eta)
-}
-
-fn named_medium(params: &mut Params) -> Option<&'static Medium> {
-    let name = params.take(&NAME).filter(|name| !name.value.is_empty())?;
-    let medium = MEDIA.iter().find(|medium| medium.name == name.value);
-    if medium.is_none() {
-        let message =
-            "there is no measured medium of this name: the default coefficients are used, as in pbrt-v3";
-        let warning = Diagnostic::warning(name.span, message);
-        params.push(match nearest(&name.value, MEDIA.iter().map(|medium| medium.name)) {
-            Some(near) => {
-                warning.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\""))
-            }
-            None => warning.help("docs/supported.md lists the names; sigma_a and sigma_s give other media"),
-        });
-    }
-    medium
 }
 
 /// The diffuse color, as light leaves it through the surface, under the surface's own reflection.
@@ -221,31 +187,6 @@ fn fresnel_moment_2(eta: f64) -> f64 {
         + polynomial([45.3087, -218.725, 458.843, -547.033], 1.0 / eta)
 }
 
-// Scattering coefficients of measured media, per millimeter, as pbrt-v3 has them (core/medium.cpp).
-//
-// - The first twelve: Jensen, Marschner, Levoy, Hanrahan, "A Practical Model for Subsurface Light Transport", SIGGRAPH 2001
-// - The others: Narasimhan et al., "Acquiring Scattering Properties of Participating Media by Dilution", SIGGRAPH 2006
-
-/// A measured medium.
-struct Medium {
-    /// Its name in scenes.
-    name: &'static str,
-    /// Reduced scattering coefficient (red, green, blue), per millimeter.
-    scattering: Vec3,
-    /// Absorption coefficient (red, green, blue), per millimeter.
-    absorption: Vec3,
-}
-
-static MEDIA: LazyLock<Vec<Medium>> = LazyLock::new(|| {
-    let medium = |line: &'static str| {
-        let (name, numbers) = line.split_once(": ")?;
-        let numbers: Vec<f32> = numbers.split(' ').filter_map(|number| number.parse().ok()).collect();
-        let [scattering, absorption] = [0, 3].map(|at| Vec3::from_slice(&numbers[at..]));
-        Some(Medium { name, scattering, absorption })
-    };
-    include_str!("media.txt").lines().filter_map(medium).collect()
-});
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -274,7 +215,7 @@ mod tests {
     #[test]
     fn media_of_other_colors_differ() {
         let of = |name: &str| {
-            let medium = MEDIA.iter().find(|medium| medium.name == name).unwrap();
+            let medium = MeasuredMedium::named(name).unwrap();
             [0, 2].map(|at| {
                 let [s, a] = [medium.scattering, medium.absorption].map(|it| f64::from(it[at]));
                 diffuse_reflectance(s / (s + a), 0.0, 1.33)

@@ -122,19 +122,22 @@ impl ParamValue for [f64; 3] {
     }
 }
 
-/// A color; the default is a gray.
+/// A color.
 #[derive(Clone, Copy)]
-pub(crate) struct Color(pub f32);
+pub(crate) struct Color(pub Vec3);
 
 impl ParamValue for Color {
     type Taken = Vec3;
 
     fn words(self) -> String {
-        self.0.to_string()
+        match self.0.to_array() {
+            [gray, green, blue] if gray == green && gray == blue => gray.to_string(),
+            channels => channels.map(|channel| channel.to_string()).join(" "),
+        }
     }
 
     fn take(key: &Key<Self>, params: &mut Params) -> Vec3 {
-        params.spectrum(key.name, Vec3::splat(key.default.0))
+        params.spectrum(key.name, key.default.0)
     }
 }
 
@@ -186,10 +189,7 @@ impl ParamValue for ColorTexture {
     type Taken = Texture<Vec3>;
 
     fn words(self) -> String {
-        match self.0.to_array() {
-            [gray, green, blue] if gray == green && gray == blue => gray.to_string(),
-            channels => channels.map(|channel| channel.to_string()).join(" "),
-        }
+        Color(self.0).words()
     }
 
     fn take(key: &Key<Self>, params: &mut Params) -> Texture<Vec3> {
@@ -288,7 +288,7 @@ constructors! {
     f64: float(default: f64) = Float, default;
     i32: integer(default: i32) = Integer, default;
     OptionalInteger: optional_integer() = Integer, OptionalInteger;
-    Color: color(default: f32) = Rgb, Color(default);
+    Color: color(default: f32) = Rgb, Color(Vec3::splat(default));
     FloatTexture: float_texture(default: f64) = Float, FloatTexture(default);
     OptionalTexture: optional_texture() = Float, OptionalTexture;
     ColorTexture: color_texture(default: f32) = Rgb, ColorTexture(Vec3::splat(default));

@@ -83,6 +83,12 @@ impl Resolver<'_> {
             self.facts.unclosed.push(open.start);
             self.restore(open);
         }
+        if self.resolved.as_ref().is_some_and(|resolved| resolved.passes_boundaries) {
+            // As in pbrt-v3, which makes the camera here.
+            self.draft.camera_medium = self.state.medium.outside;
+        } else {
+            self.draft.media.clear();
+        }
         self.block = Block::Ended;
     }
 

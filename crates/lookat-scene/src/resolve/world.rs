@@ -12,7 +12,7 @@ use crate::params::Params;
 use crate::resolve::GraphicsState;
 use crate::shape::Geometry;
 use crate::symbols::{SymbolId, SymbolKind};
-use crate::{Material, MaterialKind, Primitive, Shape, light, material, shape, texture};
+use crate::{Material, MaterialKind, Primitive, Shape, light, material, medium, shape, texture};
 
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
@@ -74,6 +74,24 @@ impl Resolver<'_> {
             self.facts.redefined.push((SymbolKind::Material, name.value.clone(), name.span));
         }
         self.state.materials.define(&name, Rc::new(instance), &mut self.report);
+    }
+
+    /// Defines a medium. Its type is a parameter.
+    pub(super) fn make_named_medium(&mut self, entity: Entity) {
+        let name = entity.name.clone();
+        let params = &mut Params::new("MakeNamedMedium", entity, &self.files, &mut self.report);
+        let kind = medium::named_type(params);
+        let params = params.take_rest(|_| true);
+        let medium = kind.and_then(|kind| {
+            let entity = Entity { name: kind, params };
+            let params = &mut Params::new("MakeNamedMedium", entity, &self.files, &mut self.report);
+            medium::medium(params, *self.state.ctm)
+        });
+        let number = medium.map(|medium| {
+            self.draft.media.push(medium);
+            self.draft.media.len() as u32 - 1
+        });
+        self.definitions.media.define(&name, number, &mut self.report);
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
@@ -156,7 +174,9 @@ impl Resolver<'_> {
         }
         let material = self.material_for_shape(overriding, renewing.as_ref());
         let is_boundary = matches!(material.kind, MaterialKind::None) && self.state.emission.is_none();
-        if is_boundary && self.resolved.as_ref().is_some_and(|resolved| resolved.passes_boundaries) {
+        let knows_media = self.resolved.as_ref().is_some_and(|resolved| resolved.passes_boundaries);
+        let medium = Some(self.state.medium).filter(|it| knows_media && it.inside != it.outside);
+        if is_boundary && knows_media && medium.is_none() {
             self.facts.passed.get_or_insert(name.span);
             return;
         }
@@ -172,6 +192,7 @@ impl Resolver<'_> {
             material,
             cutout,
             emission: self.state.emission.clone(),
+            medium,
         });
     }
 

@@ -7,10 +7,10 @@ use lookat_image::{MipMap, Wrap};
 
 use crate::validate::is_quadric;
 use crate::{
-    Bilerp, Cone, CurveKind, Cutout, Cylinder, DirectStrategy, Disk, Emission, FilterKind, Hyperboloid,
-    ImageFilter, ImageMap, Integrator, Light, Mapping, Material, MaterialKind, Matte, Mesh, MeshError, Mix,
-    Octaves, Paraboloid, Quadric, QuadricForm, SamplerKind, Scene, Shape, Texture, Transform, Varying, World,
-    load_str,
+    Bilerp, Cone, CurveKind, Cutout, Cylinder, Density, DensityGrid, DirectStrategy, Disk, Emission,
+    FilterKind, Hyperboloid, ImageFilter, ImageMap, Integrator, Light, Mapping, Material, MaterialKind,
+    Matte, Medium, MediumInterface, Mesh, MeshError, Mix, Octaves, Paraboloid, Quadric, QuadricForm,
+    SamplerKind, Scene, Shape, Texture, Transform, Varying, World, load_str,
 };
 
 fn scene() -> Scene {
@@ -156,6 +156,23 @@ fn broken_promises_are_named() {
         }),
         ("world.instances[0]", |_, world| {
             Arc::make_mut(&mut world.instances[0].object).primitives.clear();
+        }),
+        ("world.media[0]", |_, world| {
+            let density = Density::Grid(DensityGrid {
+                resolution: [2, 1, 1],
+                values: vec![1.0],
+                grid_from_world: Transform::IDENTITY,
+            });
+            world.media.push(Medium {
+                absorption: Vec3::ONE,
+                scattering: Vec3::ONE,
+                asymmetry: 0.0,
+                density,
+            });
+        }),
+        ("world.camera_medium", |_, world| world.camera_medium = Some(0)),
+        ("world.primitives[0].medium", |_, world| {
+            world.primitives[0].medium = Some(MediumInterface { inside: Some(3), outside: None });
         }),
         ("world.lights[0]", |_, world| {
             world.lights[0] = Light::Distant { direction: DVec3::ONE, radiance: Vec3::ONE };

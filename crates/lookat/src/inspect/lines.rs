@@ -140,7 +140,12 @@ impl Needs {
         let memory = &self.memory;
         let mut parts =
             vec![format!("film {}", byte_words(memory.film)), format!("trees {}", byte_words(memory.trees))];
-        let others = [("shapes", memory.shapes), ("instances", memory.instances), ("meshes", memory.meshes)];
+        let others = [
+            ("shapes", memory.shapes),
+            ("instances", memory.instances),
+            ("meshes", memory.meshes),
+            ("media", memory.media),
+        ];
         let others = others.into_iter().filter(|(_, bytes)| *bytes > 0);
         parts.extend(others.map(|(name, bytes)| format!("{name} {}", byte_words(bytes as u64))));
         if memory.pictures > 0 {

@@ -119,6 +119,8 @@ pub struct Memory {
     pub pictures: usize,
     /// Pictures.
     pub picture_bytes: usize,
+    /// Media.
+    pub media: usize,
     /// The scene's text. A file included twice counts once.
     pub text: u64,
     /// The smallest `--max-memory` for `render` without options.
@@ -173,6 +175,7 @@ impl Needs {
                 trees,
                 pictures: memory.pictures,
                 picture_bytes: memory.picture_bytes,
+                media: memory.media,
                 text: texts.values().sum(),
                 render,
             },
