@@ -8,6 +8,7 @@ pub(crate) mod path;
 pub(crate) mod path_batch;
 pub(crate) mod path_record;
 mod profiler;
+mod receiver_columns;
 mod replay;
 mod vertices;
 pub(crate) mod world;

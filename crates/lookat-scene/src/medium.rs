@@ -61,7 +61,7 @@ pub enum Density {
     /// 1 everywhere (`homogeneous`).
     Uniform,
     /// Interpolated between the values of a grid (`heterogeneous`).
-    Grid(DensityGrid),
+    Grid(Box<DensityGrid>),
 }
 
 /// Densities at the centers of the cells of a box, trilinear between them, and 0 outside of the box. Beyond the outermost centers the values
@@ -141,7 +141,7 @@ pub(crate) fn medium(params: &mut Params, world_from_medium: Transform) -> Optio
     let scattering = coefficient(params, SIGMA_S, measured.map(|medium| medium.scattering), scale);
     let asymmetry = params.take(&G);
     let density = match params.kind() {
-        "heterogeneous" => grid(params, world_from_medium).map(Density::Grid),
+        "heterogeneous" => grid(params, world_from_medium).map(|grid| Density::Grid(Box::new(grid))),
         _ => Some(Density::Uniform),
     };
     let is_usable = params.finish();

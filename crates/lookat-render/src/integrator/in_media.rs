@@ -5,7 +5,7 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, prelude::*};
 
 use super::lighting::Lighting;
-use super::path_batch::{LightColumns, PathBatch, Radiance, ScatteredPaths};
+use super::path_batch::{LightColumns, MediaBatch, MediaRoom, PathBatch, Radiance, ScatteredPaths};
 use super::path_record::{PathColumns, PathRecord};
 use super::world::{MAX_PASSED, Tracer, World};
 use crate::columns::Column;
@@ -13,21 +13,6 @@ use crate::medium::{Media, MediumSamples};
 use crate::number::{LANES, bits, eights, narrow, set_bits, set_lanes, vectorized};
 use crate::ray::ElementId;
 use crate::trace::rays::{HitColumns, OneRay, RayColumns};
-
-/// The paths of a batch that scatter in media, and room for paths on their way.
-pub(in crate::integrator) struct MediaBatch {
-    /// Paths that have scattered in media.
-    pub events: PathColumns,
-    pub room: MediaRoom,
-}
-
-/// Room for paths on their way through media.
-pub(in crate::integrator) struct MediaRoom {
-    /// Paths that have scattered, or got to the ends of their rays.
-    ahead: ScatteredPaths,
-    /// Paths that have got to a surface with a material.
-    arrived: ScatteredPaths,
-}
 
 impl Lighting<'_> {
     /// Leads the traced paths of a batch to where they scatter next, in a medium or at a surface with a material, and adds the emission
@@ -216,13 +201,6 @@ impl World<'_> {
             }
             free
         })
-    }
-}
-
-impl MediaBatch {
-    fn new() -> Box<Self> {
-        let room = MediaRoom { ahead: ScatteredPaths::new(), arrived: ScatteredPaths::new() };
-        Box::new(MediaBatch { events: PathColumns::new(), room })
     }
 }
 

@@ -130,7 +130,7 @@ impl Paths<'_> {
                     #[inline(always)]
                     |tracer: &mut Tracer, vertices: &Vertices<S>| {
                         let all = (paths.active, paths.active);
-                        self.scatter(simd, tracer, streams, vertices, all, at.depth, batch);
+                        self.scatter(tracer, streams, vertices, all, at.depth, batch);
                     },
                 );
             }
@@ -163,7 +163,7 @@ impl Paths<'_> {
                     let Scattering::Surface(bsdf) = vertices.scattering else { return };
                     let active = paths.active & bsdf.has(LobeFilter::All);
                     let smooth = active & bsdf.has(LobeFilter::NonDelta);
-                    self.scatter(simd, tracer, streams, vertices, (active, smooth), depth, batch);
+                    self.scatter(tracer, streams, vertices, (active, smooth), depth, batch);
                 },
             );
         })
@@ -174,7 +174,6 @@ impl Paths<'_> {
     #[inline(always)]
     fn scatter<S: Simd>(
         &self,
-        simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
         vertices: &Vertices<S>,
@@ -182,7 +181,7 @@ impl Paths<'_> {
         depth: u32,
         batch: &mut PathBatch,
     ) {
-        let Vertices { illumination: Illumination { receivers, .. }, paths, .. } = *vertices;
+        let Vertices { illumination: Illumination { simd, receivers, .. }, paths, .. } = *vertices;
         vertices.direct(tracer, streams, smooth, batch);
         let is_last = depth + 1 >= self.max_depth;
         if is_last && !tracer.may_find_light() {

@@ -3,10 +3,9 @@
 use fearless_simd::{Simd, mask64x8, prelude::*, u32x8};
 use glam::Vec3;
 
-use super::in_media::MediaBatch;
 use super::path_record::{PATHS, PathColumns, PathRecord};
 use super::profiler::Stage;
-use super::vertices::ReceiverColumns;
+use super::receiver_columns::ReceiverColumns;
 use super::world::{Sees, World};
 use crate::camera::{CameraSample, Viewer};
 use crate::columns::{Stored, columns};
@@ -108,6 +107,28 @@ columns! {
         blue: f32 = light.z,
         samples: u32 = samples,
         medium: u32 = medium,
+    }
+}
+
+/// The paths of a batch that scatter in media, and room for paths on their way.
+pub(in crate::integrator) struct MediaBatch {
+    /// Paths that have scattered in media.
+    pub events: PathColumns,
+    pub room: MediaRoom,
+}
+
+/// Room for paths on their way through media.
+pub(in crate::integrator) struct MediaRoom {
+    /// Paths that have scattered, or got to the ends of their rays.
+    pub ahead: ScatteredPaths,
+    /// Paths that have got to a surface with a material.
+    pub arrived: ScatteredPaths,
+}
+
+impl MediaBatch {
+    pub fn new() -> Box<Self> {
+        let room = MediaRoom { ahead: ScatteredPaths::new(), arrived: ScatteredPaths::new() };
+        Box::new(MediaBatch { events: PathColumns::new(), room })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Direct lighting at the vertices of paths: samples of lights and of BSDFs (PBR 14.3).
 
 use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*, u32x8};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use lookat_scene::DirectStrategy;
 
 use super::lighting::{Illumination, LightSamples, Lighting, most_samples};
@@ -10,11 +10,10 @@ use super::path_record::PathRecord;
 use super::profiler::Stage;
 use crate::bsdf::{Bsdf, BsdfSample, Domain, LobeFilter, LobeSlots};
 use crate::camera::Viewer;
-use crate::columns::{Column, ROOM, Stored, columns};
 use crate::integrator::world::Tracer;
 use crate::light::{Chosen, Estimates, Lunes, Receivers, weights};
 use crate::medium::{Media, Phase};
-use crate::number::{LANES, Vec2x8, Vec3fx8, Vec3x8, bits, narrow, splat_f32, vectorized, widen};
+use crate::number::{Vec2x8, Vec3fx8, Vec3x8, bits, narrow, splat_f32, vectorized, widen};
 use crate::ray::ElementId;
 use crate::sampler::Streams;
 use crate::shading::{Found, Shaded};
@@ -69,66 +68,6 @@ impl<S: Simd> Scattering<'_, S> {
                 }
             }
         }
-    }
-}
-
-columns! {
-    /// What [`ReceiverColumns`] store, except lunes.
-    struct PlaceColumns of Receivers {
-        p_x: f64 = surfaces.p.x,
-        p_y: f64 = surfaces.p.y,
-        p_z: f64 = surfaces.p.z,
-        n_x: f32 = domain.n.x,
-        n_y: f32 = domain.n.y,
-        n_z: f32 = domain.n.z,
-        ns_x: f32 = domain.ns.x,
-        ns_y: f32 = domain.ns.y,
-        ns_z: f32 = domain.ns.z,
-        magnitude: f64 = surfaces.magnitude,
-        element: f64 = surfaces.element,
-        instance: u32 = surfaces.instance,
-        is_two_sided: f32 = domain.is_two_sided,
-        is_diffuse: f32 = domain.is_diffuse,
-    }
-}
-
-/// Surfaces that have scattered rays, as far as the light that these find depends on them.
-#[derive(Clone)]
-pub(in crate::integrator) struct ReceiverColumns {
-    places: PlaceColumns,
-    /// 1 for surfaces with a lune.
-    has_lune: [f32; ROOM],
-}
-
-impl ReceiverColumns {
-    pub fn new() -> Self {
-        ReceiverColumns { places: PlaceColumns::new(), has_lune: [0.0; ROOM] }
-    }
-
-    /// Stores some receivers one after the other, from a place on.
-    #[inline(always)]
-    pub fn store<S: Simd>(&mut self, at: usize, stored: &Stored<S>, receivers: &Receivers<S>) {
-        self.places.store(at, stored, receivers);
-        let none = bits(receivers.surfaces.element.token(), 0);
-        let has_lune = receivers.lunes.as_ref().map_or(none, |lunes| lunes.is_valid);
-        has_lune.store(stored, &mut self.has_lune[at..at + LANES]);
-    }
-
-    /// The eight receivers from one on. Their normals are on the side of the ray that was scattered. `has_lunes`: some may have lunes.
-    #[inline(always)]
-    pub fn eight<S: Simd>(&self, simd: S, from: usize, has_lunes: bool) -> Receivers<S> {
-        let (zero, none) = (Vec3x8::splat(simd, DVec3::ZERO), mask32x8::splat(simd, false));
-        let (number, instance, n) = (0.0.simd_into(simd), 0.simd_into(simd), zero.narrow());
-        let surfaces = Surfaces { p: zero, n, ns: zero, magnitude: number, element: number, instance };
-        let domain = Domain { n, ns: n, is_two_sided: none, is_diffuse: none };
-        let mut receivers = Receivers { surfaces, domain, lunes: None };
-        self.places.load(simd, from, &mut receivers);
-        receivers.surfaces.n = receivers.domain.n;
-        if has_lunes {
-            let has_lune = Column::load(simd, &self.has_lune[from..from + LANES]);
-            receivers.lunes = Lunes::new(&receivers.domain, has_lune);
-        }
-        receivers
     }
 }
 

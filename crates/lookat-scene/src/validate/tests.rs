@@ -158,11 +158,11 @@ fn broken_promises_are_named() {
             Arc::make_mut(&mut world.instances[0].object).primitives.clear();
         }),
         ("world.media[0]", |_, world| {
-            let density = Density::Grid(DensityGrid {
+            let density = Density::Grid(Box::new(DensityGrid {
                 resolution: [2, 1, 1],
                 values: vec![1.0],
                 grid_from_world: Transform::IDENTITY,
-            });
+            }));
             world.media.push(Medium {
                 absorption: Vec3::ONE,
                 scattering: Vec3::ONE,
