@@ -1,7 +1,6 @@
 //! Participating media, prepared for rays: where light scatters along a ray, how much of it gets through, and into which directions it
 //! scatters (PBR 11.2, 11.3, 15.2).
 
-use std::f32::consts::LN_2;
 use std::f64::consts::PI;
 
 use arrayvec::ArrayVec;
@@ -10,7 +9,7 @@ use glam::{DVec3, Vec3};
 use lookat_scene::{Density, DensityGrid, Medium, MediumInterface, Primitive};
 
 use crate::frame::Frames;
-use crate::number::{LANES, Vec3fx8, bits, exp_minus, log2, set_lanes, splat_f32, to_f32, to_f64};
+use crate::number::{LANES, Vec3fx8, bits, exp_minus, log_1_minus, set_lanes, splat_f32, to_f32, to_f64};
 use crate::ray::ElementId;
 use crate::sampler::{mix, unit};
 use crate::trace::rays::Rays;
@@ -29,6 +28,8 @@ pub(crate) struct Media<'s> {
     interfaces: Vec<Option<[MediumNumber; 2]>>,
     /// The medium that the camera is in.
     pub of_camera: MediumNumber,
+    /// Light from infinity comes through so much of the medium around the world: twice its radius, as in pbrt-v3.
+    pub reach: f64,
 }
 
 /// A medium, with distances in units of the world.
@@ -65,10 +66,11 @@ struct MediumSample {
 }
 
 impl<'s> Media<'s> {
-    /// `None` for a world without media.
+    /// `None` for a world in which nothing is in a medium.
     pub fn new(traceable: &'s Traceable) -> Option<Self> {
         let world = &traceable.source;
-        if world.media.is_empty() {
+        let is_used = world.camera_medium.is_some() || world.shapes().any(|shape| shape.medium.is_some());
+        if !is_used {
             return None;
         }
         let number = |medium: Option<u32>| medium.map_or(EMPTY, |index| index + 1);
@@ -80,6 +82,7 @@ impl<'s> Media<'s> {
             media: world.media.iter().map(|medium| PreparedMedium::new(medium, traceable.origin)).collect(),
             interfaces: traceable.primitives().map(of).collect(),
             of_camera: number(world.camera_medium),
+            reach: world.bounds().map_or(0.0, |[low, high]| (high - low).length()),
         })
     }
 
@@ -218,15 +221,13 @@ impl<S: Simd> EvenMedia<S> {
     /// Samples distances by the extinction of one channel each, chosen at random (PBR 15.2.1).
     #[inline(always)]
     fn sample(&self, channel: f64x8<S>, u: f64x8<S>, t_max: f64x8<S>) -> MediumSamples<S> {
-        let (simd, extinction) = (u.token(), self.extinction);
+        let extinction = self.extinction;
         let channel = to_f32(channel) * 3.0;
         let sigma = channel
             .simd_lt(1.0)
             .select(extinction.x, channel.simd_lt(2.0).select(extinction.y, extinction.z));
-        let (whole, rest) = log2(to_f32(1.0 - u));
-        let whole: f32x8<S> = whole.map(|whole| whole as f32).simd_into(simd);
         // Without extinction, infinite or no number.
-        let t = to_f64((whole + rest) * -LN_2 / sigma);
+        let t = to_f64(-log_1_minus(u) / sigma);
         let scatters = t.simd_lt(t_max);
         let t = scatters.select(t, t_max);
         let transmittance = self.transmittance(to_f32(t));
@@ -236,6 +237,11 @@ impl<S: Simd> EvenMedia<S> {
         MediumSamples { t, weight: to_event.keep_where_wide(scatters, to_end), scatters }
     }
 }
+
+/// Beyond this, a phase function is a single direction.
+const MOST_ASYMMETRY: f64 = 0.9999;
+/// Below this, a phase function counts as even: the formula that samples it divides by it.
+const LEAST_ASYMMETRY: f32 = 1e-3;
 
 impl<'s> PreparedMedium<'s> {
     fn new(medium: &'s Medium, origin: DVec3) -> Self {
@@ -247,7 +253,9 @@ impl<'s> PreparedMedium<'s> {
                 Some(PreparedGrid { grid, origin, majorant })
             }
         };
-        PreparedMedium { scattering, extinction: absorption + scattering, asymmetry: asymmetry as f32, grid }
+        let asymmetry = asymmetry.clamp(-MOST_ASYMMETRY, MOST_ASYMMETRY) as f32;
+        let asymmetry = if asymmetry.abs() < LEAST_ASYMMETRY { 0.0 } else { asymmetry };
+        PreparedMedium { scattering, extinction: absorption + scattering, asymmetry, grid }
     }
 }
 
@@ -290,8 +298,8 @@ impl PreparedGrid<'_> {
         lerp(rest.z, along_y(0), along_y(1))
     }
 
-    /// Delta tracking. Where the channels differ, a collision is real with the mean probability of the channels, and weights make up for
-    /// the difference (Kutz et al., "Spectral and Decomposition Tracking for Rendering Heterogeneous Volumes", SIGGRAPH 2017).
+    /// Delta tracking. Where the channels differ, a collision is real with the mean probability of what is left of them, and weights make up
+    /// for the difference (Kutz et al., "Spectral and Decomposition Tracking for Rendering Heterogeneous Volumes", SIGGRAPH 2017).
     fn sample(
         &self,
         medium: &PreparedMedium,
@@ -302,7 +310,8 @@ impl PreparedGrid<'_> {
         while let Some((t, real)) = collisions.next(random)
             && weight != Vec3::ZERO
         {
-            let probability = real.element_sum() / 3.0;
+            // The channels count by what they have left.
+            let probability = (weight * real).element_sum() / weight.element_sum();
             if random.next() < f64::from(probability) {
                 let albedo = medium.scattering / medium.extinction.max(Vec3::splat(f32::MIN_POSITIVE));
                 return MediumSample { t: Some(t), weight: weight * real * albedo / probability };
@@ -339,8 +348,18 @@ impl PreparedGrid<'_> {
         let extinction = medium.extinction;
         let largest = extinction.max_element() * self.majorant;
         let within = self.within(o, d, t_max).filter(|_| largest > 0.0);
-        let (o, d, [t, end]) = within.unwrap_or((o, d, [0.0; 2]));
-        Collisions { grid: self, extinction, largest, o, d, t, end, count: 0 }
+        let (o, d, [near, far]) = within.unwrap_or((o, d, [0.0; 2]));
+        Collisions {
+            grid: self,
+            extinction,
+            largest,
+            o: o + d * near,
+            d,
+            near,
+            t: 0.0,
+            end: far - near,
+            count: 0,
+        }
     }
 }
 
@@ -350,17 +369,21 @@ struct Collisions<'g> {
     extinction: Vec3,
     /// The largest extinction.
     largest: f32,
+    /// Where the ray enters the box, and its direction.
     o: DVec3,
     d: DVec3,
+    /// The distance to there.
+    near: f64,
+    /// Distances from there: of the last collision, and where the ray leaves the box.
     t: f64,
     end: f64,
     /// The number of collisions so far.
     count: u32,
 }
 
-/// After so many collisions that were not real, about five milliseconds, the next one is: a grid in which that happens has a density beyond
-/// all others, and a ray would never come to its end.
-const MOST_COLLISIONS: u32 = 100_000;
+/// After so many collisions that were not real, about half a millisecond, the next one is: in a grid where that happens, one density is far
+/// beyond all others, and rays would never come to their ends.
+const MOST_COLLISIONS: u32 = 10_000;
 
 impl Collisions<'_> {
     /// The distance of the next collision, and the share of each channel that really collides there.
@@ -370,12 +393,12 @@ impl Collisions<'_> {
         }
         self.t -= libm::log(1.0 - random.next()) / f64::from(self.largest);
         self.count += 1;
-        let Collisions { grid, extinction, largest, o, d, t, end, count } = *self;
+        let Collisions { grid, extinction, largest, o, d, near, t, end, count } = *self;
         let real = |t: f64| match count {
             ..MOST_COLLISIONS => extinction * (grid.density(o + d * t) / largest),
             _ => Vec3::ONE,
         };
-        (t < end).then(|| (t, real(t)))
+        (t < end).then(|| (near + t, real(t)))
     }
 }
 
@@ -409,7 +432,9 @@ impl<S: Simd> Phase<S> {
     #[inline(always)]
     pub fn p(&self, wi: Vec3fx8<S>) -> f32x8<S> {
         let g = self.asymmetry;
-        let below = (1.0 + g * g + 2.0 * g * wi.dot(self.wo)).max(1e-12);
+        // 1 + g² + 2 g cos, without cancellation.
+        let towards = wi + self.wo * splat_f32(g.token(), 1.0).copysign(g);
+        let below = (1.0 - g.abs()) * (1.0 - g.abs()) + g.abs() * towards.length_squared();
         (1.0 - g * g) * (1.0 / (4.0 * PI) as f32) / (below * below.sqrt())
     }
 
@@ -418,7 +443,7 @@ impl<S: Simd> Phase<S> {
     pub fn sample(&self, [u, v]: [f64x8<S>; 2]) -> Vec3fx8<S> {
         let (simd, g) = (u.token(), self.asymmetry);
         let (u, turn) = (to_f32(u), to_f32(v));
-        let is_even: mask32x8<S> = g.abs().simd_lt(1e-3);
+        let is_even: mask32x8<S> = g.simd_eq(0.0);
         let root = (1.0 - g * g) / (1.0 + g - 2.0 * g * u);
         let cos = -(1.0 + g * g - root * root) / (2.0 * is_even.select(splat_f32(simd, 1.0), g));
         let cos = is_even.select(1.0 - 2.0 * u, cos).max(-1.0).min(1.0);

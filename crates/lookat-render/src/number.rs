@@ -3,7 +3,7 @@
 //! A sample has the same bits with any instruction set and any neighbors: operations have one order, and none is fused with the
 //! next. Functions are inlined into the one that is compiled for the processor. Colors are linear RGB.
 
-use std::f32::consts::LOG2_E;
+use std::f32::consts::{LN_2, LOG2_E};
 use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*, u32x8};
@@ -479,6 +479,23 @@ pub(crate) fn log2<S: Simd>(of: f32x8<S>) -> ([i32; LANES], f32x8<S>) {
     ((bits >> 23 & 0xff).to_array().map(|exponent| exponent as i32 - 127), rest)
 }
 
+/// The natural logarithm of 1 - `u`, for numbers from 0 to 1, to a millionth of itself.
+#[inline(always)]
+pub(crate) fn log_1_minus<S: Simd>(u: f64x8<S>) -> f32x8<S> {
+    let simd = u.token();
+    let (whole, rest) = log2(to_f32(1.0 - u));
+    let whole: f32x8<S> = whole.map(|whole| whole as f32).simd_into(simd);
+    // Near 0 by the series of the inverse hyperbolic tangent.
+    let near = to_f32(u);
+    let s = near / (2.0 - near);
+    let square = s * s;
+    let mut sum = square * (1.0 / 11.0);
+    for factor in [1.0 / 9.0, 1.0 / 7.0, 1.0 / 5.0, 1.0 / 3.0] {
+        sum = (sum + factor) * square;
+    }
+    near.simd_lt(0.5).select((sum + 1.0) * s * -2.0, (whole + rest) * LN_2)
+}
+
 /// e to the power of minus `x`, which is 0 or more, to a millionth (polynomial of Cephes, `exp2f.c`).
 #[inline(always)]
 pub(crate) fn exp_minus<S: Simd>(x: f32x8<S>) -> f32x8<S> {
@@ -551,6 +568,19 @@ pub(crate) fn prefetch<T>(at: *const T, lines: Range<usize>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn logarithms_near_1_are_exact_to_a_millionth() {
+        baseline!(simd => {
+            for k in 0..4_000 {
+                for u in [f64::from(k) * 2.4999e-4, libm::exp(-0.01 * f64::from(k + 70))] {
+                    let found = f64::from(log_1_minus(u.simd_into(simd))[2]);
+                    let expected = libm::log1p(-u);
+                    assert!((found - expected).abs() <= 1e-6 * -expected, "{u}: {found}, not {expected}");
+                }
+            }
+        });
+    }
 
     #[test]
     fn exponentials_are_exact_to_a_millionth() {

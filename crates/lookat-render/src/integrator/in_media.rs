@@ -7,6 +7,7 @@ use fearless_simd::{Simd, prelude::*};
 use super::lighting::Lighting;
 use super::path_batch::{LightColumns, MediaBatch, MediaRoom, PathBatch, Radiance, ScatteredPaths};
 use super::path_record::{PathColumns, PathRecord};
+use super::profiler::Stage;
 use super::world::{MAX_PASSED, Tracer, World};
 use crate::columns::Column;
 use crate::medium::{Media, MediumSamples};
@@ -147,16 +148,19 @@ impl World<'_> {
         all: u64,
     ) -> u64 {
         vectorized!(simd, {
+            for t_max in rays.t_max.iter_mut().filter(|t_max| **t_max == f64::INFINITY) {
+                *t_max = media.reach;
+            }
             let (mut rest, mut free, mut hits) = (all, 0, HitColumns::new());
             for _ in 0..MAX_PASSED {
                 if rest == 0 {
                     break;
                 }
-                self.nearest(simd, tracer, rays, rest, &mut hits);
+                self.nearest_as(simd, tracer, Stage::ShadowRays, rays, rest, &mut hits);
                 for (first, own) in eights(rest) {
                     let (eight, found) = (rays.eight(simd, first), hits.eight(simd, first));
                     let (mut blocked, mut crossed) = (0, ArrayVec::<_, LANES>::new());
-                    let mut end = eight.t_max;
+                    let mut end = eight.t_max.max(0.0);
                     for lane in set_bits(own) {
                         let (ray, hit) = self.one(&eight, &found, lane);
                         // The light itself is no obstacle.

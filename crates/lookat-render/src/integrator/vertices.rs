@@ -153,8 +153,9 @@ impl<S: Simd> Vertices<'_, S> {
     #[inline(always)]
     fn medium_towards(&self, d: Vec3x8<S>) -> u32x8<S> {
         let [inside, outside] = self.media;
-        let is_outside = d.narrow().dot(self.illumination.receivers.surfaces.n).simd_gt(0.0);
-        is_outside.select(outside, inside)
+        // On the side where `spawn_ray` starts them.
+        let is_outside = d.dot(self.illumination.receivers.surfaces.n.widen()).simd_gt(0.0);
+        narrow(is_outside).select(outside, inside)
     }
 
     /// Samples direct light. Its rays are traced later. Ends the profiler stage of lights.

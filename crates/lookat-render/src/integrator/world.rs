@@ -98,8 +98,7 @@ impl<'s> World<'s> {
         })
     }
 
-    /// Finds the nearest hits of active rays; each bit of `active` is a ray.
-    #[inline(never)]
+    /// Finds the nearest hits of active rays that continue paths; each bit of `active` is a ray.
     pub fn nearest<S: Simd>(
         &self,
         simd: S,
@@ -108,7 +107,21 @@ impl<'s> World<'s> {
         active: u64,
         hits: &mut HitColumns,
     ) {
-        tracer.begin_rays(Stage::BounceRays, rays, active);
+        self.nearest_as(simd, tracer, Stage::BounceRays, rays, active, hits);
+    }
+
+    /// Finds the nearest hits of active rays; each bit of `active` is a ray.
+    #[inline(never)]
+    pub(super) fn nearest_as<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        stage: Stage,
+        rays: &RayColumns,
+        active: u64,
+        hits: &mut HitColumns,
+    ) {
+        tracer.begin_rays(stage, rays, active);
         hits.clear();
         self.search(simd, tracer, rays, active, hits);
         tracer.profile(Profiler::end_rays);

@@ -87,6 +87,9 @@ impl Resolver<'_> {
             let params = &mut Params::new("MakeNamedMedium", entity, &self.files, &mut self.report);
             medium::medium(params, *self.state.ctm)
         });
+        if self.definitions.media.get(&name.value).is_some() {
+            self.facts.redefined.push((SymbolKind::Medium, name.value.clone(), name.span));
+        }
         let number = medium.map(|medium| {
             self.draft.media.push(medium);
             self.draft.media.len() as u32 - 1

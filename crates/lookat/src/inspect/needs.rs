@@ -241,6 +241,7 @@ fn filter_name(scene: &Scene) -> &'static str {
 fn integrator_name(scene: &Scene) -> &'static str {
     match scene.view.integrator {
         Integrator::DirectLighting { .. } => "directlighting",
+        Integrator::Path { .. } if !scene.world.media.is_empty() => "volpath",
         Integrator::Path { .. } => "path",
         Integrator::AmbientOcclusion { .. } => "ambientocclusion",
     }

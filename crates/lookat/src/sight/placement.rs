@@ -90,7 +90,9 @@ fn behind_ground(sight: &Sight) -> Option<Diagnostic> {
 /// No shape is in view.
 fn nothing_in_view(sight: &Sight) -> Option<Diagnostic> {
     let bounds = sight.bounds()?;
-    if sight.shapes_in_view().next().is_some() || sight.is_all_around() {
+    // Of media, only what they scatter is seen.
+    let has_media = !sight.scene.world.media.is_empty();
+    if has_media || sight.shapes_in_view().next().is_some() || sight.is_all_around() {
         return None;
     }
     let crop = sight.places.crop_window.filter(|_| !sight.is_whole());
