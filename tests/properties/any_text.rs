@@ -418,7 +418,9 @@ fn many_names_are_no_burden() {
     assert_eq!(errors(&(materials + &unknown), &[]).len(), 20_000);
     let repeated = "Shape \"sphere\"".to_owned() + &" \"float radius\" 1".repeat(50_000);
     assert!(errors(&repeated, &[]).is_empty());
-    let media = many(20_000, &|i| format!("MakeNamedMedium \"m{i}\" MediumInterface \"m{i}\"\n"));
+    let media = many(20_000, &|i| {
+        format!("MakeNamedMedium \"m{i}\" \"string type\" \"homogeneous\" MediumInterface \"m{i}\"\n")
+    });
     assert!(errors(&media, &[]).is_empty());
 }
 
