@@ -197,6 +197,12 @@ struct EvenMedia<S: Simd> {
     scattering: Vec3fx8<S>,
 }
 
+/// The share of light that gets through media to a distance, which may be infinite.
+#[inline(always)]
+fn share_beyond<S: Simd>(extinction: f32x8<S>, t: f32x8<S>) -> f32x8<S> {
+    exp_minus(extinction.simd_gt(0.0).select(extinction * t, splat_f32(t.token(), 0.0)))
+}
+
 impl<S: Simd> EvenMedia<S> {
     #[inline(always)]
     fn new(simd: S) -> Self {
@@ -212,10 +218,8 @@ impl<S: Simd> EvenMedia<S> {
 
     #[inline(always)]
     fn transmittance(&self, t: f32x8<S>) -> Vec3fx8<S> {
-        let zero = splat_f32(t.token(), 0.0);
-        let of = |sigma: f32x8<S>| exp_minus(sigma.simd_gt(0.0).select(sigma * t, zero));
         let Vec3fx8 { x, y, z } = self.extinction;
-        Vec3fx8 { x: of(x), y: of(y), z: of(z) }
+        Vec3fx8 { x: share_beyond(x, t), y: share_beyond(y, t), z: share_beyond(z, t) }
     }
 
     /// Samples distances by the extinction of one channel each, chosen at random (PBR 15.2.1).
