@@ -75,6 +75,13 @@ fn options_that_no_camera_can_have_are_refused() {
         ),
         ("all.pbrt", &["--fov", "30"], "--fov has no effect on an environment camera"),
         ("all.pbrt", &["--lens-radius", "1"], "--lens-radius has no effect on an environment camera"),
+        ("fine.pbrt", &["--time-at", "1"], "--time-at has no effect: nothing in this scene moves"),
+        ("fine.pbrt", &["--time-at", "noon"], "'--time-at <T>': expected a number"),
+        (
+            "fine.pbrt",
+            &["--animate", "time-at=0..1", "--frames", "2", "--time-at", "1"],
+            "--animate time-at and --time-at contradict each other",
+        ),
         ("fine.pbrt", &["--animate", "size=1..2", "--frames", "3"], "the parameters are fov, lens-radius,"),
         (
             "fine.pbrt",
@@ -173,6 +180,27 @@ fn pictures_of_an_animation_are_those_of_their_values() {
         line["frames"].as_array().unwrap().iter().map(|it| it["file"].as_str().unwrap()).collect();
     assert_eq!(files, ["fine.0001.exr", "fine.0002.exr"]);
     assert!(line["picture"].is_null());
+}
+
+/// Instants of a scene that moves: one alone, or many.
+#[test]
+fn a_scene_that_moves_is_rendered_at_instants() {
+    let folder = Folder::new();
+    let moving = "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All TransformTimes 0 4 Camera \"perspective\"";
+    folder.write("moving.pbrt", &with_camera(moving));
+    let picture = |arguments: &[&str], file: &str| {
+        let run = folder.run(&[&["render", "moving.pbrt", "--force"], arguments].concat());
+        assert_eq!(run.status, 0, "{}", run.err);
+        Image::read(&folder.path(file)).unwrap().channels
+    };
+    let animate = ["--animate", "time-at=0..4", "--frames", "3", "-o", "a.exr"];
+    let last = picture(&animate, "a.0003.exr");
+    let middle = Image::read(&folder.path("a.0002.exr")).unwrap().channels;
+    assert_eq!(middle, picture(&["--time-at", "2", "-o", "b.exr"], "b.exr"));
+    assert_eq!(last, picture(&["--time-at", "4", "-o", "b.exr"], "b.exr"));
+    // The shutter is open for a quarter of the motion.
+    let open = picture(&["-o", "b.exr"], "b.exr");
+    assert!(open != middle && open != last);
 }
 
 #[test]

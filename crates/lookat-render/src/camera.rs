@@ -1,12 +1,13 @@
 //! Camera rays in closed form and `f64`: from a position on the film and the lens to a ray. Also the depth of field of a thin lens
 //! (PBR 6.2.3), and the texture footprints of camera rays.
 
-use fearless_simd::{Simd, f64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
-use lookat_scene::{Camera, Film, Lens, Projection, Transform};
+use lookat_scene::{AnimatedTransform, Camera, Film, Lens, Projection, Transform};
 
-use crate::number::{LANES, Vec2x8, Vec3x8, baseline};
+use crate::number::{LANES, Vec2x8, Vec3x8, baseline, splat_f32, to_f32};
 use crate::ray::Ray;
+use crate::trace::rays::Rays;
 use crate::warp::at_turn;
 use crate::warp::square_to_disk;
 
@@ -28,6 +29,12 @@ pub struct CameraRays {
     middle: DVec2,
     projection: Projection,
     lens: Option<Lens>,
+    /// The way of a camera that moves. The places above are those of the middle of the time when the shutter is open.
+    motion: Option<AnimatedTransform>,
+    /// See [`Shutter::shares`](lookat_scene::Shutter::shares).
+    shutter: [f64; 2],
+    /// The position in the world that others are relative to.
+    origin: DVec3,
 }
 
 impl CameraRays {
@@ -38,6 +45,9 @@ impl CameraRays {
     }
 
     pub(crate) fn new(camera: &Camera, film: &Film, origin: DVec3) -> Self {
+        let (shutter, placed) = (camera.shutter.shares(), camera.placed(camera.middle()));
+        let motion = camera.motion.filter(|_| shutter[0] < shutter[1]);
+        let camera = &placed;
         let screen = &camera.screen;
         let middle = eye_in_camera(camera);
         let scale = match camera.projection {
@@ -58,7 +68,22 @@ impl CameraRays {
             middle,
             projection: camera.projection,
             lens: camera.lens,
+            motion,
+            shutter,
+            origin,
         }
+    }
+
+    /// True if the camera moves.
+    pub(crate) fn moves(&self) -> bool {
+        self.motion.is_some()
+    }
+
+    /// The instants that numbers from 0 to 1 choose while the shutter is open: see [`Ray::time`].
+    #[inline(always)]
+    pub(crate) fn times<S: Simd>(&self, u: f64x8<S>) -> f32x8<S> {
+        let [open, close] = self.shutter;
+        to_f32((u * (close - open) + open).max(0.0).min(1.0))
     }
 
     /// True if rays need a point on the lens.
@@ -73,30 +98,39 @@ impl CameraRays {
 
     /// The ray through a place of the film, in pixels from the top left corner of the full picture, and the point of the lens
     /// that `u`, in 0..1, chooses. `u` of 0.5 is the middle of the lens.
+    ///
+    /// The ray is that of the middle of the time when the shutter is open.
     pub fn ray(&self, film: DVec2, u: DVec2) -> Ray {
         baseline!(simd => {
             let [film, u] = [film, u].map(|at| [at.x.simd_into(simd), at.y.simd_into(simd)]);
-            let (o, d) = self.rays(simd, film, Some(u));
-            Ray::new(o.lane(0), d.lane(0))
+            let time = self.times(0.5.simd_into(simd));
+            let (o, d) = self.lines(simd, film, Some(u), time);
+            Ray { time: time[0], ..Ray::new(o.lane(0), d.normalize().lane(0)) }
         })
     }
 
-    /// The origins and directions of rays through places of the film, in pixels from the top left corner; `u` chooses the points on the
-    /// lens (PBR 6.2.3).
+    /// The rays through places of the film, in pixels from the top left corner; `u` chooses the points on the lens (PBR 6.2.3).
     #[inline(always)]
     pub(crate) fn rays<S: Simd>(
         &self,
         simd: S,
         film: Vec2x8<S>,
         u: Option<Vec2x8<S>>,
-    ) -> (Vec3x8<S>, Vec3x8<S>) {
-        let (o, d) = self.lines(simd, film, u);
-        (o, d.normalize())
+        time: f32x8<S>,
+    ) -> Rays<S> {
+        let (o, d) = self.lines(simd, film, u, time);
+        Rays { time, ..Rays::new(o, d.normalize()) }
     }
 
     /// Camera rays whose directions have any length.
     #[inline(always)]
-    fn lines<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
+    fn lines<S: Simd>(
+        &self,
+        simd: S,
+        film: Vec2x8<S>,
+        u: Option<Vec2x8<S>>,
+        time: f32x8<S>,
+    ) -> (Vec3x8<S>, Vec3x8<S>) {
         let (start, step, middle) = (self.start, self.step, self.film_middle);
         let [x, y] = film;
         let p = [start.x + step.x * (x - middle.x), start.y + step.y * (y - middle.y)];
@@ -124,7 +158,31 @@ impl CameraRays {
                 through_lens(center, [x / focal, y / focal], lens, u)
             }
         };
-        (Vec3x8::splat(simd, self.eye) + o.by(&self.world_from_camera), d.by(&self.world_from_camera))
+        match &self.motion {
+            None => {
+                let m = &self.world_from_camera;
+                (Vec3x8::splat(simd, self.eye) + o.by(m), d.by(m))
+            }
+            Some(motion) => self.moved(motion, time, o, d),
+        }
+    }
+
+    /// Lines of a camera that moves, in the world. `o`: relative to the eye.
+    #[inline(never)]
+    fn moved<S: Simd>(
+        &self,
+        motion: &AnimatedTransform,
+        time: f32x8<S>,
+        mut o: Vec3x8<S>,
+        mut d: Vec3x8<S>,
+    ) -> (Vec3x8<S>, Vec3x8<S>) {
+        let eye = self.middle.extend(0.0);
+        for lane in 0..LANES {
+            let placed = motion.at(time[lane].into());
+            o.set_lane(lane, placed.point(eye) - self.origin + placed.vector(o.lane(lane)));
+            d.set_lane(lane, placed.vector(d.lane(lane)));
+        }
+        (o, d)
     }
 }
 
@@ -236,11 +294,13 @@ pub(crate) struct Viewer<'v> {
     pub spacing: f64,
 }
 
-/// The position of a camera sample on the film, in pixels, and the random numbers for its point on the lens (PBR 6.1).
+/// The position of a camera sample on the film, in pixels, the random numbers for its point on the lens, and its instant (PBR 6.1).
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct CameraSample {
     pub film: DVec2,
     pub lens: DVec2,
+    /// See [`Ray::time`].
+    pub time: f32,
 }
 
 /// The camera samples of a packet of rays.
@@ -259,9 +319,10 @@ impl Views<'_> {
     /// Origins and directions, of any length, of the neighbors of the rays to the right and below, through the same points of the lens.
     #[inline(always)]
     pub fn neighbors<S: Simd>(&self, simd: S) -> [(Vec3x8<S>, Vec3x8<S>); 2] {
-        let mut numbers = [[0.0; LANES]; 4];
+        let (mut numbers, mut time) = ([[0.0; LANES]; 4], splat_f32(simd, 0.0));
         for (lane, sample) in self.samples.iter().enumerate() {
-            let CameraSample { film, lens } = self.camera_samples[usize::from(*sample)];
+            let CameraSample { film, lens, time: own } = self.camera_samples[usize::from(*sample)];
+            time[lane] = own;
             for (own, number) in numbers.iter_mut().zip([film.x, film.y, lens.x, lens.y]) {
                 own[lane] = number;
             }
@@ -271,7 +332,7 @@ impl Views<'_> {
             |numbers| numbers.simd_into(simd),
         );
         let Viewer { camera, spacing } = self.of;
-        let lines = |film| camera.lines(simd, film, Some([u, v]));
+        let lines = |film| camera.lines(simd, film, Some([u, v]), time);
         [lines([x + spacing, y]), lines([x, y + spacing])]
     }
 }
@@ -283,8 +344,8 @@ mod tests {
     use glam::DVec2;
     use glam::DVec3;
     use glam::DVec4;
-    use lookat_scene::ScreenWindow;
     use lookat_scene::Transform;
+    use lookat_scene::{ScreenWindow, Shutter};
 
     fn film() -> Film {
         Film::new([200, 120])
@@ -295,7 +356,7 @@ mod tests {
         let look_at = Transform::look_at(eye, DVec3::ZERO, DVec3::new(0.2, 1.0, 0.0)).unwrap();
         let mirrored = Transform::scale(DVec3::new(-1.0, 1.0, 1.0)).unwrap() * look_at;
         let screen = ScreenWindow { min: DVec2::new(-0.5, -0.3), max: DVec2::new(1.25, 0.9) };
-        Camera { world_from_camera: mirrored.inverse(), projection, screen, lens }
+        Camera { screen, lens, ..Camera::new(mirrored, projection, &film()) }
     }
 
     /// The chain of PBR 6.1 and 6.2, matrix by matrix: camera, screen, NDC and raster space.
@@ -386,10 +447,41 @@ mod tests {
     }
 
     #[test]
+    fn a_camera_moves_while_its_shutter_is_open() {
+        let still = camera(Projection::Orthographic { telecentric: false }, None);
+        let end = Transform::translate(DVec3::new(1.0, 2.0, 3.0)) * still.world_from_camera;
+        let motion = AnimatedTransform::new(still.world_from_camera, end).unwrap();
+        let shutter = Shutter { open: 3.0, close: 7.0, transform_times: [0.0, 8.0] };
+        let moving = Camera { motion: Some(motion), shutter, ..still };
+        let origin = DVec3::new(-1.0, 0.5, 0.0);
+        let rays = CameraRays::new(&moving, &film(), origin);
+        let film = DVec2::new(20.0, 70.0);
+        baseline!(simd => {
+            let u = f64x8::from_fn(simd, |lane| lane as f64 / 7.0);
+            let at = rays.rays(simd, [film.x.simd_into(simd), film.y.simd_into(simd)], None, rays.times(u));
+            for lane in 0..LANES {
+                let time = (3.0 + 4.0 * u[lane]) / 8.0;
+                let own = still.placed(motion.at(time));
+                let expected = CameraRays::new(&own, &self::film(), origin).ray(film, DVec2::ZERO);
+                assert!((f64::from(at.time[lane]) - time).abs() < 1e-7);
+                assert!((at.o.lane(lane) - expected.o).length() < 1e-6, "{lane}");
+                assert!((at.d.lane(lane) - expected.d).length() < 1e-12, "{lane}");
+            }
+        });
+        let middle = rays.ray(film, DVec2::ZERO);
+        assert_eq!(middle.time, 0.625);
+        // A shutter that opens before all motion, and one that closes after it.
+        let shutter = Shutter { open: -8.0, close: 16.0, ..shutter };
+        let rays = CameraRays::new(&Camera { shutter, ..moving }, &self::film(), origin);
+        let times = baseline!(simd => rays.times([0.0, 0.2, 0.5, 0.7, 1.0, 0.0, 0.0, 0.0].simd_into(simd)).to_array());
+        assert_eq!(times[..5], [0.0, 0.0, 0.5, 1.0, 1.0]);
+    }
+
+    #[test]
     fn the_middle_of_a_very_wide_view_is_exact() {
         let screen = ScreenWindow { min: DVec2::splat(-1.0), max: DVec2::splat(1.0) };
         let projection = Projection::Perspective { fov: 179.9 };
-        let camera = Camera { world_from_camera: Transform::IDENTITY, projection, screen, lens: None };
+        let camera = Camera { screen, ..Camera::new(Transform::IDENTITY, projection, &film()) };
         let ray = CameraRays::new(&camera, &film(), DVec3::ZERO).ray(DVec2::new(100.0625, 60.0), DVec2::ZERO);
         // From tan(89.95 degrees), computed with 60 digits.
         let expected = 1145.915299373488 * 0.0625 / 100.0;
@@ -419,7 +511,7 @@ mod tests {
         ] {
             let lens = Lens { radius: 0.2, focal_distance: 3.0 };
             let camera =
-                Camera { world_from_camera: Transform::IDENTITY, projection, screen, lens: Some(lens) };
+                Camera { screen, lens: Some(lens), ..Camera::new(Transform::IDENTITY, projection, &film) };
             let focus = Focus::new(&camera, &film).unwrap();
             let rays = CameraRays::new(&camera, &film, DVec3::ZERO);
             for depth in [0.5, 1.0, 2.5, 3.0, 3.5, 10.0, 1e3] {

@@ -294,7 +294,8 @@ fn are_instances(a: &[Instance], b: &[Instance]) -> bool {
             None => are_shapes(&a.primitives, &b.primitives),
         };
     a.iter().zip(b).all(|(a, b)| {
-        is_transform(&a.world_from_object, &b.world_from_object) && is_object(&a.object, &b.object)
+        let is_placed = is_transform(&a.world_from_object, &b.world_from_object) && a.motion == b.motion;
+        is_placed && is_object(&a.object, &b.object)
     })
 }
 

@@ -17,6 +17,8 @@ pub struct Ray {
     pub leaving_place: u32,
     /// The element that a shadow ray goes to, or [`ElementId::POINT_LIGHT`]: it does not block. `t_max` does not go beyond it.
     pub target: ElementId,
+    /// The instant: a share of the way from the start time of motion, 0, to its end time, 1.
+    pub time: f32,
 }
 
 impl Ray {
@@ -29,6 +31,7 @@ impl Ray {
             leaving: ElementId::NONE,
             leaving_place: Hit::NO_PLACE,
             target: ElementId::NONE,
+            time: 0.0,
         }
     }
 

@@ -81,7 +81,8 @@ impl Prepared {
             ShapeId::Primitive(_) => corners_of_shape(self.primitive(shape)),
             ShapeId::Instance(number) => {
                 let placed = &self.traceable.instances[number as usize];
-                self.in_world(placed.bounds(self.traceable.objects[placed.object].bvh.bounds))
+                let of_object = self.traceable.objects[placed.object].bvh.bounds;
+                self.in_world(placed.bounds(of_object, self.origin()))
             }
         }
     }

@@ -19,6 +19,9 @@ use sobol::Shuffled;
 /// The number of sample dimensions of a camera ray: film position and lens position, with or without a lens.
 pub(crate) const CAMERA_NUMBERS: u32 = 4;
 
+/// The dimension of the instants of camera rays: apart from all others, which are the same in worlds without motion.
+const TIME: u32 = u32::MAX;
+
 /// A variant of the sampler in which neighboring pixels have independent samples. Adaptive sampling needs it: the errors of
 /// correlated neighbors cancel, and would bias the decision about each other's samples.
 pub(crate) fn of_single_pixels(sampler: Sampler) -> Sampler {
@@ -115,6 +118,12 @@ impl Streams {
     pub fn next_1d<S: Simd>(&mut self, simd: S) -> f64x8<S> {
         self.dimension = self.dimension.wrapping_add(1);
         self.points.number(simd, self.dimension.wrapping_sub(1))
+    }
+
+    /// Numbers for the instants of camera rays. They take no dimension of others.
+    #[inline(always)]
+    pub fn time<S: Simd>(&self, simd: S) -> f64x8<S> {
+        self.points.number(simd, TIME)
     }
 
     /// Points of the unit square.

@@ -11,7 +11,8 @@ use crate::bsdf::{LobeSlots, PointLobes};
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::number::{
-    LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, prefetch, set_lanes, vectorized, widen,
+    LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, prefetch, set_lanes, splat_f32, vectorized,
+    widen,
 };
 use crate::parametric::Parametrics;
 use crate::ray::{ElementId, Hit, Ray};
@@ -29,7 +30,8 @@ pub(crate) fn uv(scene: &Traceable, surface: &Surface, ray: &Ray, hit: &Hit) -> 
     baseline!(simd => {
         let none = Vec3x8::splat(simd, DVec3::ZERO);
         let (element, instance) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
-        let mut surfaces = Surfaces { p: none, n: none.narrow(), ns: none, magnitude: 0.0.simd_into(simd), element, instance };
+        let (magnitude, time) = (0.0.simd_into(simd), splat_f32(simd, 0.0));
+        let mut surfaces = Surfaces { p: none, n: none.narrow(), ns: none, magnitude, element, instance, time };
         surfaces.set_lane(0, surface);
         let barycentric = hit.barycentric.map(|b| b.simd_into(simd));
         let found = Found { surfaces, elements: [hit.element; LANES], barycentric };
@@ -147,7 +149,10 @@ impl<S: Simd> Coordinates<S> {
         vectorized!(simd, {
             let (mut triangles, mut ns) = (ParametricTriangles::new(simd), surfaces.ns);
             let mut others = 0;
-            for (first, own) in groups(active.to_bitmask(), |a, b| elements[a] == elements[b]) {
+            let time = surfaces.time;
+            let is_still = |a: usize, b: usize| scene.is_still(elements[a].instance, [time[a], time[b]]);
+            let is_same = |a: usize, b: usize| elements[a] == elements[b] && is_still(a, b);
+            for (first, own) in groups(active.to_bitmask(), is_same) {
                 let ElementId { primitive, instance, index } = elements[first];
                 let primitive = scene.primitive(primitive);
                 let Shape::TriangleMesh(mesh) = &primitive.shape else {
@@ -155,7 +160,7 @@ impl<S: Simd> Coordinates<S> {
                     continue;
                 };
                 let own = bits(simd, own);
-                if let Some(instance) = scene.instance(instance) {
+                if let Some(instance) = scene.instance(instance, time[first]) {
                     ns = instance.normals_to_object(ns).keep_where(own, ns);
                 }
                 triangles.set(own, (mesh, index as usize), primitive.reverse_orientation);
@@ -166,8 +171,9 @@ impl<S: Simd> Coordinates<S> {
                 all.set_other(scene, found, d, lane);
             }
             let placed = (active & !widen(surfaces.instance.simd_eq(ElementId::WORLD))).to_bitmask();
-            for (first, own) in groups(placed, |a, b| elements[a].instance == elements[b].instance) {
-                let Some(instance) = scene.instance(elements[first].instance) else { continue };
+            let is_same = |a: usize, b: usize| elements[a].instance == elements[b].instance && is_still(a, b);
+            for (first, own) in groups(placed, is_same) {
+                let Some(instance) = scene.instance(elements[first].instance, time[first]) else { continue };
                 for parametrics in [&mut all.flat, &mut all.shading] {
                     let placed = instance.parametrics_to_world(parametrics);
                     *parametrics = placed.keep_where(bits(simd, own), parametrics);
@@ -181,7 +187,7 @@ impl<S: Simd> Coordinates<S> {
     #[inline(never)]
     fn set_other(&mut self, scene: &Traceable, found: &Found<S>, d: Vec3x8<S>, lane: usize) {
         let ElementId { primitive, instance, index } = found.elements[lane];
-        let instance = scene.instance(instance);
+        let instance = scene.instance(instance, found.surfaces.time[lane]);
         let own = match scene.curved(primitive) {
             Some(curved) => {
                 let p = found.surfaces.p.lane(lane);
@@ -393,7 +399,8 @@ impl Tree<'_> {
         let (others, placed) =
             (is_hit & !bits(simd, there), is_hit & !widen(hits.instance.simd_eq(ElementId::WORLD)));
         let Hits { element, instance, .. } = *hits;
-        let mut surfaces = Surfaces { p, n: n.narrow(), ns, magnitude, element, instance };
+        let time = rays.time;
+        let mut surfaces = Surfaces { p, n: n.narrow(), ns, magnitude, element, instance, time };
         let mut rest = 0;
         if others.any_true() {
             rest = self.put_curved(&elements, rays.at(hits.t), others, &mut surfaces);
@@ -424,7 +431,9 @@ impl Tree<'_> {
                     curved.prefetch_place();
                 }
             }
-            let is_same = |first: usize, lane: usize| elements[first] == elements[lane];
+            let time = surfaces.time;
+            let is_still = |a: usize, b: usize| self.scene.is_still(elements[a].instance, [time[a], time[b]]);
+            let is_same = |a: usize, b: usize| elements[a] == elements[b] && is_still(a, b);
             for (first, own) in groups(others.to_bitmask(), is_same) {
                 let ElementId { instance, primitive, .. } = elements[first];
                 let curved = self.scene.curved(primitive).filter(|_| own.count_ones() > 1);
@@ -432,7 +441,7 @@ impl Tree<'_> {
                     rest |= own;
                     continue;
                 };
-                let instance = self.scene.instance(instance);
+                let instance = self.scene.instance(instance, time[first]);
                 let p = instance.map_or(hits, |instance| instance.points_to_object(hits));
                 let (p, outward) = curved.project_all(p);
                 let Primitive { reverse_orientation, mirrored, .. } = self.scene.primitive(primitive);

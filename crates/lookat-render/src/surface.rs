@@ -1,6 +1,6 @@
 //! Points of surfaces: one that a ray has hit, or eight side by side.
 
-use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*, u32x8};
+use fearless_simd::{Level, Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
 use glam::{DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
@@ -37,13 +37,17 @@ pub struct Surface<'s> {
     pub place: u32,
     /// The shape with its material.
     pub primitive: &'s Primitive,
+    /// See [`Ray::time`].
+    pub time: f32,
 }
 
 impl<'s> Surface<'s> {
     /// The surface at a hit of `ray`.
     pub(crate) fn new(scene: &'s Traceable, ray: &Ray, hit: &Hit) -> Self {
         let Hit { t, element, place, .. } = *hit;
-        let (primitive, instance) = (scene.primitive(element.primitive), scene.instance(element.instance));
+        let primitive = scene.primitive(element.primitive);
+        let instance = scene.instance(element.instance, ray.time);
+        let instance = instance.as_deref();
         let turned = |n| flipped(n, primitive.reverse_orientation != primitive.mirrored);
         let point = match (&primitive.shape, scene.curved(element.primitive)) {
             (Shape::TriangleMesh(mesh), _) => {
@@ -73,7 +77,7 @@ impl<'s> Surface<'s> {
             (p, magnitude) = (instance.to_world(p), instance.magnitude(magnitude));
             [n, ns, emitting] = [n, ns, emitting].map(|n| instance.normal_to_world(n));
         }
-        Surface { p, magnitude, n, ns, emitting, element, place, primitive }
+        Surface { p, magnitude, n, ns, emitting, element, place, primitive, time: ray.time }
     }
 
     /// The radiance that the surface emits towards `wo`.
@@ -95,7 +99,8 @@ impl<'s> Surface<'s> {
     /// coordinates, thousands of times their rounding and less than any gap in a scene.
     pub fn spawn_ray(&self, d: DVec3) -> Ray {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
-        Ray { leaving: self.element, leaving_place: self.place, ..Ray::new(self.p + offset, d) }
+        let (leaving, leaving_place, time) = (self.element, self.place, self.time);
+        Ray { leaving, leaving_place, time, ..Ray::new(self.p + offset, d) }
     }
 }
 
@@ -126,6 +131,7 @@ pub(crate) struct Surfaces<S: Simd> {
     pub element: f64x8<S>,
     /// The instances of the elements.
     pub instance: u32x8<S>,
+    pub time: f32x8<S>,
 }
 
 impl<S: Simd> Surfaces<S> {
@@ -140,6 +146,7 @@ impl<S: Simd> Surfaces<S> {
             // Of the same hits.
             element: self.element,
             instance: self.instance,
+            time: self.time,
         }
     }
 
@@ -148,8 +155,8 @@ impl<S: Simd> Surfaces<S> {
     pub fn spawn_ray(&self, d: Vec3x8<S>) -> Rays<S> {
         let n = self.n.widen();
         let offset = n * (self.magnitude * OFFSET).copysign(n.dot(d));
-        let (leaving, leaving_instance) = (self.element, self.instance);
-        Rays { leaving, leaving_instance, ..Rays::new(self.p + offset, d) }
+        let (leaving, leaving_instance, time) = (self.element, self.instance, self.time);
+        Rays { leaving, leaving_instance, time, ..Rays::new(self.p + offset, d) }
     }
 
     /// Shadow rays to points of a light: from where rays leave the surface to just there. Were they to run beside the lines
@@ -178,10 +185,11 @@ impl<S: Simd> Surfaces<S> {
     /// Transforms the points in `placed` from the space of their objects to the world.
     #[inline(never)]
     pub fn place_in_world(&mut self, scene: &Traceable, placed: mask64x8<S>) {
-        let (simd, of) = (placed.token(), self.instance);
+        let (simd, of, time) = (placed.token(), self.instance, self.time);
+        let is_same = |a: usize, b: usize| of[a] == of[b] && scene.is_still(of[a], [time[a], time[b]]);
         vectorized!(simd, {
-            for (first, own) in groups(placed.to_bitmask(), |a, b| of[a] == of[b]) {
-                let Some(instance) = scene.instance(of[first]) else { continue };
+            for (first, own) in groups(placed.to_bitmask(), is_same) {
+                let Some(instance) = scene.instance(of[first], time[first]) else { continue };
                 let Surfaces { p, n, ns, magnitude, .. } = *self;
                 let in_world = Surfaces {
                     p: instance.points_to_world(p),
@@ -200,7 +208,7 @@ impl<S: Simd> Surfaces<S> {
         self.p.set_lane(lane, surface.p);
         self.n.set_lane(lane, surface.n.as_vec3());
         self.ns.set_lane(lane, surface.ns);
-        self.magnitude[lane] = surface.magnitude;
+        (self.magnitude[lane], self.time[lane]) = (surface.magnitude, surface.time);
     }
 }
 
@@ -255,7 +263,7 @@ impl<'s> Sheet<'s> {
         };
         let Hits { element, instance, .. } = *hits;
         let magnitude = self.magnitude.simd_into(simd);
-        (Surfaces { p, n: n.narrow(), ns: n, magnitude, element, instance }, barycentric)
+        (Surfaces { p, n: n.narrow(), ns: n, magnitude, element, instance, time: rays.time }, barycentric)
     }
 }
 

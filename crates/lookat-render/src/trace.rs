@@ -172,7 +172,7 @@ impl Traceable {
         for other in &query.group.non_triangles {
             found |= match *other {
                 NonTriangle::Instance { instance, .. } => {
-                    let placed = &self.instances[instance as usize];
+                    let placed = self.placed(instance, query.ray.time);
                     let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
                     self.search_all::<ANY>(Query::new(group, ray, instance, query.is_shadow), hit)
                 }
@@ -194,7 +194,7 @@ impl Traceable {
         let NonTriangle::Instance { instance, .. } = other else {
             return self.meet_shape::<ANY>(query, other, hit);
         };
-        let placed = &self.instances[instance as usize];
+        let placed = self.placed(instance, query.ray.time);
         let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
         let query = Query::new(group, ray, instance, query.is_shadow);
         match group.non_triangles[..] {

@@ -1,13 +1,14 @@
 //! A world in the form that rays are traced in: positions relative to an origin; hierarchies of the world, of objects, and of
 //! instances of these.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
 use fearless_simd::{Level, Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec3};
-use lookat_scene::{MaterialKind, Mesh, Object, Primitive, Shape, Transform, World};
+use lookat_scene::{AnimatedTransform, MaterialKind, Mesh, Object, Primitive, Shape, Transform, World};
 use rayon::prelude::*;
 
 use crate::bvh::{Bvh, Reference, around, build};
@@ -15,6 +16,7 @@ use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::frame::Bounds;
+use crate::medium::majorants::Majorants;
 use crate::number::{Vec3x8, prefetch, three};
 use crate::parametric::{Parametric, Parametrics};
 use crate::ray::{Hit, Ray};
@@ -38,6 +40,9 @@ pub(crate) struct Traceable {
     /// The number of the first primitive of each object.
     pub(crate) first_of_objects: Vec<u32>,
     pub(crate) instances: Vec<PlacedInstance>,
+    has_motion: bool,
+    /// Of each medium whose density is a grid.
+    pub majorants: Vec<Option<Majorants>>,
     pub emitters: Emitters,
     pub labels: Labels,
     /// True for each primitive that may have holes. Empty if none has.
@@ -63,12 +68,15 @@ impl Traceable {
                 objects.push(elements.group());
                 (objects.len() - 1, glows)
             });
-            let placed = PlacedInstance::new(object, &instance.world_from_object, origin);
+            let placed = PlacedInstance {
+                motion: instance.motion.clone(),
+                ..PlacedInstance::new(object, &instance.world_from_object, origin)
+            };
             let of_object = objects[object].bvh.bounds;
             if of_object.is_empty() {
                 continue;
             }
-            let bounds = placed.bounds(of_object);
+            let bounds = placed.bounds(of_object, origin);
             world.push(
                 bounds,
                 NonTriangle::Instance { instance: instances.len() as u32, object: object as u32 },
@@ -96,7 +104,9 @@ impl Traceable {
             world,
             objects,
             first_of_objects,
+            has_motion: instances.iter().any(|instance| instance.motion.is_some()),
             instances,
+            majorants: Vec::new(),
             emitters,
             labels,
             cutouts: Vec::new(),
@@ -114,6 +124,7 @@ impl Traceable {
         };
         self.of_objects = source.objects().into_iter().flat_map(of_object).collect();
         self.source = source.clone();
+        self.majorants = source.media.par_iter().map(Majorants::of).collect();
         let has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
         let is_cut_out = |primitive: &Primitive| primitive.cutout.is_some();
         let before = std::mem::take(&mut self.cutouts);
@@ -171,8 +182,33 @@ impl Traceable {
         self.curved.get(self.curved_of[primitive as usize] as usize)
     }
 
-    pub fn instance(&self, instance: u32) -> Option<&PlacedInstance> {
-        self.instances.get(instance as usize)
+    /// An instance, at a [time](Ray::time). `None` for [`ElementId::WORLD`](crate::ray::ElementId::WORLD).
+    #[inline(always)]
+    pub fn instance(&self, instance: u32, time: f32) -> Option<Cow<'_, PlacedInstance>> {
+        ((instance as usize) < self.instances.len()).then(|| self.placed(instance, time))
+    }
+
+    /// One of the instances, at a [time](Ray::time).
+    #[inline(always)]
+    pub fn placed(&self, instance: u32, time: f32) -> Cow<'_, PlacedInstance> {
+        let placed = &self.instances[instance as usize];
+        match &placed.motion {
+            None => Cow::Borrowed(placed),
+            Some(motions) => Cow::Owned(PlacedInstance::moving(placed.object, motions, time, self.origin)),
+        }
+    }
+
+    /// True if an instance, or the world, is at the same place at two times.
+    #[inline(always)]
+    pub fn is_still(&self, instance: u32, [a, b]: [f32; 2]) -> bool {
+        !self.has_motion
+            || a == b
+            || self.instances.get(instance as usize).is_none_or(|it| it.motion.is_none())
+    }
+
+    /// True if anything in the world moves.
+    pub fn has_motion(&self) -> bool {
+        self.has_motion
     }
 
     /// Asks for the memory of a non-triangle.
@@ -190,7 +226,7 @@ impl Traceable {
     /// The elements of an instance, or of the world.
     #[inline(always)]
     pub fn group(&self, instance: u32) -> &Group {
-        self.instance(instance).map_or(&self.world, |placed| &self.objects[placed.object])
+        self.instances.get(instance as usize).map_or(&self.world, |placed| &self.objects[placed.object])
     }
 }
 
@@ -346,6 +382,7 @@ impl<'s> Elements<'s> {
 }
 
 /// A copy of an object.
+#[derive(Clone)]
 pub(crate) struct PlacedInstance {
     pub object: usize,
     /// Takes world positions to the object: a matrix and an offset.
@@ -353,6 +390,8 @@ pub(crate) struct PlacedInstance {
     offset: DVec3,
     world_from_object: DMat3,
     origin: DVec3,
+    /// See [`Instance::motion`](lookat_scene::Instance::motion). The fields above are those at the start time.
+    motion: Option<Arc<[AnimatedTransform]>>,
 }
 
 impl PlacedInstance {
@@ -365,7 +404,16 @@ impl PlacedInstance {
             offset: inv.transform_point3(world_origin),
             world_from_object: *world_from_object.linear(),
             origin: m.w_axis.truncate() - world_origin,
+            motion: None,
         }
+    }
+
+    /// A copy that moves, at a [time](Ray::time).
+    #[cold]
+    #[inline(never)]
+    fn moving(object: usize, motions: &[AnimatedTransform], time: f32, world_origin: DVec3) -> Self {
+        let placed = motions.iter().map(|motion| motion.at(time.into())).reduce(|outer, inner| outer * inner);
+        PlacedInstance::new(object, &placed.unwrap_or_default(), world_origin)
     }
 
     /// A position of the world in the space of the object.
@@ -447,11 +495,22 @@ impl PlacedInstance {
         Ray { o: self.to_object(ray.o), d: self.object_from_world * ray.d, t_max, ..*ray }
     }
 
-    /// A box around the copy of an object with a box.
-    pub fn bounds(&self, object: Bounds) -> Bounds {
+    /// A box around the copy of an object with a box, wherever it moves.
+    pub fn bounds(&self, object: Bounds, world_origin: DVec3) -> Bounds {
         let (low, high) = object.corners();
-        let [min, max] = placed_box([low, high], |p| self.to_world(p));
-        Bounds::padded(min, max, self.magnitude(low.abs().max(high.abs()).max_element()))
+        let magnitude = low.abs().max(high.abs()).max_element();
+        let Some(motions) = &self.motion else {
+            let [min, max] = placed_box([low, high], |p| self.to_world(p));
+            return Bounds::padded(min, max, self.magnitude(magnitude));
+        };
+        let [min, max] = motions.iter().rev().fold([low, high], |corners, motion| motion.bounds(corners));
+        // On its way, the norm of a matrix is less than four times the larger one of the ends.
+        let magnitude = motions.iter().rev().fold(magnitude, |magnitude, motion| {
+            let at = |end| PlacedInstance::new(self.object, &end, DVec3::ZERO).magnitude(magnitude);
+            4.0 * motion.ends().map(at).into_iter().fold(0.0, f64::max)
+        });
+        let magnitude = magnitude + world_origin.abs().max_element();
+        Bounds::padded(min - world_origin, max - world_origin, magnitude)
     }
 }
 
@@ -465,4 +524,78 @@ pub(crate) fn placed_box(corners: [DVec3; 2], place: impl Fn(DVec3) -> DVec3) ->
     let min = points.iter().fold(DVec3::INFINITY, |min, p| min.min(*p));
     let max = points.iter().fold(DVec3::NEG_INFINITY, |max, p| max.max(*p));
     [min, max]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use crate::testing::scene;
+    use crate::{Settings, render};
+
+    fn picture(camera: &str, world: &str) -> Vec<[f32; 3]> {
+        let scene = scene(&format!(
+            "LookAt 0 1 -5 0 0 0 0 1 0 {camera} Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 32 PixelFilter \"box\"
+             Sampler \"sobol\" \"integer pixelsamples\" 16 Integrator \"path\" WorldBegin LightSource \"infinite\"
+             Texture \"t\" \"spectrum\" \"checkerboard\" \"float uscale\" 5 \"float vscale\" 5 Material \"matte\" \"texture Kd\" \"t\"
+             AttributeBegin Translate 0 -1 0 Rotate 90 1 0 0 Shape \"disk\" \"float radius\" 4 AttributeEnd {world} WorldEnd"
+        ));
+        render(&scene, &Settings::default(), &|_| ControlFlow::Continue(())).image.rgb().unwrap()
+    }
+
+    /// At an instant, moving shapes and a moving camera give the picture of those that stand still there.
+    #[test]
+    fn an_instant_is_a_still_picture() {
+        let shapes = "Shape \"sphere\" \"float radius\" .5 Translate 1 0 0 Shape \"cylinder\" \"float radius\" .2
+            Translate -2 0 0 Shape \"loopsubdiv\" \"integer nlevels\" 2 \"integer indices\" [0 1 2 0 2 3 0 3 1 1 3 2]
+            \"point P\" [0 0 0 1 0 0 0 1 0 0 0 1]";
+        let motion = |x: f64, degrees: f64| {
+            format!("ActiveTransform EndTime Translate {x} 0 0 Rotate {degrees} 0 0 1 ActiveTransform All")
+        };
+        let stand = |x: f64, degrees: f64| format!("Translate {x} 0 0 Rotate {degrees} 0 0 1");
+        let camera = "Camera \"perspective\" \"float fov\" 50";
+        let instant = format!("{camera} \"float shutteropen\" .25 \"float shutterclose\" .25");
+        let alone =
+            "Shape \"sphere\" \"float radius\" .5 Shape \"cylinder\" \"float radius\" .2 \"float zmin\" -2";
+        let object = format!("ObjectBegin \"o\" {shapes} ObjectEnd");
+        for (moving, still) in [
+            (
+                picture(&instant, &format!("{} {alone}", motion(2.0, 80.0))),
+                picture(camera, &format!("{} {alone}", stand(0.5, 20.0))),
+            ),
+            (
+                picture(&instant, &format!("{object} {} ObjectInstance \"o\"", motion(2.0, 80.0))),
+                picture(camera, &format!("{object} {} ObjectInstance \"o\"", stand(0.5, 20.0))),
+            ),
+            (
+                picture(&format!("{} {instant}", motion(2.0, 0.0)), shapes),
+                picture(&format!("{} {camera}", stand(0.5, 0.0)), shapes),
+            ),
+        ] {
+            let differing = moving.iter().zip(&still).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count();
+            // Rounding decides at edges of shapes and squares.
+            assert!(differing < moving.len() / 50, "{differing}");
+            assert!(still.iter().any(|pixel| pixel[0] < 0.9 * still[0][0]));
+        }
+    }
+
+    /// The picture of an open shutter is the mean of those of instants.
+    #[test]
+    fn an_open_shutter_takes_the_mean_of_instants() {
+        let world = "ActiveTransform EndTime Translate 2 0 0 ActiveTransform All Material \"matte\" \"rgb Kd\" [0 0 0] Shape \"sphere\"";
+        let camera = |open: f64, close: f64| {
+            format!("Camera \"perspective\" \"float shutteropen\" {open} \"float shutterclose\" {close}")
+        };
+        let open = picture(&camera(0.0, 1.0), world);
+        let mut mean = vec![0.0; open.len()];
+        for at in 0..64 {
+            let time = (f64::from(at) + 0.5) / 64.0;
+            for (mean, pixel) in mean.iter_mut().zip(picture(&camera(time, time), world)) {
+                *mean += pixel[0] / 64.0;
+            }
+        }
+        let error = mean.iter().zip(&open).map(|(mean, pixel)| (mean - pixel[0]).powi(2)).sum::<f32>();
+        let error = (error / open.len() as f32).sqrt();
+        assert!(error < 0.03, "{error}");
+    }
 }

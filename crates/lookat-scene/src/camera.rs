@@ -8,19 +8,51 @@ use crate::Film;
 use crate::params::Params;
 use crate::params::value::{Edges, Name};
 use crate::schema::{Effect, Key, Keys, Kind, Range, Unit, number};
-use crate::transform::{LookAtError, Transform, in_range};
+use crate::transform::{AnimatedTransform, LookAtError, Transform, TransformSet, in_range};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// World from camera space (pbrt's CameraToWorld): the inverse of the current transformation at `Camera`.
+    /// World from camera space (pbrt's CameraToWorld): the inverse of the current transformation at `Camera`. Of a camera that moves, the
+    /// one at the start time.
     pub world_from_camera: Transform,
+    /// The way of a camera that moves.
+    pub motion: Option<AnimatedTransform>,
+    /// When it takes the picture. Only what moves depends on it.
+    pub shutter: Shutter,
     /// The projection to the screen.
     pub projection: Projection,
     /// The screen rectangle of the film.
     pub screen: ScreenWindow,
     /// The thin lens; `None` for a pinhole.
     pub lens: Option<Lens>,
+}
+
+/// The time of a picture. It has any unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shutter {
+    /// The time when the shutter opens (parameter `shutteropen`, default 0).
+    pub open: f64,
+    /// The time when the shutter closes, no earlier (parameter `shutterclose`, default 1).
+    pub close: f64,
+    /// The start time and the end time of all motion (directive `TransformTimes`, default 0 and 1), the earlier one first.
+    pub transform_times: [f64; 2],
+}
+
+impl Shutter {
+    /// The times of pbrt-v3 in a scene without any.
+    pub const PBRT_DEFAULT: Shutter = Shutter { open: 0.0, close: 1.0, transform_times: [0.0, 1.0] };
+
+    /// This shutter, open for an instant.
+    pub fn at(self, time: f64) -> Shutter {
+        Shutter { open: time, close: time, ..self }
+    }
+
+    /// The times when it opens and closes, as shares of the way from the start time of motion to its end time.
+    pub fn shares(&self) -> [f64; 2] {
+        let [start, end] = self.transform_times;
+        [self.open, self.close].map(|time| (time - start) / (end - start))
+    }
 }
 
 /// The projection from camera space to the screen.
@@ -79,7 +111,14 @@ impl Camera {
     /// it, as [`Transform::look_at`] does.
     pub fn new(camera_from_world: Transform, projection: Projection, film: &Film) -> Self {
         let screen = ScreenWindow::of_aspect(film_aspect(film));
-        Camera { world_from_camera: camera_from_world.inverse(), projection, screen, lens: None }
+        Camera {
+            world_from_camera: camera_from_world.inverse(),
+            motion: None,
+            shutter: Shutter::PBRT_DEFAULT,
+            projection,
+            screen,
+            lens: None,
+        }
     }
 
     /// The angle of view, in degrees. `None` unless it is a perspective camera.
@@ -88,6 +127,17 @@ impl Camera {
             Projection::Perspective { fov } => Some(fov),
             Projection::Orthographic { .. } | Projection::Environment => None,
         }
+    }
+
+    /// This camera at another place, where it stands still.
+    pub fn placed(self, world_from_camera: Transform) -> Self {
+        Camera { world_from_camera, motion: None, ..self }
+    }
+
+    /// World from camera space in the middle of the time when the shutter is open.
+    pub fn middle(&self) -> Transform {
+        let [open, close] = self.shutter.shares();
+        self.motion.map_or(self.world_from_camera, |motion| motion.at((open + close) / 2.0))
     }
 
     /// This camera with a thin lens.
@@ -133,7 +183,8 @@ fn film_aspect(film: &Film) -> f64 {
 /// pbrt-v3's CreatePerspectiveCamera, CreateOrthographicCamera and CreateEnvironmentCamera.
 pub(crate) fn camera(
     params: &mut Params,
-    world_from_camera: Transform,
+    placed: &TransformSet,
+    transform_times: [f64; 2],
     film: &Film,
     view: &ViewOverride,
 ) -> Option<Camera> {
@@ -161,10 +212,41 @@ pub(crate) fn camera(
         Projection::Orthographic { .. } => orthographic(params, lens.is_some()),
         other => other,
     };
-    // Checked and dropped: lookat renders no motion.
-    params.take(&SHUTTER_OPEN);
-    params.take(&SHUTTER_CLOSE);
-    params.finish().then_some(Camera { world_from_camera, projection, screen, lens })
+    let [open, close] = shutter(params);
+    let shutter = Shutter { open, close, transform_times };
+    let shutter = view.time.map_or(shutter, |time| shutter.at(time));
+    let motion = motion(params, placed);
+    params.finish().then_some(Camera {
+        world_from_camera: *placed.start,
+        motion,
+        shutter,
+        projection,
+        screen,
+        lens,
+    })
+}
+
+/// The times when the shutter opens and closes.
+fn shutter(params: &mut Params) -> [f64; 2] {
+    let [open, close] = [params.take(&SHUTTER_OPEN), params.take(&SHUTTER_CLOSE)];
+    if close < open {
+        let message = "shutterclose is before shutteropen: they are exchanged, as in pbrt-v3";
+        params.warn("shutterclose", message, "write the earlier time as shutteropen");
+        return [close, open];
+    }
+    [open, close]
+}
+
+fn motion(params: &mut Params, placed: &TransformSet) -> Option<AnimatedTransform> {
+    if !placed.is_animated() {
+        return None;
+    }
+    let motion = AnimatedTransform::new(*placed.start, *placed.end);
+    if let Err(fault) = motion {
+        let help = "scale by numbers of the same sign at both times";
+        params.reject("", format!("this camera cannot move: {fault}"), Some(help));
+    }
+    motion.ok()
 }
 
 fn perspective(params: &mut Params, instead: Option<f64>) -> Projection {
@@ -307,10 +389,8 @@ const FOCAL_DISTANCE: Key<f64> =
 /// As an override; in a scene, a negative radius is a pinhole.
 const LENS_RADIUS_RANGE: Range = Range::at_least(0.0);
 const SCREEN_WINDOW_HELP: &str = "write the edges as xmin xmax ymin ymax";
-const SHUTTER_OPEN: Key<f64> =
-    Key::float("shutteropen", 0.0, "the time when the shutter opens").effect(Effect::NoEffect);
-const SHUTTER_CLOSE: Key<f64> =
-    Key::float("shutterclose", 1.0, "the time when the shutter closes").effect(Effect::NoEffect);
+const SHUTTER_OPEN: Key<f64> = Key::float("shutteropen", 0.0, "the time when the shutter opens");
+const SHUTTER_CLOSE: Key<f64> = Key::float("shutterclose", 1.0, "the time when the shutter closes");
 const TELECENTRIC: Key<bool> = Key::bool(
     "telecentric",
     false,
@@ -355,6 +435,8 @@ pub struct ViewOverride {
     pub focal_distance: Option<f64>,
     /// The part of the screen on the film: xmin, xmax, ymin, ymax. Reversed edges mirror the picture.
     pub screen_window: Option<[f64; 4]>,
+    /// An instant that replaces the time when the shutter is open, in units of `TransformTimes`.
+    pub time: Option<f64>,
 }
 
 /// A camera that a `LookAt` places: `before`, the `LookAt` and `after` make the camera transformation.
@@ -393,6 +475,7 @@ impl ViewOverride {
             Some(value) if !in_range(&[value]) => Err(format!("{name} is too large")),
             _ => Ok(()),
         };
+        within(self.time, Range::ALL, "the time", "")?;
         within(self.fov, FOV.range, "the angle", " degrees")?;
         within(self.lens_radius, LENS_RADIUS_RANGE, "the radius", "")?;
         within(self.focal_distance, FOCAL_DISTANCE.range, "the distance", "")

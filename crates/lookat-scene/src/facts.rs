@@ -2,8 +2,9 @@
 
 use lookat_syntax::{EntityKind, Span};
 
+use crate::CameraPlacement;
 use crate::symbols::{SymbolId, SymbolKind};
-use crate::{CameraPlacement, Transform};
+use crate::transform::TransformSet;
 
 /// Facts in the order in which the scene is read.
 #[derive(Debug, Default)]
@@ -23,7 +24,7 @@ pub(crate) struct Facts {
     /// The types of the lights of the world.
     pub lights: Vec<Span>,
     /// The last Camera and its transformation.
-    pub camera: Option<(Span, Transform)>,
+    pub camera: Option<(Span, TransformSet)>,
     /// The last `LookAt` that is part of the current transformation.
     pub placed: Option<CameraPlacement>,
     /// The `LookAt` that places the camera.
@@ -36,8 +37,6 @@ pub(crate) struct Facts {
     pub rotations: Vec<Rotation>,
     /// The first `LookAt` in the world that is in no block.
     pub look_at_in_world: Option<Span>,
-    /// Directives of motion: keyword and place.
-    pub motion: Vec<(&'static str, Span)>,
     /// Names that are defined again while a definition is in scope.
     pub redefined: Vec<(SymbolKind, String, Span)>,
     /// Objects with shapes: the place of `ObjectBegin`, and the name.

@@ -65,7 +65,7 @@ mod transform;
 mod validate;
 
 pub use cache::{LoadCache, Stamp, Stamped};
-pub use camera::{Camera, CameraPlacement, Lens, Projection, ScreenWindow, ViewOverride};
+pub use camera::{Camera, CameraPlacement, Lens, Projection, ScreenWindow, Shutter, ViewOverride};
 pub use color::LUMINANCE;
 pub use files::{Open, Read};
 pub use film::{Film, FilmOverride, MAX_PIXELS, MAX_SIDE, PixelBounds};
@@ -95,5 +95,5 @@ pub use texture::{
     AnyTexture, Bilerp, Cells, Checkerboard, Dots, ImageFilter, ImageMap, Mapping, Marble, Node, Octaves,
     Texture, Value, Varying,
 };
-pub use transform::{LookAtError, Transform};
+pub use transform::{AnimatedTransform, LookAtError, MirrorsOnTheWay, Transform};
 pub use validate::{InvalidField, InvalidScene};

@@ -241,7 +241,7 @@ impl Loader<'_> {
             let most = byte_words(files.memory.limit());
             let message =
                 format!("the scene is too large: up to here, it fills the memory limit, which is {most}");
-            let copies = if draft.instances.is_empty() { ", and copies as ObjectInstance" } else { "" };
+            let copies = if draft.world.instances.is_empty() { ", and copies as ObjectInstance" } else { "" };
             let help = format!("raise the limit, or write large meshes as plymesh{copies}");
             report.push(Diagnostic::error(at, message).help(help));
             (report.incomplete, report.exhausted) = (true, true);

@@ -16,7 +16,8 @@ use crate::report::Report;
 use crate::sampler::{self, Sampler};
 use crate::scene::Places;
 use crate::schema::{Key, Kind};
-use crate::{FilmOverride, Transform, View, film};
+use crate::transform::{Transform, TransformSet};
+use crate::{FilmOverride, View, film};
 
 /// How [`load`](crate::load()) reads a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -38,10 +39,17 @@ pub struct LoadOptions {
 }
 
 /// The last directive of each kind of option.
-#[derive(Default)]
 pub(crate) struct Options {
     /// With the places of the directives.
     given: HashMap<EntityKind, (Entity, Span)>,
+    /// The start time and the end time of motion.
+    pub transform_times: [f64; 2],
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { given: HashMap::new(), transform_times: [0.0, 1.0] }
+    }
 }
 
 /// The resolved options.
@@ -114,11 +122,13 @@ impl Options {
         if let Err(reason) = view_override.check() {
             report.override_error = Some(reason);
         }
-        let given = facts.camera.map(|(_, world_from_camera)| world_from_camera);
-        let world_from_camera = given.or_else(|| view_override.world_from_camera());
-        let world_from_camera = world_from_camera.unwrap_or(Transform::IDENTITY);
+        let given = facts.camera.as_ref().map(|(_, placed)| placed.clone());
+        let placed = given.unwrap_or_else(|| {
+            TransformSet::still(view_override.world_from_camera().unwrap_or(Transform::IDENTITY))
+        });
+        let transform_times = self.transform_times;
         let params = &mut self.params(EntityKind::Camera, "perspective", world_begin, files, report);
-        let camera = camera::camera(params, world_from_camera, &film, view_override);
+        let camera = camera::camera(params, &placed, transform_times, &film, view_override);
         let places = Places {
             camera: camera_at,
             screen_window: params.given_place("screenwindow"),
@@ -130,7 +140,7 @@ impl Options {
         };
         let view = View {
             camera: camera
-                .unwrap_or_else(|| Camera::new(world_from_camera.inverse(), Projection::PBRT_DEFAULT, &film)),
+                .unwrap_or_else(|| Camera::new(placed.start.inverse(), Projection::PBRT_DEFAULT, &film)),
             film,
             filter: filter.unwrap_or(Filter::BOX),
             sampler: sampler.unwrap_or(Sampler::PBRT_DEFAULT),

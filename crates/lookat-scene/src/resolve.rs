@@ -25,7 +25,7 @@ use crate::params::Params;
 use crate::report::Report;
 use crate::symbols::SymbolKind;
 use crate::texture::Textures;
-use crate::transform::{LookAtError, Transform};
+use crate::transform::{AnimatedTransform, LookAtError, Transform, TransformSet};
 
 pub(crate) use crate::resolve::blocks::{Blocks, home_block};
 
@@ -97,22 +97,27 @@ impl<'a> Resolver<'a> {
             Directive::ConcatTransform(m) => self.concat(matrix(&m, "ConcatTransform", &span)?, at)?,
             Directive::CoordinateSystem(name) => {
                 self.use_transform();
-                self.definitions.coordinate_systems.define(&name, *self.state.ctm, &mut self.report);
+                self.definitions.coordinate_systems.define(&name, self.state.ctm.clone(), &mut self.report);
             }
             Directive::CoordSysTransform(name) => {
                 self.facts.uses_camera_space |= self.block == Block::World && name.value == "camera";
                 // Applies to both times.
                 let known = self.definitions.coordinate_systems.find(&name, &mut self.report);
                 if let Some(known) = known {
-                    self.state.ctm = Arc::new(*known);
+                    self.state.ctm = known.clone();
                 }
                 self.facts.placed = None;
             }
-            Directive::ActiveTransform(which) => {
-                self.facts.motion.push(("ActiveTransform", at));
-                self.state.at_start = which != ActiveTransform::EndTime;
+            Directive::ActiveTransform(which) => self.state.active = which,
+            Directive::TransformTimes(times) => {
+                let [start, end] = times;
+                if start >= end {
+                    let help = "write the earlier time first: TransformTimes start end";
+                    let message = "the end time of TransformTimes is not after the start time";
+                    return Diagnostic::error(span, message).help(help).fail();
+                }
+                self.options.transform_times = times;
             }
-            Directive::TransformTimes(_) => self.facts.motion.push(("TransformTimes", at)),
             Directive::TransformBegin => drop(self.begin(BlockKind::Transform, at, None)),
             Directive::AttributeBegin => drop(self.begin(BlockKind::Attribute, at, None)),
             Directive::ObjectBegin(name) => self.object_begin(name, at)?,
@@ -149,7 +154,7 @@ impl<'a> Resolver<'a> {
 
     fn entity(&mut self, kind: EntityKind, entity: Entity, at: Span) -> Result<(), Box<Diagnostic>> {
         match kind {
-            EntityKind::Shape => self.shape(entity),
+            EntityKind::Shape => self.shape(entity)?,
             EntityKind::LightSource => self.light_source(entity),
             EntityKind::Material => self.state.material = Rc::new(self.material(entity, "Material")),
             EntityKind::MakeNamedMaterial => self.make_named_material(entity),
@@ -166,10 +171,11 @@ impl<'a> Resolver<'a> {
             _ => {
                 if kind == EntityKind::Camera {
                     let instead = self.load_options.view.world_from_camera();
-                    let world_from_camera = instead.unwrap_or_else(|| self.state.ctm.inverse());
+                    let world_from_camera =
+                        instead.map_or_else(|| self.state.ctm.inverse(), TransformSet::still);
                     self.use_transform();
                     self.facts.placement = self.facts.placed;
-                    self.facts.camera = Some((at, world_from_camera));
+                    self.facts.camera = Some((at, world_from_camera.clone()));
                     self.definitions.coordinate_systems.define_builtin("camera", world_from_camera);
                 }
                 let replaced = self.options.set(kind, entity, at);
@@ -198,8 +204,8 @@ impl<'a> Resolver<'a> {
 
 impl Resolver<'_> {
     pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
-        self.set_ctm(*self.state.ctm * transform, at)?;
-        if let Some(placement) = self.facts.placed.as_mut().filter(|_| self.state.at_start) {
+        self.change_ctm(|ctm| *ctm * transform, at)?;
+        if let Some(placement) = self.facts.placed.as_mut().filter(|_| self.state.changes_start()) {
             placement.after = placement.after * transform;
         }
         Ok(())
@@ -207,22 +213,59 @@ impl Resolver<'_> {
 
     pub(super) fn replace(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
         self.facts.placed = None;
-        self.set_ctm(ctm, at)
+        self.change_ctm(|_| ctm, at)
     }
 
-    fn set_ctm(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
-        if !ctm.in_range() {
+    /// Changes the current transformation at the active times.
+    fn change_ctm(
+        &mut self,
+        change: impl Fn(&Transform) -> Transform,
+        at: Span,
+    ) -> Result<(), Box<Diagnostic>> {
+        let before = &self.state.ctm;
+        let ctm = match self.state.active {
+            ActiveTransform::All => before.map(change),
+            ActiveTransform::StartTime => {
+                TransformSet { start: Arc::new(change(&before.start)), end: before.end.clone() }
+            }
+            ActiveTransform::EndTime => {
+                TransformSet { start: before.start.clone(), end: Arc::new(change(&before.end)) }
+            }
+        };
+        if !(ctm.start.in_range() && ctm.end.in_range()) {
             let help = "transformations accumulate: check the ones before it, too";
             return Diagnostic::error(at, LookAtError::OutOfRange.to_string()).help(help).fail();
         }
-        if self.block == Block::Options && ctm != *self.state.ctm {
+        if self.block == Block::Options && (*ctm.start, *ctm.end) != (*before.start, *before.end) {
             self.facts.idle_transform.get_or_insert(at);
         }
-        // Transformations of the end time only add motion.
-        if self.state.at_start {
-            self.state.ctm = Arc::new(ctm);
-        }
+        self.state.ctm = ctm;
         Ok(())
+    }
+
+    /// The motion of what the current transformation places. `None` if it stands still.
+    fn motion(&self, at: Span) -> Result<Option<AnimatedTransform>, Box<Diagnostic>> {
+        let TransformSet { start, end } = &self.state.ctm;
+        if !self.state.ctm.is_animated() {
+            return Ok(None);
+        }
+        AnimatedTransform::new(**start, **end).map(Some).or_else(|fault| {
+            let help =
+                "scale by numbers of the same sign at both times: between them, the shape would be flat";
+            Diagnostic::error(at, format!("this cannot move: {fault}")).help(help).fail()
+        })
+    }
+
+    /// The current transformation at the start time, for a directive that makes what cannot move.
+    fn still_ctm(&mut self, what: &str, at: Span) -> Transform {
+        if self.state.ctm.is_animated() {
+            let message = format!(
+                "a {what} does not move: it uses the transformation at the start time, as in pbrt-v3"
+            );
+            let help = "write ActiveTransform All and the same transformations for both times before it";
+            self.report.push(Diagnostic::warning(at, message).help(help));
+        }
+        *self.state.ctm.start
     }
 
     /// Notes that something uses the current transformation before `WorldBegin`.
@@ -238,9 +281,9 @@ impl Resolver<'_> {
         }
         match look_at(points) {
             Ok(transform) => {
-                let before = *self.state.ctm;
+                let before = *self.state.ctm.start;
                 self.concat(transform, span)?;
-                if self.state.at_start {
+                if self.state.changes_start() {
                     let after = Transform::IDENTITY;
                     self.facts.placed = Some(CameraPlacement { span: Some(span), before, points, after });
                 }
@@ -301,9 +344,9 @@ pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transf
 #[derive(Clone)]
 pub(crate) struct GraphicsState {
     /// The current transformation matrix (CTM).
-    pub ctm: Arc<Transform>,
-    /// True if transformations apply to the start time. Without motion, only these transformations count.
-    pub at_start: bool,
+    pub ctm: TransformSet,
+    /// The times whose transformation changes.
+    pub active: ActiveTransform,
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
     pub emission: Option<Arc<Emission>>,
@@ -318,14 +361,14 @@ pub(crate) struct Definitions {
     pub objects: Names<usize>,
     /// The index of each medium in the draft. `None` for one with errors.
     pub media: Names<Option<u32>>,
-    pub coordinate_systems: Names<Transform>,
+    pub coordinate_systems: Names<TransformSet>,
 }
 
 impl GraphicsState {
     pub fn new() -> Self {
         GraphicsState {
-            ctm: Arc::new(Transform::IDENTITY),
-            at_start: true,
+            ctm: TransformSet::still(Transform::IDENTITY),
+            active: ActiveTransform::All,
             reverse_orientation: false,
             material: Rc::new(MaterialInstance::default()),
             emission: None,
@@ -333,5 +376,10 @@ impl GraphicsState {
             materials: Names::new(SymbolKind::Material),
             textures: Textures::default(),
         }
+    }
+
+    /// True if transformations apply to the start time.
+    pub fn changes_start(&self) -> bool {
+        self.active != ActiveTransform::EndTime
     }
 }

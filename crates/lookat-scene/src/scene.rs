@@ -7,8 +7,8 @@ use glam::DVec3;
 use lookat_syntax::Span;
 
 use crate::{
-    AnyTexture, Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, Medium, Sampler, Shape,
-    Transform,
+    AnimatedTransform, AnyTexture, Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material,
+    Medium, Sampler, Shape, Transform,
 };
 
 /// A scene, ready to render: a view of a world. Lengths are in world units, except for quadrics and curves, which are in
@@ -80,6 +80,11 @@ impl Scene {
     pub fn new(view: View, world: World) -> Scene {
         Scene { view, world: Arc::new(world) }
     }
+
+    /// True if the camera or any shape moves.
+    pub fn has_motion(&self) -> bool {
+        self.view.camera.motion.is_some() || self.world.has_motion()
+    }
 }
 
 impl Primitive {
@@ -148,14 +153,36 @@ pub struct Object {
 pub struct Instance {
     /// The object.
     pub object: Arc<Object>,
-    /// The current transformation at `ObjectInstance`.
+    /// The current transformation at `ObjectInstance`. Of an object that moves, the one at the start time.
     pub world_from_object: Transform,
+    /// The motions whose product, the last one applied first, places an object that moves. `None` if it stands still.
+    pub motion: Option<Arc<[AnimatedTransform]>>,
+}
+
+impl Instance {
+    /// An object that stands still.
+    pub fn new(object: Arc<Object>, world_from_object: Transform) -> Instance {
+        Instance { object, world_from_object, motion: None }
+    }
+
+    /// The lowest and the highest corner of a box around all places of a box of the object, except for rounding.
+    pub fn bounds(&self, [low, high]: [DVec3; 2]) -> [DVec3; 2] {
+        match &self.motion {
+            Some(motions) => motions.iter().rev().fold([low, high], |bounds, motion| motion.bounds(bounds)),
+            None => transformed([low, high], &self.world_from_object),
+        }
+    }
 }
 
 /// The lowest and the highest corner of a box.
 type Bounds = [DVec3; 2];
 
 impl World {
+    /// True if any shape moves.
+    pub fn has_motion(&self) -> bool {
+        self.instances.iter().any(|instance| instance.motion.is_some())
+    }
+
     /// The lowest and the highest corner of a box around all shapes, not always the smallest. `None` for a world
     /// without shapes.
     pub fn bounds(&self) -> Option<[DVec3; 2]> {
@@ -164,7 +191,7 @@ impl World {
             let object = objects.entry(Arc::as_ptr(&instance.object));
             let own =
                 *object.or_insert_with(|| around(instance.object.primitives.iter().filter_map(of_shape)));
-            own.map(|own| transformed(own, &instance.world_from_object))
+            own.map(|own| instance.bounds(own))
         });
         around(self.primitives.iter().filter_map(of_shape).chain(instances))
     }

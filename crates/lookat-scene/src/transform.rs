@@ -1,15 +1,20 @@
 //! Transformations between spaces, composed and inverted in `f64`, and angles that look like radians.
 
+mod animated;
+
 use std::ops::Mul;
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 use lookat_syntax::Severity;
 
+pub(crate) use animated::TransformSet;
+pub use animated::{AnimatedTransform, MirrorsOnTheWay};
+
 /// An affine transformation with its inverse, as in pbrt. Its constructors make both. Points placed by exact numbers, such as the eye of a
 /// `LookAt`, are returned exactly.
 ///
 /// `a * b` applies `b` first. The name `b_from_a` of a value gives both spaces.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Transform {
     m: DAffine3,
     inv: DAffine3,

@@ -16,9 +16,10 @@ use crate::params::value::MOST_NESTED;
 use crate::shape::Limits;
 use crate::transform::in_range;
 use crate::{
-    AnyTexture, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, FilterKind, ImageFilter, Integrator,
-    Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix, Octaves, Primitive, Quadric,
-    QuadricForm, SamplerKind, Scene, Shape, Texture, Value, Varying, View, color,
+    AnimatedTransform, AnyTexture, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, FilterKind,
+    ImageFilter, Integrator, Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix, Octaves,
+    Primitive, Quadric, QuadricForm, SamplerKind, Scene, Shape, Shutter, Texture, Transform, Value, Varying,
+    View, color,
 };
 
 /// A promise that a scene breaks.
@@ -79,7 +80,10 @@ impl Scene {
         let mut known = HashSet::new();
         for (index, instance) in self.world.instances.iter().enumerate() {
             let place = format!("world.instances[{index}]");
-            found.check(instance.world_from_object.in_range(), &place, NO_TRANSFORM);
+            let motions = instance.motion.iter().flat_map(|motions| motions.iter());
+            let mut transforms =
+                motions.flat_map(AnimatedTransform::ends).chain([instance.world_from_object]);
+            found.check(transforms.all(|transform| transform.in_range()), &place, NO_TRANSFORM);
             found.check(!instance.object.primitives.is_empty(), &place, "the object has no shapes");
             if known.insert(Arc::as_ptr(&instance.object)) {
                 list(&instance.object.primitives, &format!("{place}.object."), &mut found);
@@ -156,6 +160,11 @@ fn is_map(map: &MipMap<Vec3>) -> bool {
 fn view_faults(View { camera, film, filter, sampler, integrator }: &View, found: &mut InvalidScene) {
     const NUMBERS: &str = "its numbers are out of range";
     found.check(camera.world_from_camera.in_range(), "view.camera.world_from_camera", NO_TRANSFORM);
+    let is_right = camera.motion.is_none_or(|motion| motion.ends().iter().all(Transform::in_range));
+    found.check(is_right, "view.camera.motion", NO_TRANSFORM);
+    let Shutter { open, close, transform_times: [start, end] } = camera.shutter;
+    let is_right = in_range(&[open, close, start, end]) && open <= close && start < end;
+    found.check(is_right, "view.camera.shutter", "its times are out of range or not in their order");
     let is_length = |x: f64| x > 0.0 && x.is_finite();
     let size = camera.screen.max - camera.screen.min;
     let has_screen = size.is_finite() && size.x != 0.0 && size.y != 0.0;

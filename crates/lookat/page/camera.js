@@ -11,6 +11,8 @@
  * @property {number} lensRadius
  * @property {number | null} focalDistance
  * @property {number[]} screenWindow
+ * @property {number | null} time the instant, or null while the shutter is open for longer
+ * @property {[number, number] | null} times of motion, or null if nothing moves
  */
 
 /** @typedef {number[]} Vector */

@@ -22,7 +22,7 @@ const $ = (id) => /** @type {any} */ (document.getElementById(id));
 const frame = $('frame');
 
 /** What a request can set of the camera. */
-const KEYS = ['lookAt', 'fov', 'lensRadius', 'focalDistance', 'screenWindow'];
+const KEYS = ['lookAt', 'fov', 'lensRadius', 'focalDistance', 'screenWindow', 'time'];
 
 /** This page, among those that show the scene. */
 const me = crypto.getRandomValues(new Uint32Array(1))[0];

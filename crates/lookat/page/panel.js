@@ -39,6 +39,7 @@ const ROWS = [
   { label: 'lensradius', key: 'lensRadius', from: 0, names: [''], kinds: FLAT, range: (_, distance) => [0, distance / 20] },
   { label: 'focaldistance', key: 'focalDistance', from: 0, names: [''], kinds: FLAT, range: (_, distance) => [distance / 50, 3 * distance] },
   { label: 'screenwindow', key: 'screenWindow', from: 0, names: ['left', 'right', 'bottom', 'top'], kinds: FLAT, range: around },
+  { label: 'time', key: 'time', from: 0, names: [''], kinds: ALL, range: ({ times }) => times ?? [0, 1] },
   { label: 'frameaspectratio', key: 'aspect', from: 0, names: [''], kinds: FLAT, range: () => [0.2, 5] },
 ];
 
@@ -199,7 +200,7 @@ export function makePanel(act) {
       const kind = document.getElementById('kind');
       if (kind) kind.textContent = camera.kind + (camera.hasLookAt ? '' : ', placed without LookAt');
       for (const { key, from, kinds, names, range, field, inputs, sliders } of rows) {
-        field.hidden = !kinds.includes(camera.kind);
+        field.hidden = !kinds.includes(camera.kind) || (key === 'time' && !camera.times);
         const numbersOf = (of) => (key === 'aspect' ? [aspectOf(of)] : list(of[key]).slice(from, from + names.length));
         const numbers = numbersOf(camera);
         inputs.forEach((input, index) => show(input, numbers[index]));

@@ -20,7 +20,10 @@ pub fn changed(own: Camera, file: &FileCamera, set: &ViewOverride) -> Result<Cam
     if let Some(points) = set.look_at {
         let placement = file.placement.ok_or("the camera of the file has no direction")?;
         let placed = CameraPlacement { points, ..placement }.world_from_camera();
-        camera.world_from_camera = placed.map_err(|fault| fault.to_string())?;
+        camera = camera.placed(placed.map_err(|fault| fault.to_string())?);
+    }
+    if let Some(time) = set.time {
+        camera.shutter = camera.shutter.at(time);
     }
     if let (Some(fov), Projection::Perspective { .. }) = (set.fov, own.projection) {
         camera.projection = Projection::Perspective { fov };

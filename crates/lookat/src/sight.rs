@@ -104,7 +104,7 @@ pub fn advise_by(
 /// The view with eye and target in each other's place.
 fn turned(view: &View, look_at: &CameraPlacement) -> Option<View> {
     let mut view = view.clone();
-    view.camera.world_from_camera = exchanged(look_at).world_from_camera().ok()?;
+    view.camera = view.camera.placed(exchanged(look_at).world_from_camera().ok()?);
     Some(view)
 }
 

@@ -119,7 +119,8 @@ impl Lighting<'_> {
         let (element, instance) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
         // Without a normal, rays leave them without an offset.
         let ns = zero.widen();
-        let surfaces = Surfaces { p, n: zero, ns, magnitude: p.magnitude(), element, instance };
+        let (magnitude, time) = (p.magnitude(), paths.rays.time);
+        let surfaces = Surfaces { p, n: zero, ns, magnitude, element, instance, time };
         let all = mask32x8::splat(simd, true);
         // Light comes from everywhere, and counts without a cosine.
         let domain = Domain { n: zero, ns: zero, is_two_sided: all, is_diffuse: !all };

@@ -16,7 +16,7 @@ use crate::prepare::Prepared;
 use crate::testing::levels;
 
 /// Folders of `pbrt-scenes` of which all scenes are tested.
-const FOLDERS: [&str; 7] = ["", "cameras", "lights", "materials", "media", "shapes", "textures"];
+const FOLDERS: [&str; 8] = ["", "cameras", "lights", "materials", "media", "motion", "shapes", "textures"];
 
 /// Scenes with another directive: name, scene, what is replaced, by what.
 const VARIANTS: [[&str; 4]; 15] = [

@@ -18,7 +18,7 @@ use crate::integrator::{
     path_batch::PathBatch,
     path_record::{PATHS, PathRecord},
 };
-use crate::number::{LANES, first_lanes, side_by_side, vectorized};
+use crate::number::{LANES, first_lanes, side_by_side, splat_f32, vectorized};
 use crate::prepare::{Brightest, Prepared};
 use crate::sampler::{Sample, Streams};
 use crate::trace::rays::Rays;
@@ -335,16 +335,18 @@ impl Context<'_> {
             }
             let camera = &self.camera;
             let on_lens = camera.has_lens().then(|| streams.next_2d(simd));
+            let moves = camera.moves() || self.prepared.traceable.has_motion();
+            let time = if moves { camera.times(streams.time(simd)) } else { splat_f32(simd, 0.0) };
             // Nothing else asks for these.
             if self.integrator.world().materials.has_textures {
                 for lane in 0..samples.len() {
                     let lens = on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
                     let film = DVec2::new(film[0][lane], film[1][lane]);
-                    worker.batch.camera_samples[first + lane] = CameraSample { film, lens };
+                    let time = time[lane];
+                    worker.batch.camera_samples[first + lane] = CameraSample { film, lens, time };
                 }
             }
-            let (o, d) = camera.rays(simd, film, on_lens);
-            Rays::new(o, d)
+            camera.rays(simd, film, on_lens, time)
         })
     }
 }

@@ -100,10 +100,10 @@ impl<'s> Tree<'s> {
 
     /// A ray for the tests of single rays.
     #[inline(always)]
-    pub fn ray(&self, &OneRay { o, d, t_max, leaving, leaving_instance, target }: &OneRay) -> Ray {
+    pub fn ray(&self, &OneRay { o, d, t_max, leaving, leaving_instance, target, time }: &OneRay) -> Ray {
         let (leaving, leaving_place) = self.left(leaving, leaving_instance);
         let target = self.scene.labels.element(target, ElementId::WORLD);
-        Ray { t_max, leaving, leaving_place, target, ..Ray::new(o, d) }
+        Ray { t_max, leaving, leaving_place, target, time, ..Ray::new(o, d) }
     }
 
     /// The name and the place of an element of a number; of triangles, the instance and the place are enough.

@@ -1,10 +1,10 @@
 //! Rays side by side, and their hits.
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*, u32x8};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
 use glam::DVec3;
 
 use crate::columns::{ROOM, Stored, columns};
-use crate::number::{LANES, Vec3x8, bits, narrow};
+use crate::number::{LANES, Vec3x8, bits, narrow, splat_f32};
 use crate::ray::{ElementId, Hit};
 
 /// Rays, relative to the origin.
@@ -19,6 +19,8 @@ pub(crate) struct Rays<S: Simd> {
     pub leaving_instance: u32x8<S>,
     /// The label of the element that each shadow ray goes to, [`POINT_LIGHT`] or [`NONE`].
     pub target: f64x8<S>,
+    /// See [`Ray::time`](crate::ray::Ray::time).
+    pub time: f32x8<S>,
 }
 
 impl<S: Simd> Rays<S> {
@@ -28,7 +30,8 @@ impl<S: Simd> Rays<S> {
         let simd = o.x.token();
         let (none, world) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
         let t_max = f64::INFINITY.simd_into(simd);
-        Rays { o, d, t_max, leaving: none, leaving_instance: world, target: none }
+        let time = splat_f32(simd, 0.0);
+        Rays { o, d, t_max, leaving: none, leaving_instance: world, target: none, time }
     }
 
     /// Keeps the lanes in `mask` and takes the other lanes from `others`.
@@ -41,6 +44,7 @@ impl<S: Simd> Rays<S> {
             leaving: mask.select(self.leaving, others.leaving),
             leaving_instance: narrow(mask).select(self.leaving_instance, others.leaving_instance),
             target: mask.select(self.target, others.target),
+            time: narrow(mask).select(self.time, others.time),
         }
     }
 
@@ -54,6 +58,7 @@ impl<S: Simd> Rays<S> {
             leaving: self.leaving[lane],
             leaving_instance: self.leaving_instance[lane],
             target: self.target[lane],
+            time: self.time[lane],
         }
     }
 
@@ -77,6 +82,7 @@ columns! {
         leaving: f64 = leaving,
         leaving_instance: u32 = leaving_instance,
         target: f64 = target,
+        time: f32 = time,
     }
 }
 
@@ -88,6 +94,7 @@ pub(crate) struct OneRay {
     pub leaving: f64,
     pub leaving_instance: u32,
     pub target: f64,
+    pub time: f32,
 }
 
 impl RayColumns {
@@ -115,7 +122,8 @@ impl RayColumns {
     pub fn one(&self, ray: usize) -> OneRay {
         let [o, d] = self.line(ray);
         let (t_max, leaving, target) = (self.t_max[ray], self.leaving[ray], self.target[ray]);
-        OneRay { o, d, t_max, leaving, leaving_instance: self.leaving_instance[ray], target }
+        let (leaving_instance, time) = (self.leaving_instance[ray], self.time[ray]);
+        OneRay { o, d, t_max, leaving, leaving_instance, target, time }
     }
 
     /// Sets one of the rays.
@@ -125,7 +133,7 @@ impl RayColumns {
         [self.o_x[ray], self.o_y[ray], self.o_z[ray]] = of.o.into();
         [self.d_x[ray], self.d_y[ray], self.d_z[ray]] = of.d.into();
         (self.t_max[ray], self.leaving[ray], self.target[ray]) = (of.t_max, of.leaving, of.target);
-        self.leaving_instance[ray] = of.leaving_instance;
+        (self.leaving_instance[ray], self.time[ray]) = (of.leaving_instance, of.time);
     }
 }
 

@@ -159,7 +159,7 @@ fn ray(scene: &Traceable, i: usize) -> Ray {
         2 => DVec3::new(-0.0, d.y, 1e-30).normalize_or(DVec3::X),
         _ => d,
     };
-    let mut ray = Ray::new(o, d);
+    let mut ray = Ray { time: noise(i, 3.7).abs() as f32, ..Ray::new(o, d) };
     if i.is_multiple_of(3) {
         ray.t_max = (target - o).length() * [1.0, 0.999, 3.0][i % 9 / 3];
     }
@@ -216,9 +216,10 @@ impl Batch {
         let all: Vec<Ray> = (0..MOST).map(|k| ray(scene, case * MOST + k)).collect();
         let (mut rays, mut active) = (RayColumns::new(), 0);
         for (at, ray) in all.iter().enumerate() {
-            let Ray { o, d, t_max, target, .. } = *ray;
+            let Ray { o, d, t_max, target, time, .. } = *ray;
             let (leaving, leaving_instance) = (leaving(ray), ElementId::WORLD);
-            rays.set(at, &OneRay { o, d, t_max, leaving, leaving_instance, target: scene.labels.of(target) });
+            let target = scene.labels.of(target);
+            rays.set(at, &OneRay { o, d, t_max, leaving, leaving_instance, target, time });
             active |= u64::from(at % LANES < [LANES, 5, 0][(case + at / LANES) % 3]) << at;
         }
         Batch { all, rays, active }

@@ -13,7 +13,8 @@ use crate::{Integrator, Material, MaterialKind, Transform, transform};
 /// Warns of a large world: pbrt-v3 loses hits at small distances in camera units.
 pub(super) fn advise_large_world(summary: &Summary, report: &mut Report) {
     const LARGE: f64 = 1000.0;
-    let Some((at, world_from_camera)) = summary.facts.camera else { return };
+    let Some((at, placed)) = &summary.facts.camera else { return };
+    let (at, world_from_camera) = (*at, *placed.start);
     let unit = world_from_camera.vector(DVec3::Z).length();
     if unit * LARGE < 1.0 {
         let times = (1.0 / unit).round();
@@ -30,7 +31,7 @@ pub(super) fn advise_scale(summary: &Summary, report: &mut Report) {
     }
     let is_seen = summary.drawn.iter().any(|primitive| is_glossy(&primitive.material));
     let camera = summary.facts.camera.as_ref();
-    if let Some((at, _)) = camera.filter(|(_, transform)| is_seen && is_scaled(transform)) {
+    if let Some((at, _)) = camera.filter(|(_, placed)| is_seen && is_scaled(&placed.start)) {
         let message = "a scale before Camera: pbrt-v3 renders glossy and transparent surfaces too dark or too bright, or crashes";
         let help =
             "lookat renders them correctly; for equal pictures, scale the world after WorldBegin instead";
@@ -54,7 +55,7 @@ fn is_glossy(material: &Material) -> bool {
 
 pub(super) fn transformations(summary: &Summary, report: &mut Report) {
     let facts = summary.facts;
-    match (facts.idle_transform, facts.world_begin, facts.camera) {
+    match (facts.idle_transform, facts.world_begin, &facts.camera) {
         (Some(idle), Some(_), Some(_)) => {
             let help = "move it before Camera to place the camera, or after WorldBegin to place shapes";
             warn(report, idle, "a transformation after Camera has no effect", help);
@@ -68,16 +69,10 @@ pub(super) fn transformations(summary: &Summary, report: &mut Report) {
         _ => {}
     }
     // One that follows a camera in its place, or stands in a block, places shapes or lights.
-    let is_unplaced = facts.camera.is_none_or(|(_, placed)| placed == Transform::IDENTITY);
+    let is_unplaced = facts.camera.as_ref().is_none_or(|(_, placed)| *placed.start == Transform::IDENTITY);
     if let Some(at) = facts.look_at_in_world.filter(|_| is_unplaced) {
         let message = "LookAt inside the world block moves shapes, not the camera";
         warn(report, at, message, "to place the camera, move LookAt before Camera");
-    }
-    for (keyword, at) in &facts.motion {
-        let message = format!(
-            "{keyword}: lookat does not render motion; it uses the transformations at the start time"
-        );
-        report.unsupported(*at, message);
     }
 }
 

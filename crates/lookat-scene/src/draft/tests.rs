@@ -4,7 +4,9 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::{Light, LoadOptions, Loaded, MaterialKind, Shape, Texture, Varying, load};
+use glam::DVec3;
+
+use crate::{Instance, Light, LoadOptions, Loaded, MaterialKind, Shape, Texture, Varying, load};
 
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0\n3 0 1 2\n";
@@ -130,4 +132,53 @@ fn a_fast_check_finds_no_darkness_in_what_it_does_not_read() {
     let (loaded, _) = loaded(&world, &fast);
     assert!(loaded.diagnostics.is_empty() && loaded.scene.is_none(), "{:?}", loaded.diagnostics);
     assert_eq!(loaded.unread, 1);
+}
+
+/// The instances of a world without errors.
+fn instances(world: &str) -> Vec<Instance> {
+    let (loaded, _) = loaded(world, &LoadOptions::default());
+    loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics)).world.instances.clone()
+}
+
+fn x_at(instance: &Instance, time: f64) -> f64 {
+    let motion = instance.motion.as_ref().unwrap();
+    motion.iter().rev().fold(DVec3::ZERO, |p, motion| motion.at(time).point(p)).x
+}
+
+#[test]
+fn what_moves_is_an_instance() {
+    let ball = "Shape \"sphere\"";
+    let [moved] = &instances(&format!(
+        "Translate 1 0 0 ActiveTransform EndTime Translate 4 0 0 ActiveTransform All {ball} ActiveTransform StartTime
+         Translate 4 0 0 {ball}"
+    ))[..] else {
+        panic!("one of them stands still, as both times have the same transformation");
+    };
+    assert_eq!([0.0, 0.5, 1.0, 3.0].map(|time| x_at(moved, time)), [1.0, 3.0, 5.0, 5.0]);
+    let [still, inner] = &instances(&format!(
+        "ObjectBegin \"o\" {ball} ActiveTransform EndTime Translate 4 0 0 {ball} ObjectEnd
+         Scale 2 1 1 ObjectInstance \"o\""
+    ))[..] else {
+        panic!("the object and what moves in it");
+    };
+    assert!(still.motion.is_none() && still.object.primitives.len() == 1);
+    assert_eq!([0.0, 0.25, 1.0].map(|time| x_at(inner, time)), [0.0, 2.0, 8.0]);
+    assert_eq!(inner.bounds([DVec3::NEG_ONE, DVec3::ONE])[1].x.round(), 10.0);
+}
+
+/// A coordinate system has both transformations, and blocks restore which of them change.
+#[test]
+fn names_and_blocks_keep_both_times() {
+    let [moved, alike] = &instances(
+        "AttributeBegin ActiveTransform EndTime Translate 2 0 0 CoordinateSystem \"c\" AttributeEnd
+         Translate 9 0 0 AttributeBegin CoordSysTransform \"c\" Shape \"sphere\" AttributeEnd
+         TransformBegin ActiveTransform EndTime TransformEnd Translate 1 0 0 Shape \"sphere\"
+         CoordSysTransform \"c\" Translate 1 0 0 Shape \"sphere\"",
+    )[..] else {
+        panic!("one stands still");
+    };
+    assert_eq!(
+        [x_at(moved, 0.0), x_at(moved, 1.0), x_at(alike, 0.0), x_at(alike, 1.0)],
+        [0.0, 2.0, 1.0, 3.0]
+    );
 }

@@ -18,7 +18,7 @@ use crate::report::Report;
 use crate::schema::{Effect, Kind, Parameter, Range, number};
 use crate::symbols::SymbolKind;
 use crate::texture::{Textures, texture};
-use crate::transform::Transform;
+use crate::transform::{Transform, TransformSet};
 use crate::{filter, integrator, light, material, medium, mesh, sampler, shape};
 
 /// The parameters that the constructor of a type reads, when none is given.
@@ -38,7 +38,10 @@ fn read(kind: &Kind) -> Vec<&'static str> {
 fn construct(kind: &Kind, params: &mut Params) {
     let (here, pictures) = (Transform::IDENTITY, &mut Pictures::default());
     match kind.directive {
-        "Camera" => drop(camera::camera(params, here, &Film::new([1, 1]), &ViewOverride::default())),
+        "Camera" => {
+            let (placed, film) = (TransformSet::still(here), &Film::new([1, 1]));
+            camera::camera(params, &placed, [0.0, 1.0], film, &ViewOverride::default());
+        }
         "Film" => drop(film::film(params, &FilmOverride::default())),
         "PixelFilter" => drop(filter::filter(params)),
         "Sampler" => drop(sampler::sampler(params)),

@@ -1,15 +1,15 @@
 //! Blocks: the place of each directive, opening and closing, and objects.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
-use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
+use lookat_syntax::{ActiveTransform, Diagnostic, Directive, EntityKind, Span, Statement, Text};
 
-use crate::Transform;
+use crate::draft::Placed;
 use crate::facts::{Block, BlockKind, BlockStart};
 use crate::options::ResolvedOptions;
 use crate::resolve::{GraphicsState, Resolver};
 use crate::symbols::SymbolKind;
+use crate::transform::{Transform, TransformSet};
 
 /// The deepest nesting of blocks.
 const MAX_OPEN: usize = 1000;
@@ -71,9 +71,9 @@ impl Resolver<'_> {
                 .related(at, "the world block begins here");
             self.report.push(error);
         }
-        self.state.ctm = Arc::new(Transform::IDENTITY);
-        self.state.at_start = true;
-        self.definitions.coordinate_systems.define_builtin("world", Transform::IDENTITY);
+        self.state.ctm = TransformSet::still(Transform::IDENTITY);
+        self.state.active = ActiveTransform::All;
+        self.definitions.coordinate_systems.define_builtin("world", self.state.ctm.clone());
         self.resolved = Some(self.resolve_options(at));
     }
 
@@ -191,7 +191,7 @@ impl Resolver<'_> {
     pub(super) fn restore(&mut self, Open { start, saved, name }: Open) {
         match start.kind {
             BlockKind::Transform => {
-                (self.state.ctm, self.state.at_start) = (saved.ctm, saved.at_start);
+                (self.state.ctm, self.state.active) = (saved.ctm, saved.active);
             }
             BlockKind::Attribute => self.state = *saved,
             BlockKind::Object => {
@@ -239,7 +239,7 @@ pub(crate) fn home_block(directive: &Directive) -> Option<Block> {
 
 impl Resolver<'_> {
     pub(super) fn define_object(&mut self, name: Text, object: usize, at: Span) {
-        let is_empty = |object: usize| self.draft.objects[object].primitives.is_empty();
+        let is_empty = |object: usize| self.draft.objects[object].is_empty();
         let known = self.definitions.objects.get(&name.value).filter(|known| !is_empty(**known));
         if known.is_some() && !name.value.is_empty() {
             self.facts.redefined.push((SymbolKind::Object, name.value.clone(), at));
@@ -275,8 +275,10 @@ impl Resolver<'_> {
                 .related(outer, "the object begins here")
                 .fail();
         }
+        let motion = self.motion(name.span)?;
         if let Some(object) = self.definitions.objects.find(&name, &mut self.report) {
-            self.draft.instances.push((*object, *self.state.ctm));
+            let ctm = self.state.ctm.start.clone();
+            self.draft.world.instances.push(Placed { object: *object, ctm, motion });
         }
         Ok(())
     }

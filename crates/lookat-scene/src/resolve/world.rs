@@ -82,10 +82,11 @@ impl Resolver<'_> {
         let params = &mut Params::new("MakeNamedMedium", entity, &self.files, &mut self.report);
         let kind = medium::named_type(params);
         let params = params.take_rest(|_| true);
+        let ctm = self.still_ctm("medium", name.span);
         let medium = kind.and_then(|kind| {
             let entity = Entity { name: kind, params };
             let params = &mut Params::new("MakeNamedMedium", entity, &self.files, &mut self.report);
-            medium::medium(params, *self.state.ctm)
+            medium::medium(params, ctm)
         });
         if self.definitions.media.get(&name.value).is_some() {
             self.facts.redefined.push((SymbolKind::Medium, name.value.clone(), name.span));
@@ -98,6 +99,7 @@ impl Resolver<'_> {
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
+        let ctm = self.still_ctm("texture", name.span);
         let (textures, pictures) = (&self.state.textures, &mut self.draft.pictures);
         let is_float = value.value == "float";
         let known = if is_float {
@@ -112,8 +114,8 @@ impl Resolver<'_> {
         let params = &mut params.with_textures(textures);
         // A texture may use its own predecessor of the same name.
         let (float, spectrum) = match value.value.as_str() {
-            "float" => (Some(texture::texture(params, *self.state.ctm, pictures)), None),
-            "spectrum" | "color" => (None, Some(texture::texture(params, *self.state.ctm, pictures))),
+            "float" => (Some(texture::texture(params, ctm, pictures)), None),
+            "spectrum" | "color" => (None, Some(texture::texture(params, ctm, pictures))),
             other => {
                 let error = Diagnostic::error(value.span, format!("unknown texture value type \"{other}\""))
                     .help("the value types are \"float\" and \"spectrum\" (also spelled \"color\")");
@@ -138,17 +140,21 @@ impl Resolver<'_> {
             self.report.push(Diagnostic::warning(entity.name.span, message).help(help));
         }
         let at = entity.name.span;
+        let ctm = self.still_ctm("light", at);
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
-        if let Some(light) = light::light(params, *self.state.ctm, &mut self.draft.pictures) {
+        if let Some(light) = light::light(params, ctm, &mut self.draft.pictures) {
             self.draft.lights.push(light);
             self.facts.lights.push(at);
         }
     }
 
-    pub(super) fn shape(&mut self, mut entity: Entity) {
+    pub(super) fn shape(&mut self, mut entity: Entity) -> Result<(), Box<Diagnostic>> {
         let name = entity.name.clone();
+        let motion = self.motion(name.span)?;
+        // A shape that moves is made in its own space.
+        let ctm = if motion.is_some() { Arc::default() } else { self.state.ctm.start.clone() };
         let renewing = MaterialInstance::renewing(&entity.params).map(|param| param.name.clone());
-        let mesh_key = self.files.mesh_key(&entity, &self.state.ctm).filter(|_| !self.report.partial);
+        let mesh_key = self.files.mesh_key(&entity, &ctm).filter(|_| !self.report.partial);
         let kept = mesh_key.as_ref().and_then(|key| self.files.kept_mesh(key));
         if kept.is_none() {
             self.files.read_lists(&mut entity.params);
@@ -160,12 +166,12 @@ impl Resolver<'_> {
             "trianglemesh" | "plymesh" => cutout(params),
             _ => None,
         };
-        let geometry = shape::shape(params, kept, &self.state.ctm);
+        let geometry = shape::shape(params, kept, &ctm);
         let is_made = geometry.is_some();
         let shape = match geometry {
             Some(Geometry::PlyFile(name)) => {
-                let (meshes, ctm) = (&mut self.draft.meshes, *self.state.ctm);
-                let mesh = params.without_rejection(|params| meshes.mesh(params, &name, ctm));
+                let meshes = &mut self.draft.meshes;
+                let mesh = params.without_rejection(|params| meshes.mesh(params, &name, *ctm));
                 mesh.map(Shape::TriangleMesh)
             }
             Some(Geometry::Shape(shape)) => Some(shape),
@@ -173,30 +179,42 @@ impl Resolver<'_> {
         };
         let overriding = params.take_rest(|param| self.state.material.takes(param));
         if !(params.finish() && is_made) {
-            return;
+            return Ok(());
+        }
+        let emission = self.state.emission.clone().filter(|_| motion.is_none());
+        if let Some(own) = self.state.emission.as_ref().filter(|_| motion.is_some()) {
+            self.facts.emissions.retain(|at| Some(*at) != own.span);
+            let message = "a shape that moves does not emit light, as in pbrt-v3";
+            let warning = Diagnostic::warning(name.span, message);
+            let warning =
+                own.span.into_iter().fold(warning, |all, at| all.related(at, "this emission is ignored"));
+            self.report
+                .push(warning.help("move the AreaLightSource into a block with shapes that stand still"));
         }
         let material = self.material_for_shape(overriding, renewing.as_ref());
-        let is_boundary = matches!(material.kind, MaterialKind::None) && self.state.emission.is_none();
+        let is_boundary = matches!(material.kind, MaterialKind::None) && emission.is_none();
         let knows_media = self.resolved.as_ref().is_some_and(|resolved| resolved.passes_boundaries);
         let medium = Some(self.state.medium).filter(|it| knows_media && it.inside != it.outside);
         if is_boundary && knows_media && medium.is_none() {
             self.facts.passed.get_or_insert(name.span);
-            return;
+            return Ok(());
         }
-        let Some(shape) = shape else { return };
+        let Some(shape) = shape else { return Ok(()) };
         if cutout.as_ref().is_some_and(|cutout| cutout.shadow_alpha.is_some()) {
             self.facts.shadow_alpha.get_or_insert(name.span);
         }
-        self.draft.add(Primitive {
+        let primitive = Primitive {
             shape,
             span: Some(name.span),
             reverse_orientation: self.state.reverse_orientation,
-            mirrored: self.state.ctm.swaps_handedness(),
+            mirrored: ctm.swaps_handedness(),
             material,
             cutout,
-            emission: self.state.emission.clone(),
+            emission,
             medium,
-        });
+        };
+        self.draft.add(primitive, motion);
+        Ok(())
     }
 
     /// The current material, with parameters replaced by the shape. `renewing`: the parameter for which it is made again.

@@ -18,8 +18,8 @@ pub struct Frames {
     /// Write N numbered pictures while the camera turns once around the point that it looks at
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1, MOST))]
     pub turntable: Option<u32>,
-    /// Write numbered pictures while a parameter goes from A to B: fov, lens-radius, focal-distance, eye.x, eye.y,
-    /// eye.z, look.x, look.y or look.z
+    /// Write numbered pictures while a parameter goes from A to B: fov, lens-radius, focal-distance, time-at,
+    /// eye.x, eye.y, eye.z, look.x, look.y or look.z
     #[arg(long, value_name = "PARAMETER=A..B", requires = "frames", conflicts_with = "turntable")]
     pub animate: Option<Animation>,
     /// Number of pictures of --animate
@@ -41,14 +41,17 @@ pub enum Parameter {
     Fov,
     LensRadius,
     FocalDistance,
+    /// The instant of a scene that moves.
+    Time,
     /// A number of `LookAt`.
     LookAt(usize),
 }
 
-const PARAMETERS: [(&str, Parameter); 9] = [
+const PARAMETERS: [(&str, Parameter); 10] = [
     ("fov", Parameter::Fov),
     ("lens-radius", Parameter::LensRadius),
     ("focal-distance", Parameter::FocalDistance),
+    ("time-at", Parameter::Time),
     ("eye.x", Parameter::LookAt(0)),
     ("eye.y", Parameter::LookAt(1)),
     ("eye.z", Parameter::LookAt(2)),
@@ -102,6 +105,7 @@ impl Parameter {
             Parameter::Fov => view.fov.is_some(),
             Parameter::LensRadius => view.lens_radius.is_some(),
             Parameter::FocalDistance => view.focal_distance.is_some(),
+            Parameter::Time => view.time.is_some(),
             Parameter::LookAt(_) => false,
         }
     }
@@ -112,6 +116,7 @@ impl Parameter {
             Parameter::Fov => view.fov = Some(value),
             Parameter::LensRadius => view.lens_radius = Some(value),
             Parameter::FocalDistance => view.focal_distance = Some(value),
+            Parameter::Time => view.time = Some(value),
             Parameter::LookAt(_) => {}
         }
     }

@@ -65,6 +65,7 @@ impl Needs {
 
     fn dimensions(&self) -> String {
         let lens = if self.camera.has_lens { ", lens 2" } else { "" };
+        let time = if self.numbers.time > 0 { ", time 1" } else { "" };
         let drawn = |draw: &AtSurface| match draw.from {
             0 => format!("{} {}", draw.of, grouped(draw.numbers.into())),
             from => format!("{} {} from surface {} on", draw.of, draw.numbers, from + 1),
@@ -75,7 +76,7 @@ impl Needs {
             [] => String::new(),
             _ => format!("; per bounce: {}", listed(&at_surface)),
         };
-        format!("film 2{lens}{at_surface}; at most {} per sample", grouped(self.numbers.most))
+        format!("film 2{lens}{time}{at_surface}; at most {} per sample", grouped(self.numbers.most))
     }
 
     fn shapes(&self) -> String {

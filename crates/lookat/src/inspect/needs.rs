@@ -89,6 +89,8 @@ pub struct Numbers {
     pub film: u32,
     /// Dimensions of the lens.
     pub lens: u32,
+    /// Dimensions of the instant, in a scene that moves.
+    pub time: u32,
     /// At each surface: what the dimensions are `of`, how many `numbers`, and at which surfaces, `from` (included) `to` (excluded).
     pub surface: Vec<AtSurface>,
     /// The most dimensions of a sample.
@@ -143,6 +145,7 @@ impl Needs {
         let (film, camera) = (&scene.view.film, &scene.view.camera);
         let samples_per_pixel = scene.view.sampler.samples_per_pixel;
         let lens = if it.has_lens { 2 } else { 0 };
+        let time = u32::from(scene.has_motion());
         let all = |used: &SampleDimensions| u64::from(used.count) * used.surfaces.len() as u64;
         let at_surface = |SampleDimensions { purpose, count, surfaces }: &SampleDimensions| AtSurface {
             of: purpose,
@@ -164,7 +167,8 @@ impl Needs {
             numbers: Numbers {
                 film: 2,
                 lens,
-                most: 2 + u64::from(lens) + it.dimensions.iter().map(all).sum::<u64>(),
+                time,
+                most: 2 + u64::from(lens) + u64::from(time) + it.dimensions.iter().map(all).sum::<u64>(),
                 surface: it.dimensions.iter().map(at_surface).collect(),
             },
             memory: Memory {
@@ -200,6 +204,7 @@ fn unused_features(scene: &Scene, it: &Inspection) -> Vec<&'static str> {
     let has = |draw: &str| it.dimensions.iter().any(|used| used.purpose == draw);
     let mut absent = vec![
         (!it.has_lens, "lens samples"),
+        (!scene.has_motion(), "motion"),
         (!it.shares_samples, "samples of several pixels"),
         (it.world.nodes == 0, "a tree"),
         (it.world.instances == 0, "instances"),

@@ -91,7 +91,7 @@ impl Turntable {
     /// The camera of a picture. The first picture has the camera of the scene.
     fn camera(&self, camera: Camera, number: u32, count: u32) -> Result<Camera, Failure> {
         if number == 0 {
-            return Ok(camera);
+            return Ok(camera.placed(camera.world_from_camera));
         }
         let turn = Transform::rotate(360.0 * f64::from(number) / f64::from(count), self.axis)
             .ok_or("--turntable: the up vector of LookAt is zero")?;
@@ -100,7 +100,7 @@ impl Turntable {
         points[..3].copy_from_slice(&(look + turn.vector(eye - look)).to_array());
         let placed = CameraPlacement { points, ..self.placement }.world_from_camera();
         let world_from_camera = placed.map_err(|fault| around(&fault))?;
-        Ok(Camera { world_from_camera, ..camera })
+        Ok(camera.placed(world_from_camera))
     }
 }
 

@@ -238,7 +238,7 @@ pub fn inverse_views(view: &View) -> Vec<View> {
     let all = [Some(camera_from_world), backward.map(|backward| camera_from_world * backward)];
     let placed = |world_from_camera| {
         let mut view = view.clone();
-        view.camera.world_from_camera = world_from_camera;
+        view.camera = view.camera.placed(world_from_camera);
         view
     };
     all.into_iter().flatten().map(placed).collect()

@@ -63,8 +63,8 @@ fn near(value: f64, size: f64) -> f64 {
     }
 }
 
-/// The values of a camera that a `LookAt` of `points` places.
-pub fn values(camera: &Camera, file: &FileCamera, points: [f64; 9]) -> messages::Camera {
+/// The values of a camera that a `LookAt` of `points` places. `moves`: anything in the scene does.
+pub fn values(camera: &Camera, file: &FileCamera, points: [f64; 9], moves: bool) -> messages::Camera {
     let before = file.placement.map_or(Transform::IDENTITY, |placement| placement.before);
     let signs = before.vector(DVec3::ONE);
     messages::Camera {
@@ -76,6 +76,8 @@ pub fn values(camera: &Camera, file: &FileCamera, points: [f64; 9]) -> messages:
         lens_radius: camera.lens.map_or(0.0, |lens| lens.radius),
         focal_distance: camera.lens.map(|lens| lens.focal_distance).or(file.focal_distance),
         screen_window: camera.screen.edges(),
+        time: Some(camera.shutter.open).filter(|open| *open == camera.shutter.close),
+        times: Some(camera.shutter.transform_times).filter(|_| moves),
     }
 }
 

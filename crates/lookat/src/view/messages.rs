@@ -260,6 +260,10 @@ pub struct Camera {
     /// `None` for a pinhole, unless the file has one all the same.
     pub focal_distance: Option<f64>,
     pub screen_window: [f64; 4],
+    /// The instant of the picture. `None` for a shutter that is open for a while.
+    pub time: Option<f64>,
+    /// The start time and the end time of motion. `None` if nothing moves.
+    pub times: Option<[f64; 2]>,
 }
 
 #[derive(Debug, Serialize)]

@@ -77,8 +77,9 @@ impl WideTracer {
         vectorized!(simd, {
             let mut instances = [ElementId::WORLD; MOST_RAYS];
             for (at, AtInstance { ray, instance, .. }) in same.iter().enumerate() {
-                let (ray, placed) = (usize::from(*ray), &scene.instances[*instance as usize]);
-                let OneRay { o, d, t_max, .. } = outer.one(ray);
+                let ray = usize::from(*ray);
+                let OneRay { o, d, t_max, time, .. } = outer.one(ray);
+                let placed = scene.placed(*instance, time);
                 let t_max = self.hits.nearest(ray).map_or(t_max, |hit| hit.t);
                 // Hits beyond one that is deferred do not count either.
                 let t_max = t_max.min(f64::from(self.limit[ray]));

@@ -85,8 +85,13 @@ fn rays_hit_side_by_side_what_they_hit_alone() {
         \"float vscale\" 7 Translate 0 0 .1 {square} \"integer indices\" [0 1 2 0 2 3] \"float uv\" [0 0 1 0 1 1 0 1]
         \"texture alpha\" \"holes\" Translate 0 0 .01 {square} \"integer indices\" [0 1 2 0 2 3] \"float shadowalpha\" 0");
     let far = "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [-1e12 -1e12 -1 1e12 -1e12 -1 0 1e12 -1]";
+    let moving = &format!("ObjectBegin \"a\" {object} Shape \"sphere\" \"float radius\" .2 ActiveTransform EndTime Rotate 90 1 1 0
+        ActiveTransform All Shape \"disk\" \"float radius\" .3 ObjectEnd Translate .1 .1 .1
+        ActiveTransform EndTime Rotate 170 1 2 3 Scale 1 .5 2 Translate .3 -.2 .5 ActiveTransform All ObjectInstance \"a\"
+        ActiveTransform StartTime Scale -1 1 1 ActiveTransform EndTime Scale 1 -1 .1 ActiveTransform All ObjectInstance \"a\"
+        Shape \"cylinder\" \"float radius\" .3");
     let cases = cases(40);
-    for shapes in ["", quadrics, disks, twice, instances, objects, holes, far] {
+    for shapes in ["", quadrics, disks, twice, instances, objects, holes, far, moving] {
         let mut scene = crate::Prepared::new(&field(shapes)).traceable;
         let (mut met, mut tracer) = (0, WideTracer::new());
         for level in levels() {

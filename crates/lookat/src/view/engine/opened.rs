@@ -126,12 +126,12 @@ impl Opened {
 
     /// What the page sees, in numbers.
     pub fn values(&self) -> messages::Camera {
-        values(&self.view.camera, &self.file_camera, self.points)
+        values(&self.view.camera, &self.file_camera, self.points, self.scene.has_motion())
     }
 
     /// The camera of the file, in numbers.
     pub fn own(&self) -> messages::Camera {
-        values(&self.scene.view.camera, &self.file_camera, self.own_points())
+        values(&self.scene.view.camera, &self.file_camera, self.own_points(), self.scene.has_motion())
     }
 
     pub fn film(&self) -> messages::Film {
