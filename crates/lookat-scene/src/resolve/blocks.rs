@@ -72,8 +72,9 @@ impl Resolver<'_> {
             self.report.push(error);
         }
         self.state.ctm = Arc::new(Transform::IDENTITY);
+        self.state.projective = None;
         self.state.at_start = true;
-        self.definitions.coordinate_systems.define_builtin("world", Transform::IDENTITY);
+        self.definitions.coordinate_systems.define_builtin("world", Transform::IDENTITY.into());
         self.resolved = Some(self.resolve_options(at));
     }
 
@@ -192,6 +193,7 @@ impl Resolver<'_> {
         match start.kind {
             BlockKind::Transform => {
                 (self.state.ctm, self.state.at_start) = (saved.ctm, saved.at_start);
+                self.state.projective = saved.projective;
             }
             BlockKind::Attribute => self.state = *saved,
             BlockKind::Object => {
@@ -275,6 +277,7 @@ impl Resolver<'_> {
                 .related(outer, "the object begins here")
                 .fail();
         }
+        self.need_affine(name.span);
         if let Some(object) = self.definitions.objects.find(&name, &mut self.report) {
             self.draft.instances.push((*object, *self.state.ctm));
         }

@@ -82,6 +82,9 @@ impl Resolver<'_> {
         let params = &mut Params::new("MakeNamedMedium", entity, &self.files, &mut self.report);
         let kind = medium::named_type(params);
         let params = params.take_rest(|_| true);
+        if kind.as_ref().is_some_and(|kind| kind.value == "heterogeneous") {
+            self.need_affine(name.span);
+        }
         let medium = kind.and_then(|kind| {
             let entity = Entity { name: kind, params };
             let params = &mut Params::new("MakeNamedMedium", entity, &self.files, &mut self.report);
@@ -98,6 +101,11 @@ impl Resolver<'_> {
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
+        let is_given = |given: &str| entity.params.iter().any(|param| param.name.value == given);
+        let is_in_space = matches!(&entity.name.value[..], "fbm" | "marble" | "windy" | "wrinkled");
+        if is_in_space || is_given("mapping") || is_given("dimension") {
+            self.need_affine(entity.name.span);
+        }
         let (textures, pictures) = (&self.state.textures, &mut self.draft.pictures);
         let is_float = value.value == "float";
         let known = if is_float {
@@ -138,8 +146,16 @@ impl Resolver<'_> {
             self.report.push(Diagnostic::warning(entity.name.span, message).help(help));
         }
         let at = entity.name.span;
+        let world_from_light = match &entity.name.value[..] {
+            "infinite" | "exinfinite" => self.of_light_directions(false, at),
+            "distant" => self.of_light_directions(true, at),
+            _ => {
+                self.need_affine(at);
+                *self.state.ctm
+            }
+        };
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
-        if let Some(light) = light::light(params, *self.state.ctm, &mut self.draft.pictures) {
+        if let Some(light) = light::light(params, world_from_light, &mut self.draft.pictures) {
             self.draft.lights.push(light);
             self.facts.lights.push(at);
         }
@@ -147,6 +163,7 @@ impl Resolver<'_> {
 
     pub(super) fn shape(&mut self, mut entity: Entity) {
         let name = entity.name.clone();
+        self.need_affine(name.span);
         let renewing = MaterialInstance::renewing(&entity.params).map(|param| param.name.clone());
         let mesh_key = self.files.mesh_key(&entity, &self.state.ctm).filter(|_| !self.report.partial);
         let kept = mesh_key.as_ref().and_then(|key| self.files.kept_mesh(key));
