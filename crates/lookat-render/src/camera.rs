@@ -7,8 +7,8 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Camera, Film, Lens, MILLIMETER, Projection, Transform};
 
-use crate::camera::realistic::RealisticLens;
 pub use crate::camera::realistic::LensRays;
+use crate::camera::realistic::RealisticLens;
 use crate::number::{LANES, Vec2x8, Vec3x8, baseline};
 use crate::ray::Ray;
 use crate::warp::at_turn;

@@ -56,7 +56,9 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
 fn write_figure(file: &Path, scene: &Scene, loaded: &Loaded) -> Result<(), Failure> {
     let figure = lens_figure::draw(&scene.view).ok_or_else(|| {
         let kind = scene.view.camera.projection.name();
-        Failure::from(format!("--lens draws the lenses of a realistic camera; this scene has a camera of type {kind}"))
+        Failure::from(format!(
+            "--lens draws the lenses of a realistic camera; this scene has a camera of type {kind}"
+        ))
     })?;
     check_folder(file)?;
     check_inputs(file, &loaded.inputs)?;

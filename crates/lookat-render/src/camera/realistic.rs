@@ -9,8 +9,8 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use lookat_scene::{LensSystem, Weighting};
 
 use crate::camera::realistic::exit_pupil::{ExitPupil, simple_area};
-use crate::number::{V3, Vec2x8, Vec3x8};
 pub use crate::camera::realistic::paths::LensRays;
+use crate::number::{V3, Vec2x8, Vec3x8};
 use crate::warp::square_to_disk;
 
 /// A system of lenses in focus, prepared to send rays from its film.

@@ -53,8 +53,7 @@ struct Fault {
     help: &'static str,
 }
 
-const FORM: &str =
-    "a surface has 4 numbers: its radius of curvature, the distance to the next surface, the index of refraction behind it, \
+const FORM: &str = "a surface has 4 numbers: its radius of curvature, the distance to the next surface, the index of refraction behind it, \
     and the diameter of its opening";
 
 /// The numbers of a file.
@@ -93,7 +92,11 @@ fn rows(entries: &[Entry]) -> Result<Vec<LensRow>, Fault> {
     }
     if fours.len() > MOST_SURFACES {
         let what = format!("a lens has at most {MOST_SURFACES} surfaces");
-        return Err(Fault { line: fours[MOST_SURFACES][0].line, what, help: "check that this is a lens file" });
+        return Err(Fault {
+            line: fours[MOST_SURFACES][0].line,
+            what,
+            help: "check that this is a lens file",
+        });
     }
     fours.iter().map(|four| row(four, fours.len())).collect()
 }
@@ -127,12 +130,14 @@ mod tests {
 
     #[test]
     fn surfaces_are_read_with_their_lines() {
-        let text = "\u{feff}# radius distance eta opening\n\n 30 4 1.5 20 # front\n\t-3e1 0 1\r\n20 0 2 0 5\n";
+        let text =
+            "\u{feff}# radius distance eta opening\n\n 30 4 1.5 20 # front\n\t-3e1 0 1\r\n20 0 2 0 5\n";
         let rows = parsed(text).unwrap();
         let front =
             LensRow { curvature_radius: 30.0, thickness: 4.0, eta: 1.5, aperture_diameter: 20.0, line: 3 };
         let back = LensRow { curvature_radius: -30.0, thickness: 0.0, eta: 1.0, line: 4, ..front };
-        let stop = LensRow { curvature_radius: 0.0, thickness: 2.0, eta: 0.0, aperture_diameter: 5.0, line: 5 };
+        let stop =
+            LensRow { curvature_radius: 0.0, thickness: 2.0, eta: 0.0, aperture_diameter: 5.0, line: 5 };
         assert_eq!(rows, [front, back, stop]);
     }
 

@@ -103,7 +103,8 @@ impl LensSystem {
         let Paraxial { height, slope, .. } = self.from_film();
         let front_plane = self.length() - height / slope - focal_length;
         let lens = ThickLens { focal_length, rear_plane, front_plane };
-        let is_lens = focal_length > 0.0 && [focal_length, rear_plane, front_plane].iter().all(|it| it.is_finite());
+        let is_lens =
+            focal_length > 0.0 && [focal_length, rear_plane, front_plane].iter().all(|it| it.is_finite());
         is_lens.then_some(lens)
     }
 
@@ -204,9 +205,9 @@ impl LensSystem {
         if self.film_distance(focus_distance).is_some() {
             return None;
         }
-        let nearest = self.nearest_focus().map_or(String::new(), |nearest| {
-            format!("; the nearest distance is {}", round_up(nearest))
-        });
+        let nearest = self
+            .nearest_focus()
+            .map_or(String::new(), |nearest| format!("; the nearest distance is {}", round_up(nearest)));
         Some(format!("the lens cannot focus on a distance of {}{nearest}", number(focus_distance)))
     }
 

@@ -32,7 +32,8 @@ const SIMPLE_WEIGHTING: Key<bool> = Key::bool(
 );
 const OPEN: Key<f64> = Key { meaning: EXPOSED, ..SHUTTER_OPEN.effect(Effect::Rendered) };
 const CLOSE: Key<f64> = Key { meaning: EXPOSED, ..SHUTTER_CLOSE.effect(Effect::Rendered) };
-const EXPOSED: &str = "with shutterclose or shutteropen, how long the film is exposed, without simpleweighting";
+const EXPOSED: &str =
+    "with shutterclose or shutteropen, how long the film is exposed, without simpleweighting";
 
 pub(super) const KEYS: Keys =
     &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &OPEN, &CLOSE];
@@ -74,8 +75,7 @@ fn lens_system(params: &mut Params, file: &Text, aperture: f64, weighting: Weigh
     let stops: Vec<&LensRow> = rows.iter().filter(|row| row.curvature_radius == 0.0).collect();
     if stops.is_empty() && params.was_taken(APERTURE_DIAMETER.name) {
         let message = "the lens file has no aperture stop: aperturediameter has no effect, as in pbrt-v3";
-        let help =
-            "in the lens file, write a line with radius 0 where the stop is, such as `0 2 1 10` for one of up to 10 mm";
+        let help = "in the lens file, write a line with radius 0 where the stop is, such as `0 2 1 10` for one of up to 10 mm";
         params.warn(APERTURE_DIAMETER.name, message, help);
     }
     if let Some(stop) = stops.iter().find(|stop| aperture > stop.aperture_diameter) {
@@ -87,7 +87,8 @@ fn lens_system(params: &mut Params, file: &Text, aperture: f64, weighting: Weigh
         params.warn(APERTURE_DIAMETER.name, &message, &format!("write at most {most}"));
     }
     if let Some(last) = rows.last().filter(|last| last.eta > 1.0) {
-        let message = format!("line {}: the index of refraction behind the last surface is {}", last.line, last.eta);
+        let message =
+            format!("line {}: the index of refraction behind the last surface is {}", last.line, last.eta);
         params.reject(LENS_FILE.name, message, Some("there is air before the film: write 1"));
         return None;
     }
@@ -124,7 +125,8 @@ fn can_focus(params: &mut Params, lenses: &LensSystem, focus: f64) -> bool {
         return true;
     }
     if focus < nearest {
-        let help = format!("write a focusdistance of {} or more, in units of camera space", round_up(nearest));
+        let help =
+            format!("write a focusdistance of {} or more, in units of camera space", round_up(nearest));
         let message = format!("the lens cannot focus on a distance of {}", number(focus));
         params.reject(FOCUS_DISTANCE.name, message, Some(&help));
     } else {

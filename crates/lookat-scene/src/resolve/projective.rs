@@ -123,7 +123,8 @@ mod tests {
         (loaded.scene.map_or(Vec::new(), |scene| scene.world.lights.clone()), messages)
     }
 
-    const LIGHTS: &str = "LightSource \"distant\" \"point to\" [1 2 3] LightSource \"infinite\" \"string mapname\" \"a.pfm\"";
+    const LIGHTS: &str =
+        "LightSource \"distant\" \"point to\" [1 2 3] LightSource \"infinite\" \"string mapname\" \"a.pfm\"";
 
     #[test]
     fn directions_do_without_the_last_row() {
@@ -139,7 +140,8 @@ mod tests {
             let (found, messages) = under(row, 0.0);
             let warning = "the matrix of ConcatTransform is not affine: the light uses only its rotation, as in pbrt-v3";
             assert!(messages.contains(&(Severity::Warning, warning.into())), "{messages:?}");
-            let [Light::Distant { direction, .. }, Light::Environment { world_from_light, .. }] = &found[..] else {
+            let [Light::Distant { direction, .. }, Light::Environment { world_from_light, .. }] = &found[..]
+            else {
                 panic!("{found:?}")
             };
             let [Light::Distant { direction: own, .. }, Light::Environment { world_from_light: before, .. }] =
@@ -153,7 +155,9 @@ mod tests {
         // With an offset, the inverse of the whole matrix has another upper left.
         let (found, _) = under([0.0, 0.0, 0.5, 1.0], 1.0);
         let [_, Light::Environment { world_from_light, .. }] = &found[..] else { panic!("{found:?}") };
-        let [_, Light::Environment { world_from_light: before, .. }] = &expected[..] else { panic!("{expected:?}") };
+        let [_, Light::Environment { world_from_light: before, .. }] = &expected[..] else {
+            panic!("{expected:?}")
+        };
         assert!(!world_from_light.linear().abs_diff_eq(*before.linear(), 0.1));
     }
 

@@ -154,7 +154,11 @@ impl ViewOverride {
             bail!("{option} has no effect on an environment camera; remove it");
         }
         let of_file = [
-            ("--fov", self.fov.is_some(), "its angle of view comes from its lenses and from diagonal of Film"),
+            (
+                "--fov",
+                self.fov.is_some(),
+                "its angle of view comes from its lenses and from diagonal of Film",
+            ),
             ("--lens-radius", self.lens_radius.is_some(), "its opening is aperturediameter in Camera"),
             ("--screen-window", self.screen_window.is_some(), "to show a part of the picture, use --crop"),
         ];

@@ -97,24 +97,29 @@ impl Figure {
         }
         let (x, width) = (SIZE[0] - MARGIN, bar * MILLIMETER * self.scale);
         Some(format!(
-            "<text x=\"{MARGIN}\" y=\"32\" font-size=\"18\">{text}</text>\n\
+            "<text x=\"{MARGIN}\" y=\"{}\" font-size=\"18\">{text}</text>\n\
             <path d=\"M{:.1} 20v8h{width:.1}v-8\" fill=\"none\" stroke=\"#333\"/>\n\
             <text x=\"{:.1}\" y=\"44\" text-anchor=\"middle\">{bar} mm</text>\n",
+            SIZE[1] - 20.0,
             x - width,
             x - width / 2.0,
         ))
     }
 
-    /// The paths of rays from the film to the left edge.
+    /// The paths of rays from the film to the left edge, or as far as there is room.
     fn rays(&self, rays: &LensRays, color: &str) -> String {
         let mut paths = String::new();
         for (points, [dz, dx]) in rays.points.iter().zip(&rays.directions) {
             let Some([z, x]) = points.last() else { continue };
-            let end = [self.left, x + (self.left - z) * dx / dz];
+            let room = ((self.axis - MARGIN / 2.0) / self.scale - x.abs()).max(0.0);
+            let length = (self.left - z).min(room * dz / dx.abs());
+            let end = [z + length, x + length * dx / dz];
             let all: Vec<String> = points.iter().chain([&end]).map(|[z, x]| self.point(*z, *x)).collect();
             let _ = writeln!(paths, "<polyline points=\"{}\"/>", all.join(" "));
         }
-        format!("<g fill=\"none\" stroke=\"{color}\" stroke-width=\"1.2\" stroke-opacity=\"0.8\">\n{paths}</g>\n")
+        format!(
+            "<g fill=\"none\" stroke=\"{color}\" stroke-width=\"1.2\" stroke-opacity=\"0.8\">\n{paths}</g>\n"
+        )
     }
 
     fn point(&self, depth: f64, height: f64) -> String {
@@ -152,9 +157,8 @@ impl Figure {
         let opacity = (0.25 + 0.6 * (eta - 1.45)).clamp(0.2, 0.7);
         let height = surfaces[0].1.aperture_radius.max(surfaces[1].1.aperture_radius);
         let profile = surfaces.map(|(depth, element)| self.profile(depth, element, height));
-        let [front, rear] = profile.map(|points| {
-            points.iter().map(|[z, x]| self.point(*z, *x)).collect::<Vec<_>>()
-        });
+        let [front, rear] =
+            profile.map(|points| points.iter().map(|[z, x]| self.point(*z, *x)).collect::<Vec<_>>());
         let rear: Vec<String> = rear.into_iter().rev().collect();
         format!(
             "<polygon points=\"{} {}\" fill=\"#8ab6d6\" fill-opacity=\"{opacity:.2}\" stroke=\"#3d6680\" stroke-width=\"1.4\" \
@@ -238,7 +242,7 @@ impl Figure {
         format!(
             "<path d=\"M{a:.1} {top:.1}h14m-7 0v-16M{a:.1} {bottom:.1}h14m-7 0v16\" fill=\"none\" stroke=\"#b8860b\" stroke-width=\"2.5\"/>\n\
             <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"#8a6508\">exit pupil</text>\n",
-            self.y(-1.15 * self.radius) + 34.0,
+            bottom + 34.0,
             a = x - 7.0,
         )
     }

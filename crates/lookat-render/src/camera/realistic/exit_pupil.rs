@@ -222,9 +222,11 @@ fn joined(found: &[Option<Ellipse>], reach: f64) -> Vec<Ellipse> {
     for found in found {
         // Beyond the last place that light gets to, the pupil shrinks to nothing.
         let after = match ellipses[..] {
-            [.., before, last] => {
-                Ellipse { center: 2.0 * last.center - before.center, half_x: 1.25 * last.half_x, half_y: 1.25 * last.half_y }
-            }
+            [.., before, last] => Ellipse {
+                center: 2.0 * last.center - before.center,
+                half_x: 1.25 * last.half_x,
+                half_y: 1.25 * last.half_y,
+            },
             _ => nothing,
         };
         let after = Ellipse { half_x: after.half_x.min(reach), half_y: after.half_y.min(reach), ..after };

@@ -51,8 +51,12 @@ impl RealisticLens {
             heights(probe(first) + (probe(last) - probe(first)) * share)
         };
         let paths = self.paths(film, std::array::from_fn(between));
-        let (points, directions) =
-            paths.into_iter().take(RAYS).filter(|path| path.passes).map(|path| (path.points, path.direction)).unzip();
+        let (points, directions) = paths
+            .into_iter()
+            .take(RAYS)
+            .filter(|path| path.passes)
+            .map(|path| (path.points, path.direction))
+            .unzip();
         LensRays { film, points, directions }
     }
 

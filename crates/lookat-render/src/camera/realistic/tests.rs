@@ -21,8 +21,7 @@ const DOUBLE_GAUSS: [[f64; 4]; 11] = [
     [-39.73, 0.0, 1.0, 20.0],
 ];
 /// A thick lens with the stop behind it.
-const SINGLE: [[f64; 4]; 3] =
-    [[80.0, 9.0, 1.5, 40.0], [-120.0, 10.0, 1.0, 40.0], [0.0, 0.0, 1.0, 6.0]];
+const SINGLE: [[f64; 4]; 3] = [[80.0, 9.0, 1.5, 40.0], [-120.0, 10.0, 1.0, 40.0], [0.0, 0.0, 1.0, 6.0]];
 
 const CORNER: f64 = 0.02165;
 
@@ -164,7 +163,9 @@ fn what_is_at_the_focus_distance_is_sharp() {
     }
     let lenses = double_gauss(5.0);
     let nearest = lenses.nearest_focus().unwrap();
-    assert!(lenses.film_distance(nearest * 1.0001).is_some() && lenses.film_distance(nearest * 0.9999).is_none());
+    assert!(
+        lenses.film_distance(nearest * 1.0001).is_some() && lenses.film_distance(nearest * 0.9999).is_none()
+    );
     // At infinity, the film is in the focal plane.
     let thick = lenses.thick_lens().unwrap();
     assert!((lenses.film_distance(1e12).unwrap() - (thick.focal_length - thick.rear_plane)).abs() < 1e-12);
@@ -173,7 +174,13 @@ fn what_is_at_the_focus_distance_is_sharp() {
 /// No ray that gets through is outside of the ellipses between which is interpolated.
 #[test]
 fn the_exit_pupil_is_inside_of_its_bounds() {
-    for (rows, stop) in [(&DOUBLE_GAUSS[..], 17.1), (&DOUBLE_GAUSS, 6.0), (&DOUBLE_GAUSS, 0.05), (&SINGLE, 6.0), (&SINGLE, 40.0)] {
+    for (rows, stop) in [
+        (&DOUBLE_GAUSS[..], 17.1),
+        (&DOUBLE_GAUSS, 6.0),
+        (&DOUBLE_GAUSS, 0.05),
+        (&SINGLE, 6.0),
+        (&SINGLE, 40.0),
+    ] {
         let lenses = lenses(rows, stop, Weighting::Simple);
         let lens = RealisticLens::new(&lenses, 1.0, 1.3 * CORNER);
         let (mut inside, mut through) = (0, 0);
@@ -184,7 +191,9 @@ fn the_exit_pupil_is_inside_of_its_bounds() {
             let wide = if i % 2 == 0 { 1.1 } else { 2.0 * lens.surfaces.rear_radius / ellipse.half_x };
             let at = DVec2::new(noise(i, 3.1), noise(i, 4.7)) * wide;
             let rear = DVec2::new(ellipse.center + at.x * ellipse.half_x, at.y * ellipse.half_y);
-            if rear.abs().max_element() <= 1.5 * lens.surfaces.rear_radius && passes(&lens, DVec2::new(r, 0.0), rear) {
+            if rear.abs().max_element() <= 1.5 * lens.surfaces.rear_radius
+                && passes(&lens, DVec2::new(r, 0.0), rear)
+            {
                 through += 1;
                 inside += usize::from(at.length() <= 1.0);
             }
@@ -230,7 +239,8 @@ fn a_white_sky_is_smooth_from_the_middle_to_the_corners() {
         for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
             let rear = DVec2::new(place(i), place(j));
             if passes(&lens, film, rear) {
-                let cos2 = lens.surfaces.rear.powi(2) / (lens.surfaces.rear.powi(2) + (rear - film).length_squared());
+                let cos2 = lens.surfaces.rear.powi(2)
+                    / (lens.surfaces.rear.powi(2) + (rear - film).length_squared());
                 sum += cos2 * cos2;
             }
         }
