@@ -98,7 +98,12 @@ fn rows(entries: &[Entry]) -> Result<Vec<LensRow>, Fault> {
             help: "check that this is a lens file",
         });
     }
-    fours.iter().map(|four| row(four, fours.len())).collect()
+    let rows = fours.iter().map(|four| row(four, fours.len())).collect::<Result<Vec<_>, _>>()?;
+    if let Some(LensRow { eta, line, .. }) = rows.last().filter(|last| last.eta > 1.0) {
+        let what = format!("the index of refraction behind the last surface is {eta}");
+        return Err(Fault { line: *line, what, help: "there is air before the film: write 1" });
+    }
+    Ok(rows)
 }
 
 fn row(four: &[Entry; 4], count: usize) -> Result<LensRow, Fault> {
@@ -155,6 +160,7 @@ mod tests {
             ("1 2 1.5 0", 1, "the opening has a diameter of 0: no light passes"),
             ("1 2 1.5 -4", 1, "the opening has a diameter of -4: no light passes"),
             ("1 2 1.5 4\n1 -2 1 4", 2, "the distance to the next surface is negative: -2"),
+            ("1 2 1.5 4\n1 2 1.33 4", 2, "the index of refraction behind the last surface is 1.33"),
             ("1 2 0.5 4", 1, "the index of refraction is 0.5, not from 1 to 10"),
         ] {
             let fault = parsed(text).unwrap_err();

@@ -97,10 +97,10 @@ impl LensSystem {
 
     /// The thick lens approximation. `None` for a lens that does not make parallel light converge.
     pub fn thick_lens(&self) -> Option<ThickLens> {
-        let Paraxial { height, slope, .. } = self.from_scene();
+        let Paraxial { height, slope, .. } = self.ray_of_scene();
         let focal_length = -1.0 / slope;
         let rear_plane = focal_length + height / slope;
-        let Paraxial { height, slope, .. } = self.from_film();
+        let Paraxial { height, slope, .. } = self.ray_of_film();
         let front_plane = self.length() - height / slope - focal_length;
         let lens = ThickLens { focal_length, rear_plane, front_plane };
         let is_lens =
@@ -109,7 +109,7 @@ impl LensSystem {
     }
 
     /// A ray from the scene, parallel to the axis at height 1, behind the rear surface.
-    fn from_scene(&self) -> Paraxial {
+    fn ray_of_scene(&self) -> Paraxial {
         let mut ray = Paraxial { height: 1.0, slope: 0.0, eta: 1.0 };
         for (at, element) in self.elements.iter().enumerate() {
             ray.refract(element.power(ray.eta), element.eta);
@@ -121,7 +121,7 @@ impl LensSystem {
     }
 
     /// A ray from the film, parallel to the axis at height 1, before the front surface. Its slope is along its own way.
-    fn from_film(&self) -> Paraxial {
+    fn ray_of_film(&self) -> Paraxial {
         let last = self.elements.len() - 1;
         let ray = Paraxial { height: 1.0, slope: 0.0, eta: self.elements[last].eta };
         self.toward_scene(ray, last + 1)
@@ -160,7 +160,7 @@ impl LensSystem {
         }
         let depth = ray.height / ray.slope;
         // The ray through the edge of the entrance pupil goes through the edge of this one.
-        let edge = self.from_scene();
+        let edge = self.ray_of_scene();
         let pupil = Pupil { depth, radius: radius * (edge.height - edge.slope * depth).abs() };
         depth.is_finite().then_some(pupil)
     }

@@ -11,8 +11,8 @@ use super::{
     ViewOverride, Weighting, film_aspect,
 };
 use crate::Film;
-use crate::params::Params;
 use crate::params::value::Name;
+use crate::params::{ParamValue, Params};
 use crate::schema::{Effect, Key, Keys, Range, Unit, number};
 use crate::transform::Transform;
 
@@ -52,7 +52,9 @@ pub(super) fn realistic(
     let is_simple = params.take(&SIMPLE_WEIGHTING);
     let time = (params.take(&CLOSE) - params.take(&OPEN)).abs();
     let weighting = if is_simple { Weighting::Simple } else { Weighting::Exposure { time } };
-    let file = params.take(&LENS_FILE);
+    let file = Name::take(&LENS_FILE, params);
+    let help = "add \"string lensfile\" with the name of a file that describes the lenses";
+    params.missing(LENS_FILE.name, "a realistic camera needs lensfile", help);
     let lenses = file.and_then(|file| lens_system(params, &file, aperture, weighting));
     let lenses = lenses.filter(|lenses| match view.focal_distance {
         Some(focus) => set_focus(params, lenses, focus),
@@ -85,12 +87,6 @@ fn lens_system(params: &mut Params, file: &Text, aperture: f64, weighting: Weigh
             stop.line
         );
         params.warn(APERTURE_DIAMETER.name, &message, &format!("write at most {most}"));
-    }
-    if let Some(last) = rows.last().filter(|last| last.eta > 1.0) {
-        let message =
-            format!("line {}: the index of refraction behind the last surface is {}", last.line, last.eta);
-        params.reject(LENS_FILE.name, message, Some("there is air before the film: write 1"));
-        return None;
     }
     let element = |row: &LensRow| {
         let is_stop = row.curvature_radius == 0.0;

@@ -94,7 +94,8 @@ impl Resolver<'_> {
             return *self.state.ctm;
         };
         if self.reported_matrices.insert((at, false)) {
-            let message = format!("{}: the light uses only its rotation, as in pbrt-v3", message(keyword));
+            let message =
+                format!("{}: the light takes only directions from it, as in pbrt-v3", message(keyword));
             self.report.push(Diagnostic::warning(at, message).help(HELP).related(user, "used here"));
         }
         transform
@@ -138,7 +139,7 @@ mod tests {
         let (expected, _) = under([0.0, 0.0, 0.0, 1.0], 0.0);
         for row in [[0.0, 0.0, 8.87, 1.0], [0.5, -3.0, 0.0, 1.0], [0.0, 0.0, 0.0, 2.0]] {
             let (found, messages) = under(row, 0.0);
-            let warning = "the matrix of ConcatTransform is not affine: the light uses only its rotation, as in pbrt-v3";
+            let warning = "the matrix of ConcatTransform is not affine: the light takes only directions from it, as in pbrt-v3";
             assert!(messages.contains(&(Severity::Warning, warning.into())), "{messages:?}");
             let [Light::Distant { direction, .. }, Light::Environment { world_from_light, .. }] = &found[..]
             else {

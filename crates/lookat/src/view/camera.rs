@@ -191,8 +191,8 @@ mod tests {
 
     fn written(camera: &str, set: &ViewOverride) -> Result<String, Failure> {
         let loaded = loaded(camera);
-        let own = loaded.scene.as_ref().unwrap().view.camera;
-        let fixes = camera_fixes(&loaded, &own, set)?;
+        let own = &loaded.scene.as_ref().unwrap().view.camera;
+        let fixes = camera_fixes(&loaded, own, set)?;
         let changes = changes(&loaded.sources, &fixes)?;
         assert!(changes.len() < 2 && changes.iter().all(|change| change.path == Path::new("a.pbrt")));
         let after =
