@@ -91,8 +91,8 @@ fn lenses_are_measured_and_drawn() {
         assert_eq!(count(&format!(">{name}</text>")), 1, "{name}");
     }
     // The page shows the same.
-    let page = std::fs::read_to_string(scenes.join("../docs/pictures/double-gauss.svg")).unwrap();
-    assert!(page == svg, "docs/pictures/double-gauss.svg is not what --lens draws");
+    let page = std::fs::read_to_string(scenes.join("../docs/double-gauss.svg")).unwrap();
+    assert!(page == svg, "docs/double-gauss.svg is not what --lens draws");
     let (status, _, err) = draw("first.pbrt");
     assert_eq!((status, err.contains("this scene has a camera of type perspective")), (2, true), "{err}");
 }

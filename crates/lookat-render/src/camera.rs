@@ -11,6 +11,7 @@ pub use crate::camera::realistic::LensRays;
 use crate::camera::realistic::RealisticLens;
 use crate::number::{LANES, Vec2x8, Vec3x8, baseline};
 use crate::ray::Ray;
+use crate::trace::rays::Rays;
 use crate::warp::at_turn;
 use crate::warp::square_to_disk;
 
@@ -162,14 +163,14 @@ impl CameraRays {
         simd: S,
         film: Vec2x8<S>,
         u: Option<Vec2x8<S>>,
-    ) -> (Vec3x8<S>, Vec3x8<S>, Option<f64x8<S>>) {
+    ) -> (Rays<S>, Option<f64x8<S>>) {
         let (Optics::Realistic(lens), Some(u)) = (&self.optics, u) else {
             let (o, d) = self.rays(simd, film, u);
-            return (o, d, None);
+            return (Rays::new(o, d), None);
         };
         let rays = lens.rays(simd, on_film(self.on_screen(film)), u);
         let (o, d) = self.in_world(simd, rays.o, rays.d);
-        (o, d.normalize(), Some(rays.weights))
+        (Rays::new(o, d.normalize()), Some(rays.weights))
     }
 
     /// True if rays have weights.

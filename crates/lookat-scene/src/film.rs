@@ -127,7 +127,8 @@ const MAX_SAMPLE_LUMINANCE: Key<f64> = Key::float(
 .within(Range::above(0.0));
 const DIAGONAL: Key<f64> =
     Key::float("diagonal", 35.0, "the diagonal of the film in millimeters, for a realistic camera")
-        .within(Range::above_to(0.0, 1e6));
+        .within(DIAGONAL_RANGE);
+pub(crate) const DIAGONAL_RANGE: Range = Range::from_to(1e-6, 1e6);
 const FILE_NAME: Key<Name> =
     Key::string("filename", "the picture file, relative to the working folder").default_words("\"pbrt.exr\"");
 /// The file of the picture if the scene names none.

@@ -9,7 +9,7 @@ use glam::{DVec2, Vec3};
 use lookat_image::MipMap;
 
 use crate::camera::FOV;
-use crate::film::{MAX_SIDE, SCALE_RANGE};
+use crate::film::{DIAGONAL_RANGE, MAX_SIDE, SCALE_RANGE};
 use crate::filter::{ALPHA_RANGE, MITCHELL_RANGE, RADIUS_RANGE, TAU_RANGE};
 use crate::integrator::LARGEST_DEPTH;
 use crate::params::value::MOST_NESTED;
@@ -169,7 +169,7 @@ fn view_faults(View { camera, film, filter, sampler, integrator }: &View, found:
     let has_pixels = crop.x0 < crop.x1 && crop.x1 <= width && crop.y0 < crop.y1 && crop.y1 <= height;
     let has_size = width.max(height) <= MAX_SIDE && crop.area() <= MAX_PIXELS;
     let has_light = SCALE_RANGE.contains(film.scale) && film.max_sample_luminance > 0.0;
-    let has_light = has_light && film.diagonal > 0.0 && film.diagonal <= 1e6;
+    let has_light = has_light && DIAGONAL_RANGE.contains(film.diagonal);
     let message = "its size, crop window or limits are out of range";
     found.check(has_pixels && has_size && has_light, "view.film", message);
 

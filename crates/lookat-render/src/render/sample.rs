@@ -356,13 +356,13 @@ impl Context<'_> {
                     worker.batch.camera_samples[first + lane] = CameraSample { film, lens };
                 }
             }
-            let (o, d, weights) = camera.weighted_rays(simd, film, on_lens);
+            let (rays, weights) = camera.weighted_rays(simd, film, on_lens);
             if let Some(weights) = weights {
                 for lane in 0..samples.len() {
                     worker.weights[first + lane] = weights[lane] as f32;
                 }
             }
-            Rays::new(o, d)
+            rays
         })
     }
 }

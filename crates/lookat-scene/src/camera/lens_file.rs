@@ -8,6 +8,8 @@ use crate::params::Params;
 const MOST_SURFACES: usize = 256;
 /// The largest number: far above a flat surface, written as a large radius.
 const LARGEST: f64 = 1e9;
+/// The smallest opening, and the smallest radius that is not 0.
+pub(super) const SMALLEST: f64 = 1e-6;
 
 /// A surface in a lens file. Lengths are in millimeters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,7 +120,11 @@ fn row(four: &[Entry; 4], count: usize) -> Result<LensRow, Fault> {
         let help = "glass has an index of about 1.4 to 2, and air has 1";
         return fault(2, format!("the index of refraction is {eta}, not from 1 to 10"), help);
     }
-    if aperture_diameter <= 0.0 {
+    if curvature_radius != 0.0 && curvature_radius.abs() < SMALLEST {
+        let help = "radii are in millimeters; 0 is the aperture stop";
+        return fault(0, format!("the radius of curvature is too small: {curvature_radius}"), help);
+    }
+    if aperture_diameter < SMALLEST {
         let help = "the fourth number is the diameter of the surface's opening in millimeters, above 0";
         return fault(3, format!("the opening has a diameter of {aperture_diameter}: no light passes"), help);
     }
@@ -158,6 +164,7 @@ mod tests {
             ("1 nan 1.5 4", 1, "`nan` is too large; the limit is 1e9"),
             ("1 2 1.5 1e10", 1, "`1e10` is too large; the limit is 1e9"),
             ("1 2 1.5 0", 1, "the opening has a diameter of 0: no light passes"),
+            ("1e-9 2 1.5 4", 1, "the radius of curvature is too small: 0.000000001"),
             ("1 2 1.5 -4", 1, "the opening has a diameter of -4: no light passes"),
             ("1 2 1.5 4\n1 -2 1 4", 2, "the distance to the next surface is negative: -2"),
             ("1 2 1.5 4\n1 2 1.33 4", 2, "the index of refraction behind the last surface is 1.33"),

@@ -229,11 +229,10 @@ impl LensSystem {
     pub(crate) fn is_valid(&self, focus_distance: f64) -> bool {
         let is_element = |element: &LensElement| {
             let LensElement { curvature_radius, thickness, eta, aperture_radius } = *element;
-            curvature_radius.abs() <= 1e6
-                && (0.0..=1e6).contains(&thickness)
+            (element.is_stop() || (1e-10..=2e6).contains(&curvature_radius.abs()))
+                && (0.0..=2e6).contains(&thickness)
                 && (1.0..=10.0).contains(&eta)
-                && aperture_radius > 0.0
-                && aperture_radius <= 1e6
+                && (1e-10..=2e6).contains(&aperture_radius)
         };
         let has_weights = match self.weighting {
             Weighting::Simple => true,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use lookat_syntax::Text;
 
-use super::lens_file::{LensRow, lens_rows};
+use super::lens_file::{LensRow, SMALLEST, lens_rows};
 use super::lens_system::round_up;
 use super::{
     Camera, Lens, LensElement, LensSystem, MILLIMETER, Projection, SHUTTER_CLOSE, SHUTTER_OPEN, ScreenWindow,
@@ -20,7 +20,7 @@ const LENS_FILE: Key<Name> =
     Key::string("lensfile", "the file that describes the surfaces of the lenses").required();
 const APERTURE_DIAMETER: Key<f64> =
     Key::float("aperturediameter", 1.0, "the diameter of the aperture stop in millimeters")
-        .within(Range::above(0.0));
+        .within(Range::at_least(SMALLEST));
 const FOCUS_DISTANCE: Key<f64> =
     Key::float("focusdistance", 10.0, "the distance from the film to the plane of focus")
         .within(Range::above(0.0))
@@ -50,7 +50,9 @@ pub(super) fn realistic(
     params.check_range(FOCUS_DISTANCE.name, &[own]);
     let focus = view.focal_distance.unwrap_or(own);
     let is_simple = params.take(&SIMPLE_WEIGHTING);
-    let time = (params.take(&CLOSE) - params.take(&OPEN)).abs();
+    let times = [params.take(&OPEN), params.take(&CLOSE)];
+    params.check_range(CLOSE.name, &times);
+    let time = (times[1] - times[0]).abs();
     let weighting = if is_simple { Weighting::Simple } else { Weighting::Exposure { time } };
     let file = Name::take(&LENS_FILE, params);
     let help = "add \"string lensfile\" with the name of a file that describes the lenses";

@@ -290,7 +290,7 @@ fn blur_is_the_spread_of_rays_near_the_axis() {
                 let x = ray.at((depth - ray.o.z) / ray.d.z).x;
                 let weight = baseline!(simd => {
                     let [film, u] = [film, u].map(|at| at.to_array().map(|x| x.simd_into(simd)));
-                    rays.weighted_rays(simd, film, Some(u)).2.unwrap()[0]
+                    rays.weighted_rays(simd, film, Some(u)).1.unwrap()[0]
                 });
                 (x, weight > 0.0)
             };
