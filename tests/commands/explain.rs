@@ -41,8 +41,8 @@ fn a_parameter_is_explained_alone() {
         (&value["name"], &value["count"], &value["effect"]),
         (&"cropwindow".into(), &4.into(), &"rendered".into())
     );
-    let text = explain(&["Film", "image", "diagonal"]).out;
-    assert!(text.contains("no effect on the picture") && !text.contains("cropwindow"), "{text}");
+    let text = explain(&["Shape", "loopsubdiv", "scheme"]).out;
+    assert!(text.contains("no effect on the picture") && !text.contains("levels"), "{text}");
 }
 
 #[test]

@@ -184,7 +184,11 @@ mod tests {
     fn loaded(camera: &str) -> Loaded {
         let text = format!("{camera}\n{REST}\n");
         let read = |path: &Path| {
-            Ok(if path == Path::new("world.pbrt") { WORLD.into() } else { text.clone().into() })
+            Ok(match path.to_str() {
+                Some("world.pbrt") => WORLD.into(),
+                Some("lens.dat") => "50 6 1.5 20\n-60 5 1 20\n".into(),
+                _ => text.clone().into(),
+            })
         };
         load(Path::new("a.pbrt"), &read, &LoadOptions::default())
     }
@@ -233,6 +237,11 @@ mod tests {
                 "Camera \"orthographic\" \"float screenwindow\" [-1.0 1 -1 1]",
                 ViewOverride { screen_window: Some([-1.0, 1.0, -1.5, 1.5]), ..none },
                 "Camera \"orthographic\" \"float screenwindow\" [-1.0 1 -1.5 1.5]",
+            ),
+            (
+                "Camera \"realistic\" \"string lensfile\" \"lens.dat\"",
+                ViewOverride { focal_distance: Some(3.0), ..none },
+                "Camera \"realistic\" \"string lensfile\" \"lens.dat\" \"float focusdistance\" 3",
             ),
             (
                 "Camera \"perspective\" \"float fov\" 40",
