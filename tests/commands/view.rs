@@ -87,7 +87,7 @@ fn options_that_no_camera_can_have_are_refused() {
         (
             "lenses.pbrt",
             &["--focal-distance", "0.1"],
-            "the lens cannot focus on a distance of 0.1; the nearest distance is 0.219",
+            "the lens cannot focus on a distance of 0.1; the nearest distance is 0.225",
         ),
         (
             "lenses.pbrt",
