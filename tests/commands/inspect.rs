@@ -61,6 +61,43 @@ fn a_lens_and_instances_are_seen() {
 }
 
 #[test]
+fn lenses_are_measured_and_drawn() {
+    let camera = &needs("cameras/realistic")["camera"];
+    let number = |of: &Value| of.as_f64().unwrap();
+    assert_eq!(
+        (&camera["projection"], &camera["lens"]["focal_distance"]),
+        (&"realistic".into(), &1.2.into())
+    );
+    let lens = &camera["lens_system"];
+    assert_eq!(lens["surfaces"], 11);
+    assert!(
+        (number(&lens["focal_length"]) - 0.0504).abs() < 1e-4
+            && (number(&lens["f_number"]) - 2.07).abs() < 0.01
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let drawn = folder.path().join("lens.svg");
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pbrt-scenes");
+    let draw = |scene: &str| {
+        run(&["inspect", scenes.join(scene).to_str().unwrap(), "--lens", drawn.to_str().unwrap()])
+    };
+    assert_eq!(draw("cameras/realistic.pbrt").0, 0);
+    let svg = std::fs::read_to_string(&drawn).unwrap();
+    let count = |what: &str| svg.matches(what).count();
+    // Six pieces of glass; up to seven rays from three places; planes, focal points, stop, film and pupil have names.
+    assert_eq!((count("<polygon"), count("<polyline")), (6, 21));
+    for name in
+        ["P", "P\u{2032}", "F", "F\u{2032}", "stop", "film", "exit pupil", "50.36 mm f/2.073, focused at 1.2"]
+    {
+        assert_eq!(count(&format!(">{name}</text>")), 1, "{name}");
+    }
+    // The page shows the same.
+    let page = std::fs::read_to_string(scenes.join("../docs/double-gauss.svg")).unwrap();
+    assert!(page == svg, "docs/double-gauss.svg is not what --lens draws");
+    let (status, _, err) = draw("first.pbrt");
+    assert_eq!((status, err.contains("this scene has a camera of type perspective")), (2, true), "{err}");
+}
+
+#[test]
 fn lobes_and_roulette_are_seen() {
     let glossy = needs("cornell-glossy");
     assert_eq!((&glossy["surfaces"]["most_lobes"], &glossy["light_choice"]), (&3.into(), &"none".into()));

@@ -47,6 +47,8 @@ fn options_that_no_camera_can_have_are_refused() {
     let folder = Folder::new();
     folder.write("ortho.pbrt", &with_camera("Camera \"orthographic\""));
     folder.write("all.pbrt", &with_camera("Camera \"environment\""));
+    folder.write("lenses.pbrt", &with_camera(LENSES));
+    folder.write("single.dat", SINGLE);
     for (scene, arguments, message) in [
         (
             "fine.pbrt",
@@ -81,6 +83,23 @@ fn options_that_no_camera_can_have_are_refused() {
             "fine.pbrt",
             &["--animate", "time-at=0..1", "--frames", "2", "--time-at", "1"],
             "--animate time-at and --time-at contradict each other",
+        ),
+        (
+            "lenses.pbrt",
+            &["--fov", "30"],
+            "--fov has no effect on a realistic camera: its angle of view comes from",
+        ),
+        ("lenses.pbrt", &["--lens-radius", "1"], "its opening is aperturediameter in Camera"),
+        ("lenses.pbrt", &["--screen-window", "-1 1 -1 1"], "to show a part of the picture, use --crop"),
+        (
+            "lenses.pbrt",
+            &["--focal-distance", "0.1"],
+            "the lens cannot focus on a distance of 0.1; the nearest distance is 0.225",
+        ),
+        (
+            "lenses.pbrt",
+            &["--animate", "focal-distance=5..0.1", "--frames", "2"],
+            "the lens cannot focus on a distance of 0.1",
         ),
         ("fine.pbrt", &["--animate", "size=1..2", "--frames", "3"], "the parameters are fov, lens-radius,"),
         (
@@ -360,6 +379,35 @@ fn an_interrupted_animation_keeps_its_finished_pictures() {
     assert_eq!(run.status, 130, "{}", run.err);
     assert!(!folder.path("a.1000.exr").exists());
     assert_eq!(Image::read(&folder.path("a.0002.exr")).unwrap().data_window.width, 32);
+}
+
+/// A lens of 50 mm and 6 mm thick, and its stop.
+const SINGLE: &str = "50 6 1.5 20\n-60 5 1 20\n0 40 0 12\n";
+const LENSES: &str = "Camera \"realistic\" \"string lensfile\" \"single.dat\" \"float aperturediameter\" 8";
+
+/// As a thin lens: the distance of what is in the middle is measured from the film.
+#[test]
+fn a_system_of_lenses_is_focused_too() {
+    let folder = Folder::new();
+    folder.write("single.dat", SINGLE);
+    folder.write("lenses.pbrt", &with_camera(LENSES));
+    let render = |arguments: &[&str]| {
+        let run =
+            folder.run(&[&["render", "lenses.pbrt", "-o", "picture.exr", "--force"], arguments].concat());
+        let picture = Image::read(&folder.path("picture.exr")).unwrap();
+        (run.status, run.err, picture.channels)
+    };
+    let (status, err, focused) = render(&["--focus", "0.5,0.5"]);
+    let line = "focused on pixel 16, 12; to keep this, write \"float focusdistance\" 3 in Camera\n";
+    assert!(status == 0 && err.starts_with(line), "{err}");
+    assert_eq!(focused, render(&["--focal-distance", "3"]).2);
+    folder.write("lenses.pbrt", &with_camera(&format!("{LENSES} \"float focusdistance\" 3")));
+    assert_eq!(focused, render(&[]).2);
+    // The first picture of a turntable is the scene's, the second shows the other side.
+    let run = folder.run(&["render", "lenses.pbrt", "-o", "around.exr", "--turntable", "2"]);
+    assert_eq!(run.status, 0, "{}", run.err);
+    assert_eq!(Image::read(&folder.path("around.0001.exr")).unwrap().channels, focused);
+    assert!(folder.path("around.0002.exr").exists());
 }
 
 /// A sphere of radius 1, seen from a distance of 4.

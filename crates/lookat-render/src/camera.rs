@@ -1,10 +1,14 @@
-//! Camera rays in closed form and `f64`: from a position on the film and the lens to a ray. Also the depth of field of a thin lens
+//! Camera rays in closed form and `f64`: from a position on the film and the lens to a ray. Also the depth of field of a lens
 //! (PBR 6.2.3), and the texture footprints of camera rays.
+
+mod realistic;
 
 use fearless_simd::{Simd, f32x8, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
-use lookat_scene::{AnimatedTransform, Camera, Film, Lens, Projection, Transform};
+use lookat_scene::{AnimatedTransform, Camera, Film, Lens, MILLIMETER, Projection, Transform};
 
+pub use crate::camera::realistic::LensRays;
+use crate::camera::realistic::RealisticLens;
 use crate::number::{LANES, Vec2x8, Vec3x8, baseline, splat_f32, to_f32};
 use crate::ray::Ray;
 use crate::trace::rays::Rays;
@@ -17,17 +21,17 @@ pub struct CameraRays {
     world_from_camera: DMat3,
     camera_from_world: Transform,
     /// The eye, relative to [`Prepared::origin`](crate::Prepared::origin): the position of a perspective camera, the middle of
-    /// the window of an orthographic one.
+    /// the window of an orthographic one, the middle of the film behind a lens system.
     pub eye: DVec3,
     /// The middle of the film in pixels; its place in camera space, on the plane z = 1 of a perspective camera and
-    /// relative to the eye of an orthographic one; and the steps to the next pixel. Counted from the middle, no digits
+    /// relative to the eye of others; and the steps to the next pixel. Counted from the middle, no digits
     /// cancel where rays run along the axis.
     film_middle: DVec2,
     start: DVec2,
     step: DVec2,
     /// The eye in camera space.
     middle: DVec2,
-    projection: Projection,
+    optics: Optics,
     lens: Option<Lens>,
     /// The way of a camera that moves. The places above are those of the middle of the time when the shutter is open.
     motion: Option<AnimatedTransform>,
@@ -35,6 +39,15 @@ pub struct CameraRays {
     shutter: [f64; 2],
     /// The position in the world that others are relative to.
     origin: DVec3,
+}
+
+/// How rays leave the camera.
+#[derive(Debug)]
+enum Optics {
+    Perspective,
+    Orthographic { telecentric: bool },
+    Environment,
+    Realistic(Box<RealisticLens>),
 }
 
 impl CameraRays {
@@ -45,14 +58,25 @@ impl CameraRays {
     }
 
     pub(crate) fn new(camera: &Camera, film: &Film, origin: DVec3) -> Self {
-        let (shutter, placed) = (camera.shutter.shares(), camera.placed(camera.middle()));
+        let (shutter, placed) = (camera.shutter.shares(), camera.clone().placed(camera.middle()));
         let motion = camera.motion.filter(|_| shutter[0] < shutter[1]);
         let camera = &placed;
         let screen = &camera.screen;
         let middle = eye_in_camera(camera);
+        let corner = 0.5 * film.diagonal * MILLIMETER;
         let scale = match camera.projection {
             Projection::Perspective { fov } => tan_half(fov),
             Projection::Orthographic { .. } | Projection::Environment => 1.0,
+            Projection::Realistic(_) => camera.screen_unit(film),
+        };
+        let optics = match &camera.projection {
+            Projection::Perspective { .. } => Optics::Perspective,
+            Projection::Orthographic { telecentric } => Optics::Orthographic { telecentric: *telecentric },
+            Projection::Environment => Optics::Environment,
+            Projection::Realistic(lenses) => {
+                let focus = camera.lens.map_or(Lens::UNFOCUSED, |lens| lens.focal_distance);
+                Optics::Realistic(Box::new(RealisticLens::new(lenses, focus, corner)))
+            }
         };
         let start = ((screen.min + screen.max) * 0.5 - middle) * scale;
         // Raster space has y down.
@@ -66,7 +90,7 @@ impl CameraRays {
             start,
             step: extent / resolution,
             middle,
-            projection: camera.projection,
+            optics,
             lens: camera.lens,
             motion,
             shutter,
@@ -131,37 +155,76 @@ impl CameraRays {
         u: Option<Vec2x8<S>>,
         time: f32x8<S>,
     ) -> (Vec3x8<S>, Vec3x8<S>) {
-        let (start, step, middle) = (self.start, self.step, self.film_middle);
         let [x, y] = film;
-        let p = [start.x + step.x * (x - middle.x), start.y + step.y * (y - middle.y)];
+        let p = self.on_screen(film);
         let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
-        let (o, d) = match (self.projection, self.lens.zip(u)) {
-            (Projection::Environment, _) => {
+        let (o, d) = match (&self.optics, self.lens.zip(u)) {
+            (Optics::Realistic(lens), on_lens) => {
+                let u = on_lens.map_or([0.5.simd_into(simd); 2], |(_, u)| u);
+                let rays = lens.rays(simd, on_film(p), u);
+                (rays.o, rays.d)
+            }
+            (Optics::Environment, _) => {
                 let film = self.film_middle * 2.0;
                 (Vec3x8::splat(simd, DVec3::ZERO), around([x / film.x, y / film.y]))
             }
-            (Projection::Perspective { .. }, None) => {
+            (Optics::Perspective, None) => {
                 (Vec3x8::splat(simd, DVec3::ZERO), Vec3x8 { x: p[0], y: p[1], z: one })
             }
-            (Projection::Perspective { .. }, Some((lens, u))) => through_lens([zero; 2], p, lens, u),
-            (Projection::Orthographic { .. }, None) => {
+            (Optics::Perspective, Some((lens, u))) => through_lens([zero; 2], p, lens, u),
+            (Optics::Orthographic { .. }, None) => {
                 (Vec3x8 { x: p[0], y: p[1], z: zero }, Vec3x8::splat(simd, DVec3::Z))
             }
-            (Projection::Orthographic { telecentric: true }, Some((lens, u))) => {
+            (Optics::Orthographic { telecentric: true }, Some((lens, u))) => {
                 through_lens(p, [zero; 2], lens, u)
             }
             // pbrt-v3: the ray starts on the lens around the origin of camera space, not around its pixel.
-            (Projection::Orthographic { telecentric: false }, Some((lens, u))) => {
+            (Optics::Orthographic { telecentric: false }, Some((lens, u))) => {
                 let (x, y) = (p[0] + self.middle.x, p[1] + self.middle.y);
                 let center = [(-self.middle.x).simd_into(simd), (-self.middle.y).simd_into(simd)];
                 let focal = lens.focal_distance;
                 through_lens(center, [x / focal, y / focal], lens, u)
             }
         };
+        self.in_world(time, o, d)
+    }
+
+    /// Rays through a system of lenses, as [`CameraRays::rays`], and their weights: 0 for those that it blocks.
+    #[inline(always)]
+    pub(crate) fn weighted_rays<S: Simd>(
+        &self,
+        simd: S,
+        film: Vec2x8<S>,
+        u: Option<Vec2x8<S>>,
+        time: f32x8<S>,
+    ) -> (Rays<S>, Option<f64x8<S>>) {
+        let (Optics::Realistic(lens), Some(u)) = (&self.optics, u) else {
+            return (self.rays(simd, film, u, time), None);
+        };
+        let rays = lens.rays(simd, on_film(self.on_screen(film)), u);
+        let (o, d) = self.in_world(time, rays.o, rays.d);
+        (Rays { time, ..Rays::new(o, d.normalize()) }, Some(rays.weights))
+    }
+
+    /// True if rays have weights.
+    pub(crate) fn has_weights(&self) -> bool {
+        matches!(self.optics, Optics::Realistic(_))
+    }
+
+    /// Places of the film in camera space: see `start`.
+    #[inline(always)]
+    fn on_screen<S: Simd>(&self, [x, y]: Vec2x8<S>) -> Vec2x8<S> {
+        let (start, step, middle) = (self.start, self.step, self.film_middle);
+        [start.x + step.x * (x - middle.x), start.y + step.y * (y - middle.y)]
+    }
+
+    /// Origins relative to the origin of the prepared world, and directions, of rays in camera space. `o`: relative to the eye.
+    #[inline(always)]
+    fn in_world<S: Simd>(&self, time: f32x8<S>, o: Vec3x8<S>, d: Vec3x8<S>) -> (Vec3x8<S>, Vec3x8<S>) {
         match &self.motion {
             None => {
                 let m = &self.world_from_camera;
-                (Vec3x8::splat(simd, self.eye) + o.by(m), d.by(m))
+                (Vec3x8::splat(o.x.token(), self.eye) + o.by(m), d.by(m))
             }
             Some(motion) => self.moved(motion, time, o, d),
         }
@@ -186,6 +249,12 @@ impl CameraRays {
     }
 }
 
+/// The place on the film of a lens system that shows a place of the picture: its image is upside down.
+#[inline(always)]
+fn on_film<S: Simd>([x, y]: Vec2x8<S>) -> Vec2x8<S> {
+    [-x, -y]
+}
+
 /// The tangent of half an angle in degrees. Near 180 degrees it is that of what is missing, which is exact.
 fn tan_half(degrees: f64) -> f64 {
     if degrees > 90.0 {
@@ -197,7 +266,7 @@ fn tan_half(degrees: f64) -> f64 {
 
 fn eye_in_camera(camera: &Camera) -> DVec2 {
     match camera.projection {
-        Projection::Perspective { .. } | Projection::Environment => DVec2::ZERO,
+        Projection::Perspective { .. } | Projection::Environment | Projection::Realistic(_) => DVec2::ZERO,
         Projection::Orthographic { .. } => (camera.screen.min + camera.screen.max) * 0.5,
     }
 }
@@ -232,57 +301,93 @@ fn through_lens<S: Simd>(
     }
 }
 
-/// The focus of a thin lens. Distances are along z in camera space.
+/// The depth of field of a lens. Distances are along z in camera space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Focus {
-    projection: Projection,
-    lens: Lens,
+    field: DepthOfField,
+    /// The distance in focus, from the lens.
+    focal_distance: f64,
     /// The diameter of the lens in pixels, seen at distance 1.
     aperture: f64,
+    /// The depth of the lens: of the entrance pupil of a lens system.
+    depth: f64,
+    hyperfocal: Option<f64>,
+}
+
+/// How blur grows with the distance from the plane of focus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum DepthOfField {
+    Perspective,
+    Telecentric,
+    /// Rays of all pixels start at one lens, as in pbrt-v3's orthographic camera.
+    OneLens,
 }
 
 impl Focus {
     /// The focus of a camera with a lens. `None` without a lens.
     pub fn new(camera: &Camera, film: &Film) -> Option<Focus> {
-        let lens = camera.lens?;
-        let step = CameraRays::new(camera, film, DVec3::ZERO).step.abs();
-        let aperture = 2.0 * lens.radius / (step.x * step.y).sqrt();
-        Some(Focus { projection: camera.projection, lens, aperture })
+        let Lens { radius, focal_distance } = camera.lens?;
+        let resolution = DVec2::new(f64::from(film.resolution[0]), f64::from(film.resolution[1]));
+        let window = (camera.screen.max - camera.screen.min).abs() / resolution;
+        let pixel = (window.x * window.y).sqrt();
+        let focus = |field, pixel: f64| {
+            let aperture = 2.0 * radius / pixel;
+            let hyperfocal = (field == DepthOfField::Perspective).then_some(aperture);
+            Focus { field, focal_distance, aperture, depth: 0.0, hyperfocal }
+        };
+        Some(match &camera.projection {
+            Projection::Perspective { fov } => focus(DepthOfField::Perspective, pixel * tan_half(*fov)),
+            Projection::Orthographic { telecentric: true } => focus(DepthOfField::Telecentric, pixel),
+            Projection::Orthographic { telecentric: false } => focus(DepthOfField::OneLens, pixel),
+            Projection::Environment => return None,
+            Projection::Realistic(lenses) => {
+                let pixel = pixel * camera.screen_unit(film);
+                let view = lenses.equivalent_view(focal_distance)?;
+                let thick = lenses.thick_lens()?;
+                let f = thick.focal_length;
+                // The distance from the front principal plane where blur at infinity is a pixel, and from there to the film.
+                let object = f + 2.0 * radius * f / pixel;
+                let hyperfocal = object + f * object / (object - f) + thick.front_plane - thick.rear_plane;
+                Focus {
+                    focal_distance: focal_distance - view.depth,
+                    depth: view.depth,
+                    hyperfocal: Some(hyperfocal),
+                    ..focus(DepthOfField::Perspective, pixel * view.scale)
+                }
+            }
+        })
     }
 
     /// The diameter of the circle of confusion of a point at a depth, in pixels. 0 at the focal distance.
     pub fn blur(&self, depth: f64) -> f64 {
-        let (focal, depth) = (self.lens.focal_distance, depth.max(f64::MIN_POSITIVE));
+        let (focal, depth) = (self.focal_distance, (depth - self.depth).max(f64::MIN_POSITIVE));
         self.aperture
-            * match self.projection {
-                Projection::Perspective { .. } => (1.0 / focal - 1.0 / depth).abs(),
-                Projection::Orthographic { telecentric: true } => (1.0 - depth / focal).abs(),
-                Projection::Orthographic { telecentric: false } => (focal / depth - 1.0).abs(),
-                Projection::Environment => 0.0,
+            * match self.field {
+                DepthOfField::Perspective => (1.0 / focal - 1.0 / depth).abs(),
+                DepthOfField::Telecentric => (1.0 - depth / focal).abs(),
+                DepthOfField::OneLens => (focal / depth - 1.0).abs(),
             }
     }
 
     /// The depths between which points are blurred by one pixel at most; the last may be infinite.
     pub fn sharp(&self) -> [f64; 2] {
-        let (focal, share) = (self.lens.focal_distance, 1.0 / self.aperture);
-        match self.projection {
-            Projection::Perspective { .. } => {
+        let (focal, share) = (self.focal_distance, 1.0 / self.aperture);
+        let sharp = match self.field {
+            DepthOfField::Perspective => {
                 let far = 1.0 / focal - share;
                 [1.0 / (1.0 / focal + share), if far > 0.0 { 1.0 / far } else { f64::INFINITY }]
             }
-            Projection::Orthographic { telecentric: true } => {
-                [(focal * (1.0 - share)).max(0.0), focal * (1.0 + share)]
-            }
-            Projection::Orthographic { telecentric: false } => {
+            DepthOfField::Telecentric => [(focal * (1.0 - share)).max(0.0), focal * (1.0 + share)],
+            DepthOfField::OneLens => {
                 [focal / (1.0 + share), if share < 1.0 { focal / (1.0 - share) } else { f64::INFINITY }]
             }
-            Projection::Environment => [0.0, f64::INFINITY],
-        }
+        };
+        sharp.map(|depth| depth + self.depth)
     }
 
     /// The hyperfocal distance: focused there, a perspective camera blurs nothing behind by more than a pixel. `None` of others.
     pub fn hyperfocal(&self) -> Option<f64> {
-        matches!(self.projection, Projection::Perspective { .. }).then_some(self.aperture)
+        self.hyperfocal
     }
 }
 
@@ -385,13 +490,13 @@ mod tests {
                     1.0,
                 )) * project
             }
-            Projection::Orthographic { .. } | Projection::Environment => DMat4::IDENTITY,
+            _ => DMat4::IDENTITY,
         };
         let camera_from_raster = screen_from_camera.inverse() * raster_from_screen.inverse();
         let p = camera_from_raster.project_point3(film.extend(0.0));
         let (mut o, mut d) = match camera.projection {
             Projection::Perspective { .. } => (DVec3::ZERO, p.normalize()),
-            Projection::Orthographic { .. } | Projection::Environment => (p, DVec3::Z),
+            _ => (p, DVec3::Z),
         };
         if let Some(lens) = camera.lens {
             let [x, y] = baseline!(simd => square_to_disk::<f64x8<_>>([u.x, u.y].map(|u| u.simd_into(simd))).map(|x| x[0]));
@@ -425,11 +530,11 @@ mod tests {
     #[test]
     fn rays_are_those_of_the_matrices_of_the_book() {
         let lens = Some(Lens { radius: 0.3, focal_distance: 3.0 });
-        let perspective = Projection::Perspective { fov: 70.0 };
+        let perspective = || Projection::Perspective { fov: 70.0 };
         let cases = [
-            camera(perspective, None),
-            camera(perspective, lens),
-            camera(perspective, Some(Lens { radius: 0.3, focal_distance: 0.1 })),
+            camera(perspective(), None),
+            camera(perspective(), lens),
+            camera(perspective(), Some(Lens { radius: 0.3, focal_distance: 0.1 })),
             camera(Projection::Orthographic { telecentric: false }, None),
             camera(Projection::Orthographic { telecentric: false }, lens),
             camera(Projection::Orthographic { telecentric: true }, lens),
@@ -452,7 +557,7 @@ mod tests {
         let end = Transform::translate(DVec3::new(1.0, 2.0, 3.0)) * still.world_from_camera;
         let motion = AnimatedTransform::new(still.world_from_camera, end).unwrap();
         let shutter = Shutter { open: 3.0, close: 7.0, transform_times: [0.0, 8.0] };
-        let moving = Camera { motion: Some(motion), shutter, ..still };
+        let moving = Camera { motion: Some(motion), shutter, ..still.clone() };
         let origin = DVec3::new(-1.0, 0.5, 0.0);
         let rays = CameraRays::new(&moving, &film(), origin);
         let film = DVec2::new(20.0, 70.0);
@@ -461,7 +566,7 @@ mod tests {
             let at = rays.rays(simd, [film.x.simd_into(simd), film.y.simd_into(simd)], None, rays.times(u));
             for lane in 0..LANES {
                 let time = (3.0 + 4.0 * u[lane]) / 8.0;
-                let own = still.placed(motion.at(time));
+                let own = still.clone().placed(motion.at(time));
                 let expected = CameraRays::new(&own, &self::film(), origin).ray(film, DVec2::ZERO);
                 assert!((f64::from(at.time[lane]) - time).abs() < 1e-7);
                 assert!((at.o.lane(lane) - expected.o).length() < 1e-6, "{lane}");
@@ -512,6 +617,7 @@ mod tests {
             let lens = Lens { radius: 0.2, focal_distance: 3.0 };
             let camera =
                 Camera { screen, lens: Some(lens), ..Camera::new(Transform::IDENTITY, projection, &film) };
+            let projection = &camera.projection;
             let focus = Focus::new(&camera, &film).unwrap();
             let rays = CameraRays::new(&camera, &film, DVec3::ZERO);
             for depth in [0.5, 1.0, 2.5, 3.0, 3.5, 10.0, 1e3] {
@@ -529,7 +635,7 @@ mod tests {
             }
             if let Some(hyperfocal) = focus.hyperfocal() {
                 let lens = Lens { focal_distance: hyperfocal, ..lens };
-                let focus = Focus::new(&Camera { lens: Some(lens), ..camera }, &film).unwrap();
+                let focus = Focus::new(&Camera { lens: Some(lens), ..camera.clone() }, &film).unwrap();
                 let [near, far] = focus.sharp();
                 assert!((near / hyperfocal - 0.5).abs() < 1e-9 && far > 1e6 * hyperfocal, "{near} {far}");
             }

@@ -75,7 +75,7 @@ mod traceable;
 mod triangle;
 mod warp;
 
-pub use camera::{CameraRays, Focus};
+pub use camera::{CameraRays, Focus, LensRays};
 pub use film::{FilmSums, FilmSumsError, REPLICATES};
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::{SampleDimensions, StageProfile};

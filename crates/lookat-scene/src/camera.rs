@@ -1,17 +1,30 @@
-//! `Camera`: placement, projection and lens, and what the caller sets instead of the scene.
+//! `Camera`: placement, projection and lens.
 
-use glam::{DVec2, DVec3};
-use lookat_syntax::{ParamType, Span};
-use serde::{Deserialize, Serialize};
+mod lens_file;
+mod lens_system;
+mod realistic;
+mod view_override;
+
+use std::sync::Arc;
+
+use glam::DVec2;
+use lookat_syntax::ParamType;
+use serde::Serialize;
 
 use crate::Film;
 use crate::params::Params;
-use crate::params::value::{Edges, Name};
+use crate::params::value::Edges;
 use crate::schema::{Effect, Key, Keys, Kind, Range, Unit, number};
-use crate::transform::{AnimatedTransform, LookAtError, Transform, TransformSet, in_range};
+use crate::transform::{AnimatedTransform, Transform, TransformSet};
+
+pub use crate::camera::lens_system::{
+    EquivalentView, LensElement, LensSystem, MILLIMETER, Pupil, ThickLens, Weighting,
+};
+pub(crate) use crate::camera::view_override::look_at;
+pub use crate::camera::view_override::{CameraPlacement, ViewOverride};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     /// World from camera space (pbrt's CameraToWorld): the inverse of the current transformation at `Camera`. Of a camera that moves, the
     /// one at the start time.
@@ -24,7 +37,7 @@ pub struct Camera {
     pub projection: Projection,
     /// The screen rectangle of the film.
     pub screen: ScreenWindow,
-    /// The thin lens; `None` for a pinhole.
+    /// The thin lens; `None` for a pinhole. Of a lens system, the radius of the entrance pupil and the distance in focus.
     pub lens: Option<Lens>,
 }
 
@@ -56,7 +69,7 @@ impl Shutter {
 }
 
 /// The projection from camera space to the screen.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Projection {
     /// Perspective projection to the origin of camera space.
     Perspective {
@@ -74,6 +87,8 @@ pub enum Projection {
     /// All directions from the origin of camera space: x on the film is the angle from +x to +z, y the angle from +y
     /// (PBR 6.3). Lens and screen window have no effect.
     Environment,
+    /// A film behind a system of lenses (PBR 6.4). The film is at the origin of camera space, and the screen window has its shape.
+    Realistic(Arc<LensSystem>),
 }
 
 /// A rectangle in screen units. Reversed edges mirror the picture.
@@ -97,11 +112,12 @@ pub struct Lens {
 
 impl Projection {
     /// The type of the camera in a scene file.
-    pub fn name(self) -> &'static str {
+    pub fn name(&self) -> &'static str {
         match self {
             Projection::Perspective { .. } => "perspective",
             Projection::Orthographic { .. } => "orthographic",
             Projection::Environment => "environment",
+            Projection::Realistic(_) => "realistic",
         }
     }
 }
@@ -125,7 +141,25 @@ impl Camera {
     pub fn fov(&self) -> Option<f64> {
         match self.projection {
             Projection::Perspective { fov } => Some(fov),
-            Projection::Orthographic { .. } | Projection::Environment => None,
+            Projection::Orthographic { .. } | Projection::Environment | Projection::Realistic(_) => None,
+        }
+    }
+
+    /// The length on the film, in units of camera space, that a unit of the screen window of a realistic camera is.
+    pub fn screen_unit(&self, film: &Film) -> f64 {
+        0.5 * film.diagonal * MILLIMETER / self.screen.max.length()
+    }
+
+    /// The parameter of the distance in focus.
+    pub fn focus_parameter(&self) -> &'static str {
+        if self.lens_system().is_some() { "focusdistance" } else { FOCAL_DISTANCE.name }
+    }
+
+    /// The lens system of a realistic camera.
+    pub fn lens_system(&self) -> Option<&LensSystem> {
+        match &self.projection {
+            Projection::Realistic(lenses) => Some(lenses),
+            _ => None,
         }
     }
 
@@ -188,21 +222,17 @@ pub(crate) fn camera(
     film: &Film,
     view: &ViewOverride,
 ) -> Option<Camera> {
+    let [open, close] = shutter(params);
+    let shutter = Shutter { open, close, transform_times };
+    let shutter = view.time.map_or(shutter, |time| shutter.at(time));
+    let motion = motion(params, placed);
     let projection = match params.kind() {
         "perspective" => perspective(params, view.fov),
         "orthographic" => Projection::Orthographic { telecentric: false },
         "environment" => Projection::Environment,
         "realistic" => {
-            params.unsupported(
-                "lookat does not support Camera \"realistic\"; it uses a pinhole camera instead".into(),
-            );
-            if let Some(file) = params.take(&LENS_FILE)
-                && let Ok((path, _)) = params.files.open_named(&file.value, file.span)
-            {
-                params.warn_of_path(&file, &path);
-            }
-            params.ignore_rest();
-            Projection::Perspective { fov: view.fov.unwrap_or(90.0) }
+            let camera = realistic::realistic(params, close - open, film, view)?;
+            return Some(Camera { world_from_camera: *placed.start, motion, shutter, ..camera });
         }
         _ => return params.reject_unknown_type(KINDS),
     };
@@ -212,10 +242,6 @@ pub(crate) fn camera(
         Projection::Orthographic { .. } => orthographic(params, lens.is_some()),
         other => other,
     };
-    let [open, close] = shutter(params);
-    let shutter = Shutter { open, close, transform_times };
-    let shutter = view.time.map_or(shutter, |time| shutter.at(time));
-    let motion = motion(params, placed);
     params.finish().then_some(Camera {
         world_from_camera: *placed.start,
         motion,
@@ -229,6 +255,7 @@ pub(crate) fn camera(
 /// The times when the shutter opens and closes.
 fn shutter(params: &mut Params) -> [f64; 2] {
     let [open, close] = [params.take(&SHUTTER_OPEN), params.take(&SHUTTER_CLOSE)];
+    params.check_range(SHUTTER_CLOSE.name, &[open, close]);
     if close < open {
         let message = "shutterclose is before shutteropen: they are exchanged, as in pbrt-v3";
         params.warn("shutterclose", message, "write the earlier time as shutteropen");
@@ -401,240 +428,9 @@ const TELECENTRIC: Key<bool> = Key::bool(
 const COMMON: Keys =
     &[&FRAME_ASPECT_RATIO, &SCREEN_WINDOW, &LENS_RADIUS, &FOCAL_DISTANCE, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
-const LENS_FILE: Key<Name> = Key::string("lensfile", "the file that describes the lenses").not_rendered();
-const REALISTIC: Keys = &[
-    &LENS_FILE,
-    &Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters").not_rendered(),
-    &Key::float("focusdistance", 10.0, "the distance to the plane of focus")
-        .unit(Unit::CameraSpace)
-        .not_rendered(),
-    &Key::bool("simpleweighting", true, "true weights rays as if the film were small").not_rendered(),
-    &SHUTTER_OPEN,
-    &SHUTTER_CLOSE,
-];
-
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON]).by_default(),
     Kind::new("orthographic", "parallel rays along +z", &[COMMON, &[&TELECENTRIC]]),
     Kind::new("environment", "all directions around a point", &[COMMON]),
-    Kind::new("realistic", "lenses from a file", &[REALISTIC])
-        .instead("perspective, fov 90, default window, without a lens"),
+    Kind::new("realistic", "lenses from a file", &[realistic::KEYS]),
 ];
-
-/// Settings that replace the placement and the parameters of the camera in the scene.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub struct ViewOverride {
-    /// Eye, target and up vector of a `LookAt`. It replaces the whole camera transformation.
-    pub look_at: Option<[f64; 9]>,
-    /// The angle of view in degrees, above 0 and below 180. Only a perspective camera uses it.
-    pub fov: Option<f64>,
-    /// The radius of the aperture in units of camera space; 0 is a pinhole.
-    pub lens_radius: Option<f64>,
-    /// The distance to the plane of focus in units of camera space, above 0. Only a lens uses it.
-    pub focal_distance: Option<f64>,
-    /// The part of the screen on the film: xmin, xmax, ymin, ymax. Reversed edges mirror the picture.
-    pub screen_window: Option<[f64; 4]>,
-    /// An instant that replaces the time when the shutter is open, in units of `TransformTimes`.
-    pub time: Option<f64>,
-}
-
-/// A camera that a `LookAt` places: `before`, the `LookAt` and `after` make the camera transformation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CameraPlacement {
-    /// The `LookAt` in the text. `None` if the caller gives it.
-    pub span: Option<Span>,
-    /// The transformation before the `LookAt`, such as a mirroring `Scale -1 1 1`.
-    pub before: Transform,
-    /// Eye, target and up vector, in the space that `after` makes of the world.
-    pub points: [f64; 9],
-    /// The transformation after the `LookAt`, such as a rotation of the world.
-    pub after: Transform,
-}
-
-impl ViewOverride {
-    /// Fails if a value is out of range for every scene. The error is the reason.
-    pub fn check(&self) -> Result<(), String> {
-        let given = [
-            self.look_at.as_ref().map(<[f64; 9]>::as_slice),
-            self.screen_window.as_ref().map(<[f64; 4]>::as_slice),
-        ];
-        if !given.iter().flatten().all(|values| in_range(values)) {
-            return Err("a number is too large".into());
-        }
-        if let Some(points) = self.look_at {
-            CameraPlacement::new(points).world_from_camera().map_err(|fault| fault.to_string())?;
-        }
-        if let Some([x0, x1, y0, y1]) = self.screen_window
-            && (x0 == x1 || y0 == y1)
-        {
-            return Err(format!("the window is empty: {SCREEN_WINDOW_HELP}"));
-        }
-        let within = |value: Option<f64>, range: Range, name: &str, unit: &str| match value {
-            Some(value) if !range.contains(value) => Err(format!("{name} must be {}{unit}", range.words())),
-            Some(value) if !in_range(&[value]) => Err(format!("{name} is too large")),
-            _ => Ok(()),
-        };
-        within(self.time, Range::ALL, "the time", "")?;
-        within(self.fov, FOV.range, "the angle", " degrees")?;
-        within(self.lens_radius, LENS_RADIUS_RANGE, "the radius", "")?;
-        within(self.focal_distance, FOCAL_DISTANCE.range, "the distance", "")
-    }
-
-    /// The camera transformation, if it is set and valid.
-    pub(crate) fn world_from_camera(&self) -> Option<Transform> {
-        self.placement()?.world_from_camera().ok()
-    }
-
-    /// The placement of the camera, if it is set.
-    pub(crate) fn placement(&self) -> Option<CameraPlacement> {
-        self.look_at.map(CameraPlacement::new)
-    }
-}
-
-impl CameraPlacement {
-    /// The placement by eye, target and up vector alone.
-    pub fn new(points: [f64; 9]) -> Self {
-        CameraPlacement { span: None, before: Transform::IDENTITY, points, after: Transform::IDENTITY }
-    }
-
-    /// The placement of a camera by points of the caller's choice. `before` is the rest of the transformation, such as mirroring the picture.
-    pub fn of(world_from_camera: Transform, points: [f64; 9]) -> Result<Self, LookAtError> {
-        let looking = CameraPlacement::new(points);
-        let before = world_from_camera.inverse() * looking.world_from_camera()?;
-        Ok(CameraPlacement { before, ..looking })
-    }
-
-    /// World from camera space for this placement.
-    pub fn world_from_camera(&self) -> Result<Transform, LookAtError> {
-        let placed = (self.before * look_at(self.points)? * self.after).inverse();
-        placed.in_range().then_some(placed).ok_or(LookAtError::OutOfRange)
-    }
-
-    /// True if the `LookAt` alone places the camera.
-    pub fn is_plain(&self) -> bool {
-        self.before == Transform::IDENTITY && self.after == Transform::IDENTITY
-    }
-}
-
-/// The viewing transformation of eye, target and up vector.
-pub(crate) fn look_at(points: [f64; 9]) -> Result<Transform, LookAtError> {
-    let [eye, look, up] = [0, 3, 6].map(|at| DVec3::from_slice(&points[at..at + 3]));
-    Transform::look_at(eye, look, up)
-}
-
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use super::*;
-    use crate::{LoadOptions, Loaded, Projection, load};
-
-    const CAMERA: &str = "Scale -1 1 1 LookAt 0 0 -4 0 0 0 0 1 0 Camera \"perspective\" \"float halffov\" 10";
-
-    fn loaded(camera: &str, view: ViewOverride) -> Loaded {
-        let text = format!(
-            "{camera} Film \"image\" Sampler \"sobol\" Integrator \"path\" WorldBegin LightSource \"infinite\" \
-            CoordSysTransform \"camera\" Shape \"sphere\" WorldEnd"
-        );
-        let options = LoadOptions { view, ..LoadOptions::default() };
-        load(Path::new("a.pbrt"), &|_: &Path| Ok(text.clone().into()), &options)
-    }
-
-    /// An override gives the scene that its directive or parameter gives.
-    #[test]
-    fn an_override_acts_like_the_scene() {
-        let none = ViewOverride::default();
-        let moved = "LookAt 1 2 3 4 5 6 0 0 1";
-        for (view, scene) in [
-            (ViewOverride { fov: Some(50.0), ..none }, CAMERA.replace("halffov\" 10", "fov\" 50")),
-            (ViewOverride { lens_radius: Some(0.5), ..none }, format!("{CAMERA} \"float lensradius\" .5")),
-            (
-                ViewOverride { lens_radius: Some(0.5), focal_distance: Some(3.0), ..none },
-                format!("{CAMERA} \"float lensradius\" .5 \"float focaldistance\" 3"),
-            ),
-            (
-                ViewOverride { screen_window: Some([-1.0, 2.0, 3.0, -4.0]), ..none },
-                format!("{CAMERA} \"float screenwindow\" [-1 2 3 -4]"),
-            ),
-            (
-                ViewOverride { look_at: Some([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.0, 0.0, 1.0]), ..none },
-                CAMERA.replace("Scale -1 1 1 LookAt 0 0 -4 0 0 0 0 1 0", moved),
-            ),
-        ] {
-            let (found, expected) = (loaded(CAMERA, view), loaded(&scene, none));
-            let messages =
-                |loaded: &Loaded| loaded.diagnostics.iter().map(|it| it.message.clone()).collect::<Vec<_>>();
-            assert_eq!(messages(&found), messages(&expected), "{scene}");
-            let (found, expected) = (found.scene.unwrap(), expected.scene.unwrap());
-            assert_eq!(found.view.camera, expected.view.camera, "{scene}");
-            // What the camera carries moves with it.
-            assert_eq!(
-                format!("{:?}", found.world.primitives[0].shape),
-                format!("{:?}", expected.world.primitives[0].shape)
-            );
-        }
-        let pinhole = ViewOverride { lens_radius: Some(0.0), ..none };
-        let found = loaded(&format!("{CAMERA} \"float lensradius\" .5 \"float focaldistance\" 3"), pinhole);
-        assert!(found.scene.unwrap().view.camera.lens.is_none() && found.diagnostics.is_empty());
-    }
-
-    #[test]
-    fn values_out_of_range_do_not_fit() {
-        let none = ViewOverride::default();
-        for (view, reason) in [
-            (ViewOverride { fov: Some(180.0), ..none }, "the angle must be above 0 and below 180 degrees"),
-            (ViewOverride { lens_radius: Some(-1.0), ..none }, "the radius must be at least 0"),
-            (ViewOverride { focal_distance: Some(0.0), ..none }, "the distance must be above 0"),
-            (ViewOverride { focal_distance: Some(1e60), ..none }, "the distance is too large"),
-            (ViewOverride { look_at: Some([f64::NAN; 9]), ..none }, "a number is too large"),
-            (
-                ViewOverride { look_at: Some([1e50, 1e50, -1e50, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]), ..none },
-                "the transformation or its inverse has entries above 1e50",
-            ),
-            (
-                ViewOverride { look_at: Some([1.0; 9]), ..none },
-                "the eye and the target of LookAt are the same point",
-            ),
-            (
-                ViewOverride { screen_window: Some([1.0, 1.0, 0.0, 1.0]), ..none },
-                "the window is empty: write the edges as xmin xmax ymin ymax",
-            ),
-        ] {
-            let found = loaded(CAMERA, view);
-            assert_eq!(found.override_error.as_deref(), Some(reason));
-            assert!(found.scene.is_none());
-        }
-    }
-
-    #[test]
-    fn a_placement_gives_the_camera_again() {
-        let found = loaded(CAMERA, ViewOverride::default());
-        let camera = found.scene.unwrap().view.camera;
-        assert!(matches!(camera.projection, Projection::Perspective { fov: 20.0 }));
-        assert_eq!(found.placement.unwrap().world_from_camera(), Ok(camera.world_from_camera));
-        assert!(found.world_follows_camera);
-        for other in [
-            "Translate 1 2 3",
-            &CAMERA.replace(" Camera", " Identity Camera"),
-            &CAMERA.replace("LookAt", "ActiveTransform EndTime LookAt"),
-        ] {
-            assert_eq!(loaded(other, ViewOverride::default()).placement, None);
-        }
-    }
-
-    #[test]
-    fn a_placement_knows_what_is_around_its_look_at() {
-        let text = CAMERA.replace(
-            " Camera",
-            " Rotate 3 0 0 1 ActiveTransform EndTime Scale 2 2 2 ActiveTransform All Translate 1 2 3 Camera",
-        );
-        let found = loaded(&text, ViewOverride::default());
-        let placement = found.placement.unwrap();
-        assert!(!placement.is_plain() && placement.before.vector(DVec3::ONE) == DVec3::new(-1.0, 1.0, 1.0));
-        let [made, own] =
-            [placement.world_from_camera().unwrap(), found.scene.unwrap().view.camera.world_from_camera]
-                .map(|transform| transform.matrix());
-        assert!(made.abs_diff_eq(own, 1e-12), "{made} {own}");
-    }
-}

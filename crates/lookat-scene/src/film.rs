@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::color;
 use crate::params::Params;
 use crate::params::value::{Edges, Name};
-use crate::schema::{Effect, Key, Kind, Range, Unit};
+use crate::schema::{Key, Kind, Range, Unit};
 
 /// The film.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,6 +23,13 @@ pub struct Film {
     pub scale: f64,
     /// The largest luminance of a sample. Brighter samples are scaled down (`maxsampleluminance`, default infinite).
     pub max_sample_luminance: f64,
+    /// The diagonal of the film in millimeters, above 0, for a realistic camera (`diagonal`, default 35).
+    #[serde(default = "default_diagonal")]
+    pub diagonal: f64,
+}
+
+fn default_diagonal() -> f64 {
+    DIAGONAL.default
 }
 
 /// The size and the crop window of the picture, where the caller sets them instead of the scene.
@@ -58,6 +65,7 @@ impl Film {
             crop: PixelBounds { x0: 0, y0: 0, x1, y1 },
             scale: 1.0,
             max_sample_luminance: f64::INFINITY,
+            diagonal: DIAGONAL.default,
         }
     }
 }
@@ -117,9 +125,10 @@ const MAX_SAMPLE_LUMINANCE: Key<f64> = Key::float(
     "the largest luminance of a sample; brighter samples are dimmed to it",
 )
 .within(Range::above(0.0));
-/// Only the realistic camera uses it.
 const DIAGONAL: Key<f64> =
-    Key::float("diagonal", 35.0, "the diagonal of the sensor in millimeters").effect(Effect::NoEffect);
+    Key::float("diagonal", 35.0, "the diagonal of the film in millimeters, for a realistic camera")
+        .within(DIAGONAL_RANGE);
+pub(crate) const DIAGONAL_RANGE: Range = Range::from_to(1e-6, 1e6);
 const FILE_NAME: Key<Name> =
     Key::string("filename", "the picture file, relative to the working folder").default_words("\"pbrt.exr\"");
 /// The file of the picture if the scene names none.
@@ -156,14 +165,14 @@ pub(crate) fn film(params: &mut Params, film_override: &FilmOverride) -> (Film, 
         params.warn("scale", message, "scale multiplies the picture; the default is 1");
     }
     let max_sample_luminance = params.take(&MAX_SAMPLE_LUMINANCE);
-    params.take(&DIAGONAL);
+    let diagonal = params.take(&DIAGONAL);
     let output = output(params);
     if known {
         params.finish();
     } else {
         params.ignore_rest();
     }
-    (Film { resolution, crop, scale, max_sample_luminance }, output)
+    (Film { resolution, crop, scale, max_sample_luminance, diagonal }, output)
 }
 
 /// The file of the picture. Warns about a name that lookat cannot use.

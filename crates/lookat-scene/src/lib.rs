@@ -65,7 +65,10 @@ mod transform;
 mod validate;
 
 pub use cache::{LoadCache, Stamp, Stamped};
-pub use camera::{Camera, CameraPlacement, Lens, Projection, ScreenWindow, Shutter, ViewOverride};
+pub use camera::{
+    Camera, CameraPlacement, EquivalentView, Lens, LensElement, LensSystem, MILLIMETER, Projection, Pupil,
+    ScreenWindow, Shutter, ThickLens, ViewOverride, Weighting,
+};
 pub use color::LUMINANCE;
 pub use files::{Open, Read};
 pub use film::{Film, FilmOverride, MAX_PIXELS, MAX_SIDE, PixelBounds};

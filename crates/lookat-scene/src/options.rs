@@ -133,7 +133,7 @@ impl Options {
             camera: camera_at,
             screen_window: params.given_place("screenwindow"),
             lens_radius: params.given_place("lensradius"),
-            focal_distance: params.given_place("focaldistance"),
+            focal_distance: params.given_place("focaldistance").or(params.given_place("focusdistance")),
             crop_window,
             world_begin: Some(world_begin),
             lights: Vec::new(),

@@ -1,13 +1,14 @@
 //! The interpreter: each directive changes the state, as in api.cpp of pbrt-v3, or adds to the scene.
 
 mod blocks;
+mod projective;
 mod world;
 
 use std::collections::HashSet;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use glam::{DMat4, DVec4};
+use glam::DMat4;
 use lookat_syntax::{
     ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, ParamType, Span, Statement, Text,
 };
@@ -28,6 +29,7 @@ use crate::texture::Textures;
 use crate::transform::{AnimatedTransform, LookAtError, Transform, TransformSet};
 
 pub(crate) use crate::resolve::blocks::{Blocks, home_block};
+use crate::resolve::projective::{Projective, is_affine};
 
 /// Interprets directives in order. Call [`Resolver::finish`] at the end of the scene file.
 pub(crate) struct Resolver<'a> {
@@ -40,6 +42,8 @@ pub(crate) struct Resolver<'a> {
     state: GraphicsState,
     /// The names and types of the parameters of materials, which those of one kind share.
     known_parameters: HashSet<Rc<[(&'static str, ParamType)]>>,
+    /// The matrices that are not affine of which something was reported, and whether that is an error.
+    reported_matrices: HashSet<(Span, bool)>,
     definitions: Definitions,
     options: Options,
     /// The options at `WorldBegin`.
@@ -58,6 +62,7 @@ impl<'a> Resolver<'a> {
             blocks: Blocks::default(),
             state: GraphicsState::new(),
             known_parameters: HashSet::new(),
+            reported_matrices: HashSet::new(),
             definitions: Definitions {
                 objects: Names::new(SymbolKind::Object),
                 media: Names::new(SymbolKind::Medium),
@@ -93,18 +98,27 @@ impl<'a> Resolver<'a> {
                 self.concat(rotate(angle, axis, &span)?, at)?
             }
             Directive::LookAt(points) => self.look_at(points, span)?,
-            Directive::Transform(m) => self.replace(matrix(&m, "Transform", &span)?, at)?,
-            Directive::ConcatTransform(m) => self.concat(matrix(&m, "ConcatTransform", &span)?, at)?,
+            Directive::Transform(m) => match DMat4::from_cols_array(&m) {
+                m if is_affine(&m) => self.replace(matrix(m, "Transform", &span)?, at)?,
+                m => self.concat_projective(DMat4::IDENTITY, m, "Transform", span)?,
+            },
+            Directive::ConcatTransform(m) => match DMat4::from_cols_array(&m) {
+                m if is_affine(&m) => self.concat(matrix(m, "ConcatTransform", &span)?, at)?,
+                m => self.concat_projective(self.current_matrix(), m, "ConcatTransform", span)?,
+            },
             Directive::CoordinateSystem(name) => {
                 self.use_transform();
-                self.definitions.coordinate_systems.define(&name, self.state.ctm.clone(), &mut self.report);
+                let current =
+                    Coordinates { ctm: self.state.ctm.clone(), projective: self.state.projective.clone() };
+                self.definitions.coordinate_systems.define(&name, current, &mut self.report);
             }
             Directive::CoordSysTransform(name) => {
                 self.facts.uses_camera_space |= self.block == Block::World && name.value == "camera";
                 // Applies to both times.
                 let known = self.definitions.coordinate_systems.find(&name, &mut self.report);
                 if let Some(known) = known {
-                    self.state.ctm = known.clone();
+                    self.state.ctm = known.ctm.clone();
+                    self.state.projective = known.projective.clone();
                 }
                 self.facts.placed = None;
             }
@@ -171,12 +185,15 @@ impl<'a> Resolver<'a> {
             _ => {
                 if kind == EntityKind::Camera {
                     let instead = self.load_options.view.world_from_camera();
+                    if instead.is_none() {
+                        self.need_affine(at);
+                    }
                     let world_from_camera =
                         instead.map_or_else(|| self.state.ctm.inverse(), TransformSet::still);
                     self.use_transform();
                     self.facts.placement = self.facts.placed;
                     self.facts.camera = Some((at, world_from_camera.clone()));
-                    self.definitions.coordinate_systems.define_builtin("camera", world_from_camera);
+                    self.definitions.coordinate_systems.define_builtin("camera", world_from_camera.into());
                 }
                 let replaced = self.options.set(kind, entity, at);
                 self.report.extend(replaced.map(|before| {
@@ -205,6 +222,7 @@ impl<'a> Resolver<'a> {
 impl Resolver<'_> {
     pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
         self.change_ctm(|ctm| *ctm * transform, at)?;
+        self.follow_projective(&transform);
         if let Some(placement) = self.facts.placed.as_mut().filter(|_| self.state.changes_start()) {
             placement.after = placement.after * transform;
         }
@@ -213,6 +231,9 @@ impl Resolver<'_> {
 
     pub(super) fn replace(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
         self.facts.placed = None;
+        if self.state.changes_start() {
+            self.state.projective = None;
+        }
         self.change_ctm(|_| ctm, at)
     }
 
@@ -254,6 +275,12 @@ impl Resolver<'_> {
                 "scale by numbers of the same sign at both times: between them, the shape would be flat";
             Diagnostic::error(at, format!("this cannot move: {fault}")).help(help).fail()
         })
+    }
+
+    /// The current transformation, for a directive that needs an affine one and makes what cannot move.
+    fn placing(&mut self, what: &str, at: Span) -> Transform {
+        self.need_affine(at);
+        self.still_ctm(what, at)
     }
 
     /// The current transformation at the start time, for a directive that makes what cannot move.
@@ -322,19 +349,10 @@ pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transf
     Transform::rotate(degrees, axis.into()).map_or_else(|| fault().fail(), Ok)
 }
 
-pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transform, Box<Diagnostic>> {
-    let m = DMat4::from_cols_array(m);
+fn matrix(m: DMat4, keyword: &str, span: &Span) -> Result<Transform, Box<Diagnostic>> {
     Transform::from_matrix(m).ok_or_else(|| {
-        let affine = m.row(3) == DVec4::W;
-        let (message, help) = if affine {
-            ("is singular", "a transformation must be invertible: no row or column may be zero or a combination of the others")
-        } else {
-            (
-                "is not affine",
-                "write the matrix column by column: the 4th, 8th and 12th number are 0, the 16th is 1",
-            )
-        };
-        Box::new(Diagnostic::error(*span, format!("the matrix of {keyword} {message}")).help(help))
+        let help = "a transformation must be invertible: no row or column may be zero or a combination of the others";
+        Box::new(Diagnostic::error(*span, format!("the matrix of {keyword} is singular")).help(help))
     })
 }
 
@@ -345,6 +363,8 @@ pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transf
 pub(crate) struct GraphicsState {
     /// The current transformation matrix (CTM).
     pub ctm: TransformSet,
+    /// The current transformation at the start time after a matrix that is not affine, which `ctm` leaves out.
+    pub projective: Option<Rc<Projective>>,
     /// The times whose transformation changes.
     pub active: ActiveTransform,
     pub reverse_orientation: bool,
@@ -361,13 +381,27 @@ pub(crate) struct Definitions {
     pub objects: Names<usize>,
     /// The index of each medium in the draft. `None` for one with errors.
     pub media: Names<Option<u32>>,
-    pub coordinate_systems: Names<TransformSet>,
+    pub coordinate_systems: Names<Coordinates>,
+}
+
+/// A named coordinate system: the transformations of the graphics state.
+#[derive(Clone)]
+pub(crate) struct Coordinates {
+    ctm: TransformSet,
+    projective: Option<Rc<Projective>>,
+}
+
+impl From<TransformSet> for Coordinates {
+    fn from(ctm: TransformSet) -> Self {
+        Coordinates { ctm, projective: None }
+    }
 }
 
 impl GraphicsState {
     pub fn new() -> Self {
         GraphicsState {
             ctm: TransformSet::still(Transform::IDENTITY),
+            projective: None,
             active: ActiveTransform::All,
             reverse_orientation: false,
             material: Rc::new(MaterialInstance::default()),

@@ -302,7 +302,7 @@ pub struct Places {
     pub screen_window: Option<Span>,
     /// The number of `lensradius`.
     pub lens_radius: Option<Span>,
-    /// The number of `focaldistance`.
+    /// The number of `focaldistance` or `focusdistance`.
     pub focal_distance: Option<Span>,
     /// The numbers of `cropwindow`.
     pub crop_window: Option<Span>,

@@ -9,7 +9,7 @@ use glam::{DVec2, Vec3};
 use lookat_image::MipMap;
 
 use crate::camera::FOV;
-use crate::film::{MAX_SIDE, SCALE_RANGE};
+use crate::film::{DIAGONAL_RANGE, MAX_SIDE, SCALE_RANGE};
 use crate::filter::{ALPHA_RANGE, MITCHELL_RANGE, RADIUS_RANGE, TAU_RANGE};
 use crate::integrator::LARGEST_DEPTH;
 use crate::params::value::MOST_NESTED;
@@ -170,12 +170,15 @@ fn view_faults(View { camera, film, filter, sampler, integrator }: &View, found:
     let has_screen = size.is_finite() && size.x != 0.0 && size.y != 0.0;
     let has_lens = camera.lens.is_none_or(|lens| is_length(lens.radius) && is_length(lens.focal_distance));
     let has_angle = camera.fov().is_none_or(|fov| FOV.range.contains(fov));
-    found.check(has_screen && has_lens && has_angle, "view.camera", NUMBERS);
+    let focus = camera.lens.map_or(0.0, |lens| lens.focal_distance);
+    let has_lenses = camera.lens_system().is_none_or(|lenses| lenses.is_valid(focus));
+    found.check(has_screen && has_lens && has_angle && has_lenses, "view.camera", NUMBERS);
 
     let (crop, [width, height]) = (film.crop, film.resolution);
     let has_pixels = crop.x0 < crop.x1 && crop.x1 <= width && crop.y0 < crop.y1 && crop.y1 <= height;
     let has_size = width.max(height) <= MAX_SIDE && crop.area() <= MAX_PIXELS;
     let has_light = SCALE_RANGE.contains(film.scale) && film.max_sample_luminance > 0.0;
+    let has_light = has_light && DIAGONAL_RANGE.contains(film.diagonal);
     let message = "its size, crop window or limits are out of range";
     found.check(has_pixels && has_size && has_light, "view.film", message);
 

@@ -1,5 +1,7 @@
 // What the lens makes of the scene: circles of confusion, and the range of depths that are sharp.
 
+import { isPerspective, unitAt } from './camera.js';
+
 /** @typedef {import('./camera.js').Camera} Camera */
 
 /** The distance between circles, in pixels of the page. */
@@ -14,21 +16,21 @@ const $ = (id) => /** @type {any} */ (document.getElementById(id));
  * @param {Camera} camera
  * @param {number[]} resolution
  */
-function pixelsPerUnit({ kind, fov, screenWindow: [x0, x1] }, resolution) {
-  const half = kind === 'perspective' ? Math.tan((fov ?? 90) * Math.PI / 360) : 1;
-  return resolution[0] / Math.abs(x1 - x0) / half;
+function pixelsPerUnit(camera, resolution) {
+  const [x0, x1] = camera.screenWindow;
+  return resolution[0] / Math.abs(x1 - x0) / unitAt(camera, 1);
 }
 
 /**
- * The diameter of the circle of confusion of a point, in pixels of the picture (PBR 6.2.3, with the lens at z = 0).
+ * The diameter of the circle of confusion of a point, in pixels of the picture (PBR 6.2.3).
  * @param {Camera} camera
  * @param {number[]} resolution
  * @param {number} depth
  */
 export function circleOfConfusion(camera, resolution, depth) {
-  const focal = camera.focalDistance ?? Infinity;
+  const [focal, distance] = [camera.focalDistance ?? Infinity, depth].map((z) => z - camera.lensDepth);
   const pixels = 2 * camera.lensRadius * pixelsPerUnit(camera, resolution);
-  return camera.kind === 'perspective' ? pixels * Math.abs(1 / focal - 1 / depth) : pixels * Math.abs(depth / focal - 1);
+  return isPerspective(camera) ? pixels * Math.abs(1 / focal - 1 / distance) : pixels * Math.abs(distance / focal - 1);
 }
 
 /**
@@ -38,11 +40,11 @@ export function circleOfConfusion(camera, resolution, depth) {
  * @returns {[number, number]}
  */
 export function sharpRange(camera, resolution) {
-  const focal = camera.focalDistance ?? Infinity;
+  const focal = (camera.focalDistance ?? Infinity) - camera.lensDepth;
   const most = SHARP / (2 * camera.lensRadius * pixelsPerUnit(camera, resolution));
-  if (camera.kind !== 'perspective') return [focal * (1 - most), focal * (1 + most)];
+  if (!isPerspective(camera)) return [focal * (1 - most), focal * (1 + most)];
   const least = 1 / focal - most;
-  return [1 / (1 / focal + most), least > 0 ? 1 / least : Infinity];
+  return [camera.lensDepth + 1 / (1 / focal + most), least > 0 ? camera.lensDepth + 1 / least : Infinity];
 }
 
 /** A number for people. */

@@ -3,11 +3,13 @@
 /**
  * A camera, as the program describes it.
  * @typedef {object} Camera
- * @property {'perspective' | 'orthographic' | 'environment'} kind
+ * @property {'perspective' | 'orthographic' | 'environment' | 'realistic'} kind
  * @property {number[]} lookAt eye, target and up vector
  * @property {boolean} hasLookAt
  * @property {boolean[]} mirrored
  * @property {number | null} fov in degrees
+ * @property {number | null} viewAngle of a lens system, in degrees
+ * @property {number} lensDepth
  * @property {number} lensRadius
  * @property {number | null} focalDistance
  * @property {number[]} screenWindow
@@ -53,13 +55,16 @@ function parts({ lookAt, mirrored }) {
   return { eye, target, up, forward, side, right, top: mirrored[1] ? top.map((value) => -value) : top, distance: Math.hypot(...away) };
 }
 
+/** @type {(camera: Camera) => boolean} */
+export const isPerspective = ({ kind }) => kind === 'perspective' || kind === 'realistic';
+
 /**
  * The size of a unit of the screen at a distance.
  * @param {Camera} camera
  * @param {number} distance
  */
-function unitAt({ kind, fov }, distance) {
-  return kind === 'perspective' ? distance * Math.tan((fov ?? 90) * Math.PI / 360) : 1;
+export function unitAt(camera, distance) {
+  return isPerspective(camera) ? distance * Math.tan((camera.viewAngle ?? camera.fov ?? 90) * Math.PI / 360) : 1;
 }
 
 /**
@@ -130,7 +135,7 @@ export function dolly(camera, factor, [x, y]) {
     return { ...camera, screenWindow: scaled };
   }
   const view = parts(camera);
-  const size = camera.kind === 'perspective' ? unitAt(camera, view.distance) : 0;
+  const size = isPerspective(camera) ? unitAt(camera, view.distance) : 0;
   const point = add(add(view.target, view.right, across * size), view.top, up * size);
   const eye = add(view.eye, minus(point, view.eye), 1 - factor);
   return placed(camera, eye, add(eye, view.forward, view.distance * factor), view.up);

@@ -20,8 +20,8 @@ import { full } from './readout.js';
  * @property {Range} [range] of its sliders
  */
 
-const ALL = ['perspective', 'orthographic', 'environment'];
-const [PERSPECTIVE, FLAT] = [['perspective'], ['perspective', 'orthographic']];
+const ALL = ['perspective', 'orthographic', 'environment', 'realistic'];
+const [PERSPECTIVE, FLAT, REALISTIC] = [['perspective'], ['perspective', 'orthographic'], ['realistic']];
 const XYZ = ['x', 'y', 'z'];
 
 /** Twice the largest edge of the file's screen window, to both sides. @type {Range} */
@@ -38,6 +38,7 @@ const ROWS = [
   { label: 'fov', key: 'fov', from: 0, names: [''], kinds: PERSPECTIVE, range: () => [1, 179] },
   { label: 'lensradius', key: 'lensRadius', from: 0, names: [''], kinds: FLAT, range: (_, distance) => [0, distance / 20] },
   { label: 'focaldistance', key: 'focalDistance', from: 0, names: [''], kinds: FLAT, range: (_, distance) => [distance / 50, 3 * distance] },
+  { label: 'focusdistance', key: 'focalDistance', from: 0, names: [''], kinds: REALISTIC, range: (_, distance) => [distance / 50, 3 * distance] },
   { label: 'screenwindow', key: 'screenWindow', from: 0, names: ['left', 'right', 'bottom', 'top'], kinds: FLAT, range: around },
   { label: 'time', key: 'time', from: 0, names: [''], kinds: ALL, range: ({ times }) => times ?? [0, 1] },
   { label: 'frameaspectratio', key: 'aspect', from: 0, names: [''], kinds: FLAT, range: () => [0.2, 5] },

@@ -179,6 +179,9 @@ pub struct Inspect {
     pub scene: PathBuf,
     #[command(flatten)]
     pub view: ViewOverride,
+    /// Draw the lenses of a realistic camera, with rays, pupil and principal planes, into this SVG file
+    #[arg(long, value_name = "FILE")]
+    pub lens: Option<PathBuf>,
     /// Skip directives with errors and continue
     #[arg(long)]
     pub keep_going: bool,

@@ -14,9 +14,9 @@ pub struct FileCamera {
 }
 
 /// The camera of the file with other values. Fails if one of them is out of range.
-pub fn changed(own: Camera, file: &FileCamera, set: &ViewOverride) -> Result<Camera, Failure> {
+pub fn changed(own: &Camera, file: &FileCamera, set: &ViewOverride) -> Result<Camera, Failure> {
     set.check()?;
-    let mut camera = own;
+    let mut camera = own.clone();
     if let Some(points) = set.look_at {
         let placement = file.placement.ok_or("the camera of the file has no direction")?;
         let placed = CameraPlacement { points, ..placement }.world_from_camera();
@@ -25,8 +25,15 @@ pub fn changed(own: Camera, file: &FileCamera, set: &ViewOverride) -> Result<Cam
     if let Some(time) = set.time {
         camera.shutter = camera.shutter.at(time);
     }
-    if let (Some(fov), Projection::Perspective { .. }) = (set.fov, own.projection) {
+    if let (Some(fov), Projection::Perspective { .. }) = (set.fov, &own.projection) {
         camera.projection = Projection::Perspective { fov };
+    }
+    if let Some(lenses) = own.lens_system() {
+        if let (Some(lens), Some(distance)) = (&mut camera.lens, set.focal_distance) {
+            lens.focal_distance = distance;
+            lenses.refused_focus(distance).map_or(Ok(()), Err)?;
+        }
+        return Ok(camera);
     }
     if let Some(edges) = set.screen_window {
         camera.screen = ScreenWindow::from(edges);

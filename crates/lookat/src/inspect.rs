@@ -1,16 +1,20 @@
 //! `lookat inspect`: the size, features and cost of a scene.
 
+mod lens_figure;
 mod lines;
 pub mod needs;
 mod shown;
 
+use std::path::Path;
 use std::process::ExitCode;
 
-use lookat_scene::LoadOptions;
+use lookat_image::write_file;
+use lookat_scene::{LoadOptions, Loaded, Scene};
 
 use crate::args::Inspect;
 use crate::failure::Failure;
 use crate::inspect::needs::Needs;
+use crate::output::{check_folder, check_inputs};
 use crate::readable::visible;
 use crate::report;
 use crate::scene_result::SceneResult;
@@ -27,6 +31,9 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
     let loaded = load_scene(&arguments.scene, &options, arguments.report);
     let needs = loaded.scene.as_ref().map(|scene| {
         arguments.view.check_use(scene)?;
+        if let Some(file) = &arguments.lens {
+            write_figure(file, scene, &loaded)?;
+        }
         Needs::new(scene, &loaded)
     });
     let needs = match needs.transpose() {
@@ -43,4 +50,17 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
         needs.map_or(Ok(()), |needs| crate::print(&needs.text(&name)))
     };
     ExitCode::from(if printed.is_ok() { status } else { crate::lost() })
+}
+
+/// Draws the lenses of the camera into a file.
+fn write_figure(file: &Path, scene: &Scene, loaded: &Loaded) -> Result<(), Failure> {
+    let figure = lens_figure::draw(&scene.view).ok_or_else(|| {
+        let kind = scene.view.camera.projection.name();
+        Failure::from(format!(
+            "--lens draws the lenses of a realistic camera; this scene has a camera of type {kind}"
+        ))
+    })?;
+    check_folder(file)?;
+    check_inputs(file, &loaded.inputs)?;
+    Ok(write_file(file, figure.as_bytes())?)
 }

@@ -145,20 +145,29 @@ impl Sight<'_> {
     fn extent_at(&self, depth: f64) -> Option<f64> {
         let camera = &self.scene.view.camera;
         let side = (camera.screen.max - camera.screen.min).abs().min_element();
-        match camera.projection {
+        match &camera.projection {
             Projection::Perspective { fov } => Some(side * depth * (fov.to_radians() * 0.5).tan()),
             Projection::Orthographic { .. } => Some(side),
             Projection::Environment => None,
+            Projection::Realistic(_) => self.scale_at(depth).map(|scale| side * scale),
         }
+    }
+
+    /// The size of a unit of the screen window at a depth before a lens system.
+    fn scale_at(&self, depth: f64) -> Option<f64> {
+        let View { camera, film, .. } = &self.scene.view;
+        let view = camera.lens_system()?.equivalent_view(camera.lens?.focal_distance)?;
+        Some((depth - view.depth) * view.scale * camera.screen_unit(film))
     }
 
     /// Whether a point in camera space is in the picture, if nothing hides it.
     fn is_in_picture(&self, p: DVec3) -> bool {
         let camera = &self.scene.view.camera;
-        let scale = match camera.projection {
+        let scale = match &camera.projection {
             Projection::Perspective { fov } => p.z * (fov.to_radians() * 0.5).tan(),
             Projection::Orthographic { .. } => 1.0,
             Projection::Environment => return true,
+            Projection::Realistic(_) => self.scale_at(p.z).unwrap_or(p.z),
         };
         let (at, screen) = (p.truncate() / scale, &camera.screen);
         p.z > 0.0 && at.cmpge(screen.min).all() && at.cmple(screen.max).all()

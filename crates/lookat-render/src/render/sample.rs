@@ -6,7 +6,7 @@ mod tests;
 use std::ops::Range;
 
 use arrayvec::ArrayVec;
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Sampler, SamplerKind, View};
 
@@ -18,7 +18,7 @@ use crate::integrator::{
     path_batch::PathBatch,
     path_record::{PATHS, PathRecord},
 };
-use crate::number::{LANES, first_lanes, side_by_side, splat_f32, vectorized};
+use crate::number::{LANES, first_lanes, side_by_side, splat_f32, vectorized, widen};
 use crate::prepare::{Brightest, Prepared};
 use crate::sampler::{Sample, Streams};
 use crate::trace::rays::Rays;
@@ -215,6 +215,8 @@ pub(super) struct Worker<'a> {
     pub batch: Box<PathBatch>,
     /// The position of each sample in the unit square of its pixel.
     pub squares: [DVec2; PATHS],
+    /// The weights of the camera rays. 1 without a lens system.
+    pub weights: [f32; PATHS],
     /// The block of film that samples are added to. `None` if no picture is made.
     pub block: Option<ImageBlock>,
 }
@@ -227,6 +229,7 @@ impl<'a> Worker<'a> {
             streams: Streams::new(),
             batch: Box::new(PathBatch::new()),
             squares: [DVec2::ZERO; PATHS],
+            weights: [1.0; PATHS],
             block: None,
         }
     }
@@ -297,8 +300,13 @@ impl Context<'_> {
     fn take<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample]) {
         self.start_paths(simd, worker, samples);
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
-        let Worker { tracer, streams, batch, .. } = worker;
+        let Worker { tracer, streams, batch, weights, .. } = worker;
         self.integrator.li(simd, tracer, streams, batch, viewer);
+        if self.camera.has_weights() {
+            for (radiance, weight) in batch.radiance.iter_mut().zip(weights) {
+                *radiance *= *weight;
+            }
+        }
     }
 
     /// Starts the paths of samples in the batch of a worker.
@@ -309,7 +317,12 @@ impl Context<'_> {
             let count = LANES.min(samples.len() - first);
             let own = std::array::from_fn(|lane| (first + lane.min(count - 1)) as u16);
             let rays = self.camera_rays(simd, worker, samples, (first, own));
-            let paths = PathRecord::new(simd, rays, own, first_lanes(simd, count));
+            let mut active = first_lanes(simd, count);
+            if self.camera.has_weights() {
+                let weights: f32x8<S> = own.map(|sample| worker.weights[usize::from(sample)]).simd_into(simd);
+                active &= widen(weights.simd_gt(0.0));
+            }
+            let paths = PathRecord::new(simd, rays, own, active);
             worker.batch.camera_paths().push(&paths);
         }
     }
@@ -346,7 +359,13 @@ impl Context<'_> {
                     worker.batch.camera_samples[first + lane] = CameraSample { film, lens, time };
                 }
             }
-            camera.rays(simd, film, on_lens, time)
+            let (rays, weights) = camera.weighted_rays(simd, film, on_lens, time);
+            if let Some(weights) = weights {
+                for lane in 0..samples.len() {
+                    worker.weights[first + lane] = weights[lane] as f32;
+                }
+            }
+            rays
         })
     }
 }

@@ -72,8 +72,9 @@ impl Resolver<'_> {
             self.report.push(error);
         }
         self.state.ctm = TransformSet::still(Transform::IDENTITY);
+        self.state.projective = None;
         self.state.active = ActiveTransform::All;
-        self.definitions.coordinate_systems.define_builtin("world", self.state.ctm.clone());
+        self.definitions.coordinate_systems.define_builtin("world", self.state.ctm.clone().into());
         self.resolved = Some(self.resolve_options(at));
     }
 
@@ -192,6 +193,7 @@ impl Resolver<'_> {
         match start.kind {
             BlockKind::Transform => {
                 (self.state.ctm, self.state.active) = (saved.ctm, saved.active);
+                self.state.projective = saved.projective;
             }
             BlockKind::Attribute => self.state = *saved,
             BlockKind::Object => {
@@ -275,6 +277,7 @@ impl Resolver<'_> {
                 .related(outer, "the object begins here")
                 .fail();
         }
+        self.need_affine(name.span);
         let motion = self.motion(name.span)?;
         if let Some(object) = self.definitions.objects.find(&name, &mut self.report) {
             let ctm = self.state.ctm.start.clone();

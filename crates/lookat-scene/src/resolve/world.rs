@@ -82,7 +82,10 @@ impl Resolver<'_> {
         let params = &mut Params::new("MakeNamedMedium", entity, &self.files, &mut self.report);
         let kind = medium::named_type(params);
         let params = params.take_rest(|_| true);
-        let ctm = self.still_ctm("medium", name.span);
+        let ctm = match kind.as_ref().is_some_and(|kind| kind.value == "heterogeneous") {
+            true => self.placing("medium", name.span),
+            false => *self.state.ctm.start,
+        };
         let medium = kind.and_then(|kind| {
             let entity = Entity { name: kind, params };
             let params = &mut Params::new("MakeNamedMedium", entity, &self.files, &mut self.report);
@@ -99,7 +102,12 @@ impl Resolver<'_> {
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
-        let ctm = self.still_ctm("texture", name.span);
+        let is_given = |given: &str| entity.params.iter().any(|param| param.name.value == given);
+        let is_in_space = matches!(&entity.name.value[..], "fbm" | "marble" | "windy" | "wrinkled");
+        let ctm = match is_in_space || is_given("mapping") || is_given("dimension") {
+            true => self.placing("texture", entity.name.span),
+            false => *self.state.ctm.start,
+        };
         let (textures, pictures) = (&self.state.textures, &mut self.draft.pictures);
         let is_float = value.value == "float";
         let known = if is_float {
@@ -140,9 +148,13 @@ impl Resolver<'_> {
             self.report.push(Diagnostic::warning(entity.name.span, message).help(help));
         }
         let at = entity.name.span;
-        let ctm = self.still_ctm("light", at);
+        let world_from_light = match &entity.name.value[..] {
+            "infinite" | "exinfinite" => self.of_light_directions(false, at),
+            "distant" => self.of_light_directions(true, at),
+            _ => self.placing("light", at),
+        };
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
-        if let Some(light) = light::light(params, ctm, &mut self.draft.pictures) {
+        if let Some(light) = light::light(params, world_from_light, &mut self.draft.pictures) {
             self.draft.lights.push(light);
             self.facts.lights.push(at);
         }
@@ -150,6 +162,7 @@ impl Resolver<'_> {
 
     pub(super) fn shape(&mut self, mut entity: Entity) -> Result<(), Box<Diagnostic>> {
         let name = entity.name.clone();
+        self.need_affine(name.span);
         let motion = self.motion(name.span)?;
         // A shape that moves is made in its own space.
         let ctm = if motion.is_some() { Arc::default() } else { self.state.ctm.start.clone() };

@@ -119,7 +119,7 @@ pub struct ViewOverride {
     /// Radius of the aperture, instead of lensradius; 0 is a pinhole
     #[arg(long, visible_alias = "lensradius", value_name = "R", allow_negative_numbers = true, value_parser = checked(number, |view, radius| view.lens_radius = Some(radius)))]
     pub lens_radius: Option<f64>,
-    /// Distance to the plane of focus, instead of focaldistance
+    /// Distance to the plane of focus, instead of focaldistance or focusdistance
     #[arg(long, visible_alias = "focaldistance", value_name = "D", allow_negative_numbers = true, value_parser = checked(number, |view, distance| view.focal_distance = Some(distance)))]
     pub focal_distance: Option<f64>,
     /// Part of the screen on the film, instead of screenwindow
@@ -158,6 +158,19 @@ impl ViewOverride {
         }
         if self.time.is_some() && !scene.has_motion() {
             bail!("--time-at has no effect: nothing in this scene moves; remove it");
+        }
+        let of_file = [
+            (
+                "--fov",
+                self.fov.is_some(),
+                "its angle of view comes from its lenses and from diagonal of Film",
+            ),
+            ("--lens-radius", self.lens_radius.is_some(), "its opening is aperturediameter in Camera"),
+            ("--screen-window", self.screen_window.is_some(), "to show a part of the picture, use --crop"),
+        ];
+        let idle = of_file.iter().find(|(_, is_given, _)| *is_given && camera.lens_system().is_some());
+        if let Some((option, _, instead)) = idle {
+            bail!("{option} has no effect on a realistic camera: {instead}");
         }
         if self.focal_distance.is_some() && camera.lens.is_none() {
             bail!(

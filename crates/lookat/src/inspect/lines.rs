@@ -3,8 +3,9 @@
 use lookat_image::byte_words;
 use lookat_render::{Elements, Surfaces};
 
-use crate::inspect::needs::{AtSurface, Needs};
+use crate::inspect::needs::{AtSurface, LensSystem, Needs};
 use crate::readable::{count, grouped, plural};
+use crate::sight::short;
 
 impl Needs {
     pub fn text(&self, name: &str) -> String {
@@ -49,6 +50,14 @@ impl Needs {
             }
             None => "pinhole".into(),
         };
+        if let Some(LensSystem { surfaces, focal_length, f_number, .. }) = &self.camera.lens_system {
+            let focus = self.camera.lens.map_or(0.0, |lens| lens.focal_distance);
+            let (surfaces, length) = (count(*surfaces as u64, "surface"), short(focal_length * 1e3));
+            let f_number = short(*f_number);
+            return format!(
+                "realistic, a lens of {surfaces}, {length} mm f/{f_number}, focused at distance {focus}"
+            );
+        }
         match self.camera.projection {
             "environment" => "environment".into(),
             projection => format!("{projection}, {lens}"),

@@ -69,12 +69,38 @@ pub struct Film {
 
 #[derive(Serialize)]
 pub struct Camera {
-    /// `perspective`, `orthographic` or `environment`.
+    /// `perspective`, `orthographic`, `environment` or `realistic`.
     pub projection: &'static str,
     /// True if rays start on a lens.
     pub has_lens: bool,
     /// The `radius` and `focal_distance` of the lens, or null.
     pub lens: Option<Lens>,
+    /// The lens system of a realistic camera, or null.
+    pub lens_system: Option<LensSystem>,
+}
+
+#[derive(Serialize)]
+pub struct LensSystem {
+    /// The number of surfaces, with the aperture stop.
+    pub surfaces: usize,
+    /// Effective focal length, in units of camera space.
+    pub focal_length: f64,
+    /// Focal length divided by the diameter of the entrance pupil.
+    pub f_number: f64,
+    /// Distance from the film to the rear surface.
+    pub film_distance: f64,
+}
+
+impl LensSystem {
+    fn new(camera: &lookat_scene::Camera) -> Option<LensSystem> {
+        let lenses = camera.lens_system()?;
+        Some(LensSystem {
+            surfaces: lenses.elements.len(),
+            focal_length: lenses.thick_lens()?.focal_length,
+            f_number: lenses.f_number()?,
+            film_distance: lenses.film_distance(camera.lens?.focal_distance)?,
+        })
+    }
 }
 
 #[derive(Serialize)]
@@ -162,7 +188,12 @@ impl Needs {
                 filter: filter_name(scene),
                 shares_samples: it.shares_samples,
             },
-            camera: Camera { projection: camera.projection.name(), has_lens: it.has_lens, lens: camera.lens },
+            camera: Camera {
+                projection: camera.projection.name(),
+                has_lens: it.has_lens,
+                lens: camera.lens,
+                lens_system: LensSystem::new(camera),
+            },
             integrator: Named { name: integrator_name(scene), depth: it.depth },
             numbers: Numbers {
                 film: 2,

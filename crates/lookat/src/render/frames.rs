@@ -10,7 +10,7 @@ use crate::failure::Failure;
 
 /// The camera of each picture.
 pub fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, Failure> {
-    let camera = scene.view.camera;
+    let camera = &scene.view.camera;
     match (arguments.frames.turntable, arguments.frames.animate) {
         (Some(count), _) => {
             check_world(loaded, "--turntable")?;
@@ -23,7 +23,7 @@ pub fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec
                 .map(|number| animated(camera, loaded, animation, animation.value(number, last)))
                 .collect()
         }
-        (None, None) => Ok(vec![camera]),
+        (None, None) => Ok(vec![camera.clone()]),
     }
 }
 
@@ -40,7 +40,7 @@ fn check_world(loaded: &Loaded, option: &str) -> Result<(), Failure> {
 
 /// The camera with another value of a parameter.
 fn animated(
-    camera: Camera,
+    camera: &Camera,
     loaded: &Loaded,
     Animation { parameter, .. }: Animation,
     value: f64,
@@ -89,9 +89,9 @@ impl Turntable {
     }
 
     /// The camera of a picture. The first picture has the camera of the scene.
-    fn camera(&self, camera: Camera, number: u32, count: u32) -> Result<Camera, Failure> {
+    fn camera(&self, camera: &Camera, number: u32, count: u32) -> Result<Camera, Failure> {
         if number == 0 {
-            return Ok(camera.placed(camera.world_from_camera));
+            return Ok(camera.clone().placed(camera.world_from_camera));
         }
         let turn = Transform::rotate(360.0 * f64::from(number) / f64::from(count), self.axis)
             .ok_or("--turntable: the up vector of LookAt is zero")?;
@@ -100,7 +100,7 @@ impl Turntable {
         points[..3].copy_from_slice(&(look + turn.vector(eye - look)).to_array());
         let placed = CameraPlacement { points, ..self.placement }.world_from_camera();
         let world_from_camera = placed.map_err(|fault| around(&fault))?;
-        Ok(camera.placed(world_from_camera))
+        Ok(camera.clone().placed(world_from_camera))
     }
 }
 
@@ -130,8 +130,12 @@ pub fn focus(prepared: &Prepared, view: &mut View, place: FocusPlace) -> Result<
     };
     // Six digits, so that the line is short and gives the same picture.
     let depth = format!("{depth:.5e}").parse().unwrap_or(depth);
+    if let Some(refused) = view.camera.lens_system().and_then(|lenses| lenses.refused_focus(depth)) {
+        bail!("--focus: {refused}; choose another place than pixel {at}");
+    }
     if let Some(lens) = &mut view.camera.lens {
         lens.focal_distance = depth;
     }
-    Ok(format!("focused on pixel {at}; to keep this, write \"float focaldistance\" {depth} in Camera"))
+    let name = view.camera.focus_parameter();
+    Ok(format!("focused on pixel {at}; to keep this, write \"float {name}\" {depth} in Camera"))
 }

@@ -172,7 +172,7 @@ impl Rendering<'_> {
             HAS_SAMPLES.load(Ordering::Relaxed)
         });
         let mut scene = scene.clone();
-        scene.view.camera = cameras[0];
+        scene.view.camera = cameras[0].clone();
         let mut prepared = Prepared::new(&scene);
         for (number, (camera, file)) in cameras.into_iter().zip(files).enumerate() {
             if interrupt::flow().is_break() && number > 0 {

@@ -98,16 +98,20 @@ struct JsonCamera {
     lensradius: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     focaldistance: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    focusdistance: Option<f64>,
 }
 
 impl JsonCamera {
     fn new(camera: &Camera) -> JsonCamera {
+        let thin = camera.lens.filter(|_| camera.lens_system().is_none());
         JsonCamera {
             world_from_camera: camera.world_from_camera.matrix().transpose().to_cols_array(),
             fov: camera.fov(),
             screenwindow: camera.screen.edges(),
-            lensradius: camera.lens.map(|lens| lens.radius),
-            focaldistance: camera.lens.map(|lens| lens.focal_distance),
+            lensradius: thin.map(|lens| lens.radius),
+            focaldistance: thin.map(|lens| lens.focal_distance),
+            focusdistance: camera.lens.xor(thin).map(|lens| lens.focal_distance),
         }
     }
 }

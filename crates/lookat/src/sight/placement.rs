@@ -173,7 +173,9 @@ fn far_away(sight: &Sight) -> Option<Diagnostic> {
             None => warning,
         });
     }
-    let help = "move the camera closer, or make fov smaller";
+    let has_lenses = sight.scene.view.camera.lens_system().is_some();
+    let smaller = if has_lenses { "diagonal of Film" } else { "fov" };
+    let help = format!("move the camera closer, or make {smaller} smaller");
     Some(Diagnostic::warning(sight.camera_place(), message).note(sight.eye()).help(help))
 }
 

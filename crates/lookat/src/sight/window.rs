@@ -140,8 +140,10 @@ pub fn blurred(sight: &Sight) -> Option<Diagnostic> {
     );
     let depth = sight.facts.center_depth.or_else(|| sight.facts.median_depth())?;
     let [near, far] = [sight.facts.depths.first()?, sight.facts.depths.last()?];
+    let camera = &sight.scene.view.camera;
+    let opening = if camera.lens_system().is_some() { "aperturediameter" } else { "lensradius" };
     let help = format!(
-        "everything in view is {} to {} units away; for a picture that is sharp everywhere, make lensradius smaller",
+        "everything in view is {} to {} units away; for a picture that is sharp everywhere, make {opening} smaller",
         short(*near),
         short(*far)
     );

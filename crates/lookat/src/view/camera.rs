@@ -3,7 +3,7 @@
 use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::syntax::{Fix, ParamType, Span, value_span};
-use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, Scene, Sources, Transform, ViewOverride};
+use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, Scene, Sources, Transform, View, ViewOverride};
 
 use crate::camera_override::FileCamera;
 use crate::failure::Failure;
@@ -64,7 +64,13 @@ fn near(value: f64, size: f64) -> f64 {
 }
 
 /// The values of a camera that a `LookAt` of `points` places. `moves`: anything in the scene does.
-pub fn values(camera: &Camera, file: &FileCamera, points: [f64; 9], moves: bool) -> messages::Camera {
+pub fn values(
+    View { camera, film, .. }: &View,
+    file: &FileCamera,
+    points: [f64; 9],
+    moves: bool,
+) -> messages::Camera {
+    let from_pupil = camera.lens.and_then(|lens| camera.lens_system()?.equivalent_view(lens.focal_distance));
     let before = file.placement.map_or(Transform::IDENTITY, |placement| placement.before);
     let signs = before.vector(DVec3::ONE);
     messages::Camera {
@@ -73,6 +79,8 @@ pub fn values(camera: &Camera, file: &FileCamera, points: [f64; 9], moves: bool)
         has_look_at: file.placement.is_some_and(|placement| placement.span.is_some()),
         mirrored: [signs.x < 0.0, signs.y < 0.0],
         fov: camera.fov(),
+        view_angle: from_pupil.map(|view| 2.0 * (view.scale * camera.screen_unit(film)).atan().to_degrees()),
+        lens_depth: from_pupil.map_or(0.0, |view| view.depth),
         lens_radius: camera.lens.map_or(0.0, |lens| lens.radius),
         focal_distance: camera.lens.map(|lens| lens.focal_distance).or(file.focal_distance),
         screen_window: camera.screen.edges(),
@@ -138,7 +146,7 @@ fn parameters(own: &Camera, set: &ViewOverride) -> Vec<(&'static str, Vec<f64>)>
         ("fov", set.fov.map(one), own.fov().map(one)),
         ("screenwindow", set.screen_window.map(Vec::from), Some(own.screen.edges().into())),
         ("lensradius", set.lens_radius.map(one), Some(one(radius))),
-        ("focaldistance", set.focal_distance.map(one), Some(one(focal_distance))),
+        (own.focus_parameter(), set.focal_distance.map(one), Some(one(focal_distance))),
     ];
     let differing = all.into_iter().filter(|(_, set, own)| set != own);
     differing.filter_map(|(name, set, _)| Some((name, set?))).collect()
@@ -183,15 +191,19 @@ mod tests {
     fn loaded(camera: &str) -> Loaded {
         let text = format!("{camera}\n{REST}\n");
         let read = |path: &Path| {
-            Ok(if path == Path::new("world.pbrt") { WORLD.into() } else { text.clone().into() })
+            Ok(match path.to_str() {
+                Some("world.pbrt") => WORLD.into(),
+                Some("lens.dat") => "50 6 1.5 20\n-60 5 1 20\n".into(),
+                _ => text.clone().into(),
+            })
         };
         load(Path::new("a.pbrt"), &read, &LoadOptions::default())
     }
 
     fn written(camera: &str, set: &ViewOverride) -> Result<String, Failure> {
         let loaded = loaded(camera);
-        let own = loaded.scene.as_ref().unwrap().view.camera;
-        let fixes = camera_fixes(&loaded, &own, set)?;
+        let own = &loaded.scene.as_ref().unwrap().view.camera;
+        let fixes = camera_fixes(&loaded, own, set)?;
         let changes = changes(&loaded.sources, &fixes)?;
         assert!(changes.len() < 2 && changes.iter().all(|change| change.path == Path::new("a.pbrt")));
         let after =
@@ -232,6 +244,11 @@ mod tests {
                 "Camera \"orthographic\" \"float screenwindow\" [-1.0 1 -1 1]",
                 ViewOverride { screen_window: Some([-1.0, 1.0, -1.5, 1.5]), ..none },
                 "Camera \"orthographic\" \"float screenwindow\" [-1.0 1 -1.5 1.5]",
+            ),
+            (
+                "Camera \"realistic\" \"string lensfile\" \"lens.dat\"",
+                ViewOverride { focal_distance: Some(3.0), ..none },
+                "Camera \"realistic\" \"string lensfile\" \"lens.dat\" \"float focusdistance\" 3",
             ),
             (
                 "Camera \"perspective\" \"float fov\" 40",

@@ -247,7 +247,7 @@ pub struct Film {
 #[derive(Debug, Clone, Copy, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Camera {
-    /// `perspective`, `orthographic` or `environment`.
+    /// `perspective`, `orthographic`, `environment` or `realistic`.
     pub kind: &'static str,
     pub look_at: [f64; 9],
     /// Whether a `LookAt` alone places the camera of the file.
@@ -255,6 +255,10 @@ pub struct Camera {
     /// Whether the transformation before `LookAt` exchanges left and right, or top and bottom.
     pub mirrored: [bool; 2],
     pub fov: Option<f64>,
+    /// Of a lens system: the angle of view along the shorter side, in degrees.
+    pub view_angle: Option<f64>,
+    /// The depth of the lens: of the entrance pupil of a lens system.
+    pub lens_depth: f64,
     /// 0 for a pinhole.
     pub lens_radius: f64,
     /// `None` for a pinhole, unless the file has one all the same.

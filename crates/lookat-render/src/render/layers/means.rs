@@ -66,9 +66,14 @@ impl Context<'_> {
                 worker.streams.restart(&pattern.sampler, &samples);
                 let mut seen = [LayerValues::default(); PATHS];
                 side_by_side!(self.prepared.traceable.level, simd => self.layer_values(simd, worker, &samples, &mut seen));
-                for ((square, seen), Sample { pixel: [x, y], .. }) in
-                    worker.squares.iter().zip(&seen).zip(&samples)
+                let squares = worker.squares.iter().zip(&worker.weights);
+                for (((square, weight), seen), Sample { pixel: [x, y], .. }) in
+                    squares.zip(&seen).zip(&samples)
                 {
+                    // A lens makes the corners of a picture dark, but not their normals shorter.
+                    if *weight == 0.0 {
+                        continue;
+                    }
                     filter.weigh(*square, &mut weights);
                     let [across, down] = [&weights[0], &weights[1]].map(|weights| weights.iter().zip(0..));
                     for (down, dy) in down {

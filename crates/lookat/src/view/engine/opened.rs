@@ -119,19 +119,19 @@ impl Opened {
                         move the camera in the file"
             );
         }
-        self.view.camera = changed(self.scene.view.camera, &self.file_camera, set)?;
+        self.view.camera = changed(&self.scene.view.camera, &self.file_camera, set)?;
         self.points = set.look_at.unwrap_or(self.own_points());
         Ok(())
     }
 
     /// What the page sees, in numbers.
     pub fn values(&self) -> messages::Camera {
-        values(&self.view.camera, &self.file_camera, self.points, self.scene.has_motion())
+        values(&self.view, &self.file_camera, self.points, self.scene.has_motion())
     }
 
     /// The camera of the file, in numbers.
     pub fn own(&self) -> messages::Camera {
-        values(&self.scene.view.camera, &self.file_camera, self.own_points(), self.scene.has_motion())
+        values(&self.scene.view, &self.file_camera, self.own_points(), self.scene.has_motion())
     }
 
     pub fn film(&self) -> messages::Film {
@@ -198,7 +198,7 @@ impl Opened {
 fn is_new_camera(before: &View, now: &View) -> bool {
     let same_film = before.film.resolution == now.film.resolution;
     let screen = if same_film { before.camera.screen } else { now.camera.screen };
-    Camera { screen, ..before.camera } != now.camera
+    Camera { screen, ..before.camera.clone() } != now.camera
 }
 
 /// The directive around a place. `None` for one without a type.
