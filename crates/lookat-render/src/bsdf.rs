@@ -1,6 +1,7 @@
 //! BSDFs at eight points side by side: their lobes, how a lobe is chosen for a sample, and what they scatter. Directions are in
 //! the world and point away from the surface.
 
+mod disney;
 mod fresnel;
 mod lobe;
 mod material;

@@ -1,5 +1,6 @@
 //! `Material`: the scattering of surfaces.
 
+mod disney;
 mod models;
 mod stand_in;
 mod subsurface;
@@ -18,6 +19,7 @@ use crate::schema::{Key, Keys, Kind};
 use crate::symbols::SymbolId;
 use crate::texture::{AnyTexture, Texture};
 
+pub use crate::material::disney::{Disney, ThinDisney};
 pub use crate::material::models::{
     Glass, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Translucent, Uber,
 };
@@ -55,6 +57,8 @@ pub enum MaterialKind {
     Substrate(Substrate),
     /// Diffuse, glossy and specular lobes in one material.
     Uber(Box<Uber>),
+    /// The material of Disney's animation studio.
+    Disney(Box<Disney>),
     /// A blend of two materials.
     Mix(Mix),
     /// No surface: light passes through and shadow rays are blocked, as in pbrt-v3 (`"none"` and `""`).
@@ -150,9 +154,7 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS])
         .ignoring(&[stand_in::HAIR_IGNORED])
         .instead("matte of the same color"),
-    Kind::new("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
-        .ignoring(&[stand_in::DISNEY_IGNORED])
-        .instead("uber, glass, translucent or their mix, of the same color and roughness"),
+    Kind::new("disney", "the material of Disney's animation studio", &[disney::KEYS, BUMP_KEYS]),
     Kind::new("mix", "a blend of two named materials", &[models::MIX_KEYS]),
     Kind::new("metal", "a rough metal", &[models::METAL_KEYS, BUMP_KEYS]),
     Kind::new(
@@ -205,6 +207,7 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
         "metal" => MaterialKind::Metal(Box::new(models::metal(params))),
         "substrate" => MaterialKind::Substrate(models::substrate(params)),
         "uber" => MaterialKind::Uber(Box::new(models::uber(params))),
+        "disney" => MaterialKind::Disney(Box::new(disney::disney(params))),
         "mix" => {
             let mix = models::mix(params, named);
             params.finish();
@@ -308,6 +311,7 @@ impl MaterialKind {
             MaterialKind::Metal(it) => vec![&it.eta, &it.k],
             MaterialKind::Substrate(it) => vec![&it.kd, &it.ks],
             MaterialKind::Uber(it) => vec![&it.kd, &it.ks, &it.kr, &it.kt, &it.opacity],
+            MaterialKind::Disney(it) => vec![&it.color],
             MaterialKind::Mix(it) => vec![&it.amount],
             MaterialKind::None => vec![],
         }
@@ -315,6 +319,9 @@ impl MaterialKind {
 
     /// The numbers of this material that can be textures.
     fn numbers(&self) -> Vec<&Texture<f64>> {
+        if let MaterialKind::Disney(disney) = self {
+            return disney.numbers();
+        }
         let sigma = if let MaterialKind::Matte(it) = self { Some(&it.sigma) } else { None };
         let widths = self.roughness().into_iter().flat_map(|width| std::iter::once(&width.u).chain(&width.v));
         sigma.into_iter().chain(self.index()).chain(widths).collect()
@@ -337,7 +344,7 @@ impl MaterialKind {
                 it.opacity.constant() == Some(Vec3::ONE) && are_black(&[&it.kd, &it.ks, &it.kr, &it.kt])
             }
             MaterialKind::Mix(it) => it.materials.iter().all(|part| part.kind.is_black()),
-            MaterialKind::Metal(_) | MaterialKind::None => false,
+            MaterialKind::Metal(_) | MaterialKind::Disney(_) | MaterialKind::None => false,
             _ => are_black(&self.colors()),
         }
     }
@@ -347,6 +354,7 @@ impl MaterialKind {
         match self {
             MaterialKind::Glass(glass) => Some(&glass.eta),
             MaterialKind::Uber(uber) => Some(&uber.eta),
+            MaterialKind::Disney(disney) => Some(&disney.eta),
             _ => None,
         }
     }
@@ -375,6 +383,7 @@ impl MaterialKind {
             MaterialKind::Metal(_) => "metal",
             MaterialKind::Substrate(_) => "substrate",
             MaterialKind::Uber(_) => "uber",
+            MaterialKind::Disney(_) => "disney",
             MaterialKind::Mix(_) => "mix",
             MaterialKind::None => "none",
         }
@@ -402,6 +411,9 @@ impl Needs {
         }
         if let Some(Roughness { u, v: Some(v), .. }) = kind.roughness() {
             needs.coordinates |= u.constant() != v.constant();
+        }
+        if let MaterialKind::Disney(disney) = kind {
+            needs.coordinates |= disney.anisotropic.constant() != Some(0.0);
         }
         if let MaterialKind::Mix(mix) = kind {
             for Material { needs: part, .. } in mix.materials.iter().map(|part| &**part) {

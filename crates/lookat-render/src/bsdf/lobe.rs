@@ -6,6 +6,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
 
+use super::disney::DisneyLobe;
 use super::fresnel::{conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upward};
 use crate::number::{V3, Vec3fx8, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64};
@@ -27,6 +28,8 @@ pub(super) enum LobeKind {
     RoughGlass,
     /// Ashikhmin and Shirley's model (PBR 8.5).
     Substrate,
+    /// The lobes of Disney's material, except the facets that reflect.
+    Disney(DisneyLobe),
     /// PBR 8.2.2.
     Mirror(Fresnel),
     /// PBR 8.2.3.
@@ -45,7 +48,13 @@ impl LobeKind {
     /// True for non-delta lobes that scatter to the other side. Rough glass scatters to both sides.
     #[inline]
     pub fn transmits(self) -> bool {
-        matches!(self, LobeKind::LambertTransmission | LobeKind::RoughGlass)
+        use DisneyLobe::{ThinTransmission, Transmission};
+        matches!(
+            self,
+            LobeKind::LambertTransmission
+                | LobeKind::RoughGlass
+                | LobeKind::Disney(Transmission | ThinTransmission)
+        )
     }
 }
 
@@ -56,11 +65,11 @@ pub(super) struct Lobe<C, N> {
     /// The factor of the lobe, at least 0: mostly a reflectance or a transmittance.
     pub color: C,
     /// For conductors: index of refraction and absorption coefficient. For substrates: the colors of the base and of the
-    /// coat. For glass: reflectance and transmittance.
+    /// coat. For glass: reflectance and transmittance. For Disney's material: see [`DisneyLobe`].
     pub colors: [C; 2],
     /// The widths of the distribution of microfacets; of rough matte surfaces the terms A and B of Oren and Nayar's model.
     pub roughness: [N; 2],
-    /// The index of refraction behind the surface by that before it.
+    /// The index of refraction behind the surface by that before it. For Disney's material: see [`DisneyLobe`].
     pub eta: N,
 }
 
@@ -117,8 +126,13 @@ impl<S: Simd> Lobes<S> {
         }
     }
 
-    fn facets(&self) -> TrowbridgeReitz<S> {
-        TrowbridgeReitz { alpha: self.roughness }
+    #[inline(always)]
+    pub fn facets(&self) -> TrowbridgeReitz<S> {
+        let is_separable = matches!(
+            self.kind,
+            LobeKind::Microfacet(Fresnel::Disney { .. }) | LobeKind::Disney(DisneyLobe::Transmission)
+        );
+        TrowbridgeReitz { alpha: self.roughness, is_separable }
     }
 
     /// The reflectance at an angle of cosine `cos`.
@@ -128,6 +142,7 @@ impl<S: Simd> Lobes<S> {
             Fresnel::Perfect => self.color,
             Fresnel::Dielectric => self.color * dielectric(cos, self.eta),
             Fresnel::Conductor => self.color * conductor(cos, self.colors),
+            Fresnel::Disney { is_thin } => self.disney_fresnel(if is_thin { cos.abs() } else { cos }),
         }
     }
 
@@ -142,6 +157,7 @@ impl<S: Simd> Lobes<S> {
                 let [base, coat] = self.colors;
                 self.color * (base - base * coat + schlick(coat, cos_o.abs()))
             }
+            LobeKind::Disney(lobe) => self.disney_albedo(lobe, cos_o),
             LobeKind::Glass | LobeKind::RoughGlass => {
                 let [reflectance, transmittance] = self.colors;
                 transmittance + (reflectance - transmittance) * dielectric(cos_o, self.eta)
@@ -196,6 +212,7 @@ impl<S: Simd> Lobes<S> {
                 let sum = sum.keep_where(is_valid, Vec3fx8::splat(simd, Vec3::ZERO));
                 (self.color * sum, 0.5 * (cosine(wi) + is_valid.select(pdf, none)))
             }
+            LobeKind::Disney(lobe) => self.disney_f_pdf(lobe, wo, wi),
             LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass => {
                 (Vec3fx8::splat(simd, Vec3::ZERO), none)
             }
@@ -225,6 +242,7 @@ impl<S: Simd> Lobes<S> {
                 let (reflected, is_valid) = self.facets().reflected(wo, u);
                 (reflected.keep_where(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
             }
+            LobeKind::Disney(lobe) => self.disney_sample(lobe, wo, [u, v]),
             LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass => (wo, !all),
         }
     }
@@ -246,7 +264,9 @@ impl<S: Simd> Lobes<S> {
         let one = splat_f32(cos_o.token(), 1.0);
         let ratio = match self.kind {
             LobeKind::RoughGlass => (cos_o * cos_i).simd_lt(0.0).select(ratio(cos_o, self.eta), one),
-            LobeKind::Refraction | LobeKind::Glass => ratio(cos_o, self.eta),
+            LobeKind::Refraction | LobeKind::Glass | LobeKind::Disney(DisneyLobe::Transmission) => {
+                ratio(cos_o, self.eta)
+            }
             _ => one,
         };
         1.0 / (ratio * ratio)
@@ -254,12 +274,12 @@ impl<S: Simd> Lobes<S> {
 }
 
 #[inline(always)]
-fn cosine<S: Simd>(w: Vec3fx8<S>) -> f32x8<S> {
+pub(super) fn cosine<S: Simd>(w: Vec3fx8<S>) -> f32x8<S> {
     square_to_cosine_hemisphere_pdf(w.z.abs())
 }
 
 #[inline(always)]
-fn cosine_direction<S: Simd>(side: f32x8<S>, u: [f32x8<S>; 2]) -> Vec3fx8<S> {
+pub(super) fn cosine_direction<S: Simd>(side: f32x8<S>, u: [f32x8<S>; 2]) -> Vec3fx8<S> {
     let w = square_to_cosine_hemisphere(u);
     V3 { z: w.z.copysign(side), ..w }
 }
@@ -295,6 +315,8 @@ pub(super) enum Fresnel {
     Dielectric,
     /// A conductor in air.
     Conductor,
+    /// Disney's: between a dielectric and Schlick's approximation of a metal.
+    Disney { is_thin: bool },
 }
 
 /// Sampled directions of incident light.

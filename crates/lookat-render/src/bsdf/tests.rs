@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{
-    Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Texture,
-    Transform, Translucent, Uber, Value, Varying,
+    Disney, Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Texture,
+    ThinDisney, Transform, Translucent, Uber, Value, Varying,
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -15,6 +15,7 @@ use super::*;
 use crate::number::Vec3fx8;
 use crate::number::{LANES, set_lanes};
 use crate::testing::baseline;
+use crate::texture::TexturePoint;
 use glam::Vec3;
 
 const COLOR: Vec3 = Vec3::new(0.9, 0.5, 0.7);
@@ -56,6 +57,28 @@ fn substrate(u: f64, v: f64) -> MaterialKind {
     MaterialKind::Substrate(Substrate { kd: color(0.7), ks: color(0.3), roughness: rough(u, v) })
 }
 
+/// Everything that a solid can have, at the default roughness.
+fn disney() -> Disney {
+    Disney {
+        color: color(0.6),
+        metallic: constant(0.3),
+        eta: constant(1.5),
+        roughness: constant(0.5),
+        specular_tint: constant(0.7),
+        anisotropic: constant(0.6),
+        sheen: constant(0.5),
+        sheen_tint: constant(0.5),
+        clearcoat: constant(1.0),
+        clearcoat_gloss: constant(0.0),
+        spec_trans: constant(0.0),
+        thin: None,
+    }
+}
+
+fn thin() -> Option<ThinDisney> {
+    Some(ThinDisney { flatness: constant(0.5), diff_trans: constant(0.8) })
+}
+
 fn material(kind: MaterialKind) -> Material {
     Material::new(kind, None)
 }
@@ -94,6 +117,12 @@ fn materials() -> Vec<(&'static str, Material)> {
         ("brushed substrate", substrate(0.6, 0.2)),
         ("uber", MaterialKind::Uber(Box::new(uber()))),
         ("mix", mix),
+        ("disney", MaterialKind::Disney(Box::new(disney()))),
+        ("disney glass", MaterialKind::Disney(Box::new(Disney { spec_trans: constant(0.7), ..disney() }))),
+        (
+            "thin disney",
+            MaterialKind::Disney(Box::new(Disney { spec_trans: constant(0.4), thin: thin(), ..disney() })),
+        ),
     ];
     all.into_iter().map(|(name, kind)| (name, material(kind))).collect()
 }
@@ -153,7 +182,8 @@ impl Point<'_> {
     /// Does something with the BSDF.
     fn ask<S: Simd, T>(&self, simd: S, ask: impl FnOnce(&Bsdf<S>) -> T) -> T {
         let mut slots = LobeSlots::new();
-        slots.add(simd, &PointLobes::new(self.material.kind()), bits(simd, 0xff));
+        let at = TexturePoint::splat(simd, DVec3::ZERO, [0.3, 0.7]);
+        slots.build(self.material.kind(), &at, bits(simd, 0xff));
         let n = Vec3x8::splat(simd, frame().z());
         ask(&Bsdf::new(n.narrow(), n, Frames::from_z(n.narrow()), Vec3x8::splat(simd, self.wo()), &mut slots))
     }
@@ -260,7 +290,7 @@ fn samples_follow_their_density() {
             count += 1.0;
         }
     }
-    assert_eq!(count, 12.0 * 4.0);
+    assert_eq!(count, 15.0 * 4.0);
 }
 
 /// Evenly distributed numbers from 0 to 1.
@@ -349,7 +379,24 @@ fn albedo(material: &Material, local_o: DVec3) -> (f64, f64) {
 #[test]
 fn no_light_is_made() {
     let mut all = materials();
+    // Its diffuse light ignores what the gloss reflects. What is clear or metal makes none.
+    all.retain(|(name, _)| !name.contains("disney"));
     for roughness in [0.001, 0.05, 0.3, 1.0] {
+        let white = |metallic| Disney {
+            color: constant(Vec3::ONE),
+            roughness: constant(f64::sqrt(roughness)),
+            metallic: constant(metallic),
+            spec_trans: constant(1.0),
+            clearcoat: constant(0.0),
+            ..disney()
+        };
+        for metallic in [0.0, 0.5, 1.0] {
+            let solid = white(metallic);
+            let sheet = Disney { thin: thin(), ..solid.clone() };
+            for disney in [solid, sheet] {
+                all.push(("disney", material(MaterialKind::Disney(Box::new(disney)))));
+            }
+        }
         all.push(("glass", material(glass(roughness, roughness))));
         all.push(("substrate", material(substrate(roughness, roughness))));
         // Between alike media light goes straight on; between nearly alike ones, nearly so.
@@ -386,8 +433,9 @@ fn what_goes_one_way_goes_the_other() {
                 let (one, other) = (f(a, b), f(b, a));
                 if a.z * b.z > 0.0 {
                     assert!((one - other).length() <= 1e-5 * one.length(), "{name} {a} {b}: {one} {other}");
-                } else if name.ends_with("glass") {
+                } else if name.ends_with("glass") || *name == "thin disney" {
                     let ratio = if a.z > 0.0 { 1.5_f32.powi(2) } else { 1.5_f32.powi(-2) };
+                    let ratio = if *name == "thin disney" { 1.0 } else { ratio };
                     assert!((one * ratio - other).length() <= 1e-4 * other.length(), "{name} {a} {b}");
                 }
             }
@@ -458,7 +506,25 @@ fn extreme_parameters_scatter_numbers() {
         let uber = Uber { eta: constant(x), roughness: rough(x, 0.1), ..uber() };
         let rough_glass = glass_of(x, rough(0.2, x));
         let matte = Matte { kd: color(1.0), sigma: constant(x) };
+        let disney = Disney {
+            color: color(1.0),
+            metallic: constant(x),
+            eta: constant(x),
+            roughness: constant(x),
+            specular_tint: constant(x),
+            anisotropic: constant(x),
+            sheen: constant(x),
+            sheen_tint: constant(x),
+            clearcoat: constant(x),
+            clearcoat_gloss: constant(x),
+            spec_trans: constant(x),
+            thin: None,
+        };
+        let thin = Some(ThinDisney { flatness: constant(x), diff_trans: constant(x) });
+        let sheet = Disney { spec_trans: constant(0.5), thin, ..disney.clone() };
         [
+            MaterialKind::Disney(Box::new(disney)),
+            MaterialKind::Disney(Box::new(sheet)),
             MaterialKind::Uber(Box::new(uber)),
             glass_of(x, rough(0.0, 0.0)),
             rough_glass,

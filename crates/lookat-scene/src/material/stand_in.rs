@@ -1,21 +1,16 @@
 //! Stand-ins for unsupported materials: the nearest supported material with the same mean color.
 
-use std::sync::Arc;
-
 use glam::Vec3;
 
-use crate::material::models::{constant, constant_color, constant_or, glossy, gray, polynomial};
-use crate::material::{
-    Glass, Material, MaterialKind, Matte, Mix, Roughness, Translucent, reflectance, subsurface,
-};
+use crate::material::models::{constant, constant_color, gray, polynomial};
+use crate::material::{MaterialKind, Matte, Roughness, Translucent, reflectance, subsurface};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name};
 use crate::schema::{Key, Keys, Unit};
-use crate::texture::{Texture, product};
+use crate::texture::Texture;
 
 pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
     let (replacement, material) = match params.kind() {
-        "disney" => disney(params),
         "hair" => ("\"matte\" with the same color", matte(color(params))),
         "kdsubsurface" => ("\"uber\" with the same Kd and index", subsurface::of_color(params)),
         "subsurface" => (
@@ -38,122 +33,6 @@ fn width(width: f64) -> Roughness {
 
 fn matte(kd: Texture<Vec3>) -> MaterialKind {
     MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) })
-}
-
-// `disney` as metal, glass and a diffuse surface under a gloss, mixed by `metallic` and `spectrans`. With `thin`, the glass has
-// index 1, and a translucent sheet replaces the diffuse surface. `sheen`, `clearcoat`, tints, `flatness` and `scatterdistance`
-// are left out.
-
-/// An index so high that the surface reflects nearly all light in all directions, with the color of the metal.
-const INDEX_OF_METAL: f64 = 1e4;
-
-const DISNEY_COLOR: Key<ColorTexture> = Key::color_texture("color", 0.5, "the color");
-const METALLIC: Key<FloatTexture> =
-    Key::float_texture("metallic", 0.0, "the share of metal, clamped to 0 to 1");
-const DISNEY_ETA: Key<FloatTexture> =
-    Key::float_texture("eta", 1.5, "the index of refraction; 0 and less count as 1.5");
-const ROUGHNESS: Key<FloatTexture> =
-    Key::float_texture("roughness", 0.5, "the roughness, the square root of the width of the gloss");
-const ANISOTROPIC: Key<FloatTexture> =
-    Key::float_texture("anisotropic", 0.0, "how much wider the gloss is along u, clamped to 0 to 1");
-const SPEC_TRANS: Key<FloatTexture> =
-    Key::float_texture("spectrans", 0.0, "the share of glass in the rest, clamped to 0 to 1");
-const THIN: Key<bool> = Key::bool("thin", false, "true renders a thin sheet, false a solid");
-const DIFF_TRANS: Key<FloatTexture> = Key::float_texture(
-    "difftrans",
-    1.0,
-    "twice the fraction of diffuse light that a thin sheet transmits, clamped to 0 to 2",
-);
-
-pub(in crate::material) const DISNEY_KEYS: Keys =
-    &[&DISNEY_COLOR, &METALLIC, &DISNEY_ETA, &ROUGHNESS, &ANISOTROPIC, &SPEC_TRANS, &THIN, &DIFF_TRANS];
-pub(in crate::material) const DISNEY_IGNORED: Keys = &[
-    &Key::float_texture("speculartint", 0.0, "how much the gloss takes on the color"),
-    &Key::float_texture("sheen", 0.0, "the reflection of fabric at grazing angles"),
-    &Key::float_texture("sheentint", 0.5, "how much the sheen takes on the color"),
-    &Key::float_texture("clearcoat", 0.0, "the strength of a second gloss"),
-    &Key::float_texture("clearcoatgloss", 1.0, "the smoothness of the second gloss"),
-    &Key::float_texture("flatness", 0.0, "the share of scattering inside a thin sheet in diffuse light"),
-    &Key::color_texture("scatterdistance", 0.0, "the mean free path of light inside a solid"),
-];
-
-pub(super) fn disney(params: &mut Params) -> (&'static str, MaterialKind) {
-    let color = reflectance(params, &DISNEY_COLOR);
-    let [metallic, clear] = [&METALLIC, &SPEC_TRANS].map(|key| constant(params, key).clamp(0.0, 1.0));
-    let eta = constant(params, &DISNEY_ETA);
-    let eta = if eta > 0.0 { eta } else { DISNEY_ETA.default.0 };
-    let roughness = roughness(params);
-    let is_thin = params.take(&THIN);
-    let difftrans = params.take(&DIFF_TRANS);
-    let metal = glossy(gray(0.0), color.clone(), roughness.clone(), INDEX_OF_METAL);
-    let (clear_part, diffuse_part) = if is_thin {
-        // Light passes straight through the clear part of a thin sheet.
-        (glass(color.clone(), width(0.0), 1.0), sheet(params, color, difftrans))
-    } else {
-        let diffuse = glossy(color.clone(), gray(1.0), roughness.clone(), eta);
-        (glass(color, roughness, eta), MaterialKind::Uber(Box::new(diffuse)))
-    };
-    let dielectric = mixed(clear_part, diffuse_part, clear);
-    let material = mixed(MaterialKind::Uber(Box::new(metal)), dielectric, metallic);
-    (name(metallic, clear, is_thin), material)
-}
-
-fn name(metallic: f64, clear: f64, is_thin: bool) -> &'static str {
-    match (metallic, clear, is_thin) {
-        (1.0, ..) => "\"uber\" with a metallic gloss of the same color and roughness",
-        (0.0, 0.0, false) => "\"uber\" with the same color, roughness and index",
-        (0.0, 1.0, false) => "\"glass\" with the same color, roughness and index",
-        (_, _, false) => "a mix of metal, glass and \"uber\" with the same color, roughness and index",
-        (0.0, 0.0, true) => "\"translucent\" with the same color",
-        (0.0, 1.0, true) => "smooth \"glass\" of index 1 with the same color",
-        (_, _, true) => "a mix of metal, glass of index 1 and \"translucent\" with the same color",
-    }
-}
-
-/// Glass that colors transmitted light by the square root of `color`: light enters and leaves a solid.
-fn glass(color: Texture<Vec3>, roughness: Roughness, eta: f64) -> MaterialKind {
-    let kt = match color {
-        Texture::Constant(color) => Texture::Constant(color.map(f32::sqrt)),
-        varying => varying,
-    };
-    MaterialKind::Glass(Glass { kr: gray(1.0), kt, roughness, eta: Texture::Constant(eta) })
-}
-
-/// The diffuse part of a thin sheet: `difftrans` from 0 to 2 is twice the part that passes.
-fn sheet(params: &mut Params, kd: Texture<Vec3>, difftrans: Texture<f64>) -> MaterialKind {
-    let difftrans = constant_or(params, DIFF_TRANS.name, difftrans, DIFF_TRANS.default.0);
-    let passes = (0.5 * difftrans).clamp(0.0, 1.0) as f32;
-    let [ks, reflect, transmit] = [0.0, 1.0 - passes, passes].map(gray);
-    MaterialKind::Translucent(Translucent { kd, ks, reflect, transmit, roughness: width(1.0) })
-}
-
-/// The width of the distribution of normals is the square of the roughness, wider along u where it is anisotropic.
-fn roughness(params: &mut Params) -> Roughness {
-    let roughness = params.take(&ROUGHNESS);
-    let aspect = (1.0 - 0.9 * constant(params, &ANISOTROPIC).clamp(0.0, 1.0)).sqrt();
-    match roughness {
-        Texture::Constant(width) => {
-            let [u, v] = [1.0 / aspect, aspect].map(|factor| (width * width * factor).min(f64::MAX));
-            let [u, v] = [u, v].map(Texture::Constant);
-            Roughness { u, v: Some(v), remap: false }
-        }
-        varying => {
-            let u = product(params, [varying.clone(), varying]);
-            Roughness { u, v: None, remap: false }
-        }
-    }
-}
-
-/// A mix of two materials. `amount`: the weight of the first, 0 to 1.
-fn mixed(first: MaterialKind, second: MaterialKind, amount: f64) -> MaterialKind {
-    if amount == 0.0 {
-        return second;
-    }
-    if amount == 1.0 {
-        return first;
-    }
-    let materials = [first, second].map(|kind| Arc::new(Material::new(kind, None)));
-    MaterialKind::Mix(Mix { materials, amount: gray(amount as f32) })
 }
 
 // `hair` as a diffuse surface of the color of a mass of hair, by its absorption and the other way round, after Chiang et al.
@@ -341,24 +220,6 @@ mod tests {
             assert!((back - color).abs().max_element() < 1e-4, "{back}");
             let brown = diffuse("Material \"hair\"");
             assert!(brown.x > brown.y && brown.y > brown.z && brown.x < 0.1, "{brown}");
-        }
-
-        #[test]
-        fn disney_is_metal_by_its_share() {
-            assert_eq!(diffuse("Material \"disney\" \"rgb color\" [1 0.5 0]"), Vec3::new(1.0, 0.5, 0.0));
-            let MaterialKind::Uber(metal) =
-                material("Material \"disney\" \"float metallic\" 1 \"rgb color\" [1 0.5 0]")
-            else {
-                panic!("metal is one material");
-            };
-            assert_eq!(metal.kd.constant(), Some(Vec3::ZERO));
-            assert_eq!(metal.ks.constant(), Some(Vec3::new(1.0, 0.5, 0.0)));
-            let MaterialKind::Mix(mix) =
-                material("Material \"disney\" \"float metallic\" 0.5 \"float spectrans\" 0.5")
-            else {
-                panic!("several shares are a mix");
-            };
-            assert_eq!((mix.parts(), mix.amount.constant()), (3, Some(Vec3::splat(0.5))));
         }
     }
     mod fourier {

@@ -247,6 +247,9 @@ fn is_opaque(prepared: &Prepared, id: ShapeId) -> bool {
             | MaterialKind::Plastic(_)
             | MaterialKind::Substrate(_) => true,
             MaterialKind::Mix(mix) => mix.materials.iter().all(|material| stops_light(material.kind())),
+            MaterialKind::Disney(disney) => {
+                disney.thin.is_none() && disney.spec_trans.constant() == Some(0.0)
+            }
             MaterialKind::Glass(_)
             | MaterialKind::None
             | MaterialKind::Translucent(_)
