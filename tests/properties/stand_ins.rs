@@ -1,7 +1,7 @@
 //! The stand-ins of unsupported materials reflect as much light as the materials that they replace: the albedo of a sphere and of
 //! a sheet under a white sky.
 
-use crate::albedo::{mean_color, near, of_sphere};
+use crate::albedo::{near, of_sphere};
 
 /// The reflectance of a smooth dielectric for diffuse light from outside, by the Fresnel equations.
 fn fresnel_mean(eta: f64) -> f64 {
@@ -33,18 +33,4 @@ fn subsurface_reflects_the_share_of_its_medium() {
     ] {
         near(of_sphere(material), under_gloss(share), 0.01);
     }
-}
-
-/// The color by the absorption, as pbrt-v3 fits it (HairBSDF::SigmaAFromReflectance).
-#[test]
-fn hair_is_brown_unless_it_has_another_constant_color() {
-    let brown = [0.0130, 0.0037, 0.0004];
-    for absorption in ["", r#""texture sigma_a" "half""#, r#""texture eumelanin" "absent""#] {
-        let textures = r#"Texture "absent" "float" "checkerboard""#;
-        let found = mean_color(&format!(r#"{textures} Material "hair" {absorption} Shape "sphere""#));
-        let around = 1.0 - std::f64::consts::FRAC_PI_4;
-        near(found, brown.map(|share| around + (1.0 - around) * share), 0.004);
-    }
-    near(of_sphere(r#""hair" "rgb color" [.8 .4 .2]"#), [0.8, 0.4, 0.2], 0.004);
-    near(of_sphere(r#""hair" "rgb sigma_a" [3 3 3]"#), [0.0; 3], 0.004);
 }

@@ -3,6 +3,7 @@
 
 mod disney;
 mod fresnel;
+mod hair;
 mod lobe;
 mod material;
 mod microfacet;
@@ -67,7 +68,7 @@ pub(crate) struct Bsdf<'s, S: Simd> {
 }
 
 /// The largest number below 1.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+pub(self) const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 impl<'s, S: Simd> Bsdf<'s, S> {
     /// The BSDFs at points with geometric normals `n` and shading normals `ns`. Sets the probabilities of the lobes.
@@ -134,7 +135,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_delta()) {
                 let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i, above);
                 let (side, sampled) = match slot.lobe.kind {
-                    LobeKind::RoughGlass => (above | through, is_seen),
+                    LobeKind::RoughGlass | LobeKind::Hair => (above | through, is_seen),
                     kind if kind.transmits() => (through, !same_side),
                     _ => (above, same_side),
                 };

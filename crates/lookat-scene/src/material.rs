@@ -1,6 +1,7 @@
 //! `Material`: the scattering of surfaces.
 
 mod disney;
+mod hair;
 mod models;
 mod stand_in;
 mod subsurface;
@@ -11,7 +12,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_syntax::{Entity, Param, ParamType, Span, Text, Values};
 
-use crate::material::models::{bump, reflectance};
+use crate::material::models::bump;
 use crate::names::Names;
 use crate::params::value::Name;
 use crate::params::{ParamValue, Params, class};
@@ -20,6 +21,7 @@ use crate::symbols::SymbolId;
 use crate::texture::{AnyTexture, Texture};
 
 pub use crate::material::disney::{Disney, ThinDisney};
+pub use crate::material::hair::{Hair, HairColor};
 pub use crate::material::models::{
     Glass, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Translucent, Uber,
 };
@@ -59,6 +61,8 @@ pub enum MaterialKind {
     Uber(Box<Uber>),
     /// The material of Disney's animation studio.
     Disney(Box<Disney>),
+    /// Hair and fur.
+    Hair(Box<Hair>),
     /// A blend of two materials.
     Mix(Mix),
     /// No surface: light passes through and shadow rays are blocked, as in pbrt-v3 (`"none"` and `""`).
@@ -151,9 +155,7 @@ pub(crate) const KINDS: &[Kind] = &[
     ),
     Kind::new("glass", "smooth or rough glass", &[models::GLASS_KEYS, BUMP_KEYS]),
     Kind::new("mirror", "a perfect mirror", &[models::MIRROR_KEYS, BUMP_KEYS]),
-    Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS])
-        .ignoring(&[stand_in::HAIR_IGNORED])
-        .instead("matte of the same color"),
+    Kind::new("hair", "hair and fur", &[hair::KEYS]),
     Kind::new("disney", "the material of Disney's animation studio", &[disney::KEYS, BUMP_KEYS]),
     Kind::new("mix", "a blend of two named materials", &[models::MIX_KEYS]),
     Kind::new("metal", "a rough metal", &[models::METAL_KEYS, BUMP_KEYS]),
@@ -215,6 +217,12 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
             let bump = mix.materials[0].bump.clone();
             return Material::new(MaterialKind::Mix(mix), bump);
         }
+        "hair" => {
+            // pbrt-v3's hair has no bump map.
+            let hair = hair::hair(params);
+            params.finish();
+            return Material::new(MaterialKind::Hair(Box::new(hair)), None);
+        }
         "none" | "" => {
             params.finish();
             return Material::new(MaterialKind::None, None);
@@ -223,8 +231,7 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
             let known = KINDS.iter().filter(|known| known.name == params.kind());
             let known: Vec<_> = known.flat_map(Kind::parameters).collect();
             let kind = stand_in::stand_in(params);
-            // pbrt-v3's hair has no bump map.
-            let bump = if params.kind() == "hair" { None } else { bump(params) };
+            let bump = bump(params);
             params.ignore(known.into_iter());
             params.finish();
             return Material::new(kind, bump);
@@ -312,6 +319,7 @@ impl MaterialKind {
             MaterialKind::Substrate(it) => vec![&it.kd, &it.ks],
             MaterialKind::Uber(it) => vec![&it.kd, &it.ks, &it.kr, &it.kt, &it.opacity],
             MaterialKind::Disney(it) => vec![&it.color],
+            MaterialKind::Hair(it) => it.color.color().into_iter().collect(),
             MaterialKind::Mix(it) => vec![&it.amount],
             MaterialKind::None => vec![],
         }
@@ -319,8 +327,10 @@ impl MaterialKind {
 
     /// The numbers of this material that can be textures.
     fn numbers(&self) -> Vec<&Texture<f64>> {
-        if let MaterialKind::Disney(disney) = self {
-            return disney.numbers();
+        match self {
+            MaterialKind::Disney(disney) => return disney.numbers(),
+            MaterialKind::Hair(hair) => return hair.numbers(),
+            _ => {}
         }
         let sigma = if let MaterialKind::Matte(it) = self { Some(&it.sigma) } else { None };
         let widths = self.roughness().into_iter().flat_map(|width| std::iter::once(&width.u).chain(&width.v));
@@ -344,7 +354,9 @@ impl MaterialKind {
                 it.opacity.constant() == Some(Vec3::ONE) && are_black(&[&it.kd, &it.ks, &it.kr, &it.kt])
             }
             MaterialKind::Mix(it) => it.materials.iter().all(|part| part.kind.is_black()),
-            MaterialKind::Metal(_) | MaterialKind::Disney(_) | MaterialKind::None => false,
+            MaterialKind::Metal(_) | MaterialKind::Disney(_) | MaterialKind::Hair(_) | MaterialKind::None => {
+                false
+            }
             _ => are_black(&self.colors()),
         }
     }
@@ -355,6 +367,7 @@ impl MaterialKind {
             MaterialKind::Glass(glass) => Some(&glass.eta),
             MaterialKind::Uber(uber) => Some(&uber.eta),
             MaterialKind::Disney(disney) => Some(&disney.eta),
+            MaterialKind::Hair(hair) => Some(&hair.eta),
             _ => None,
         }
     }
@@ -384,6 +397,7 @@ impl MaterialKind {
             MaterialKind::Substrate(_) => "substrate",
             MaterialKind::Uber(_) => "uber",
             MaterialKind::Disney(_) => "disney",
+            MaterialKind::Hair(_) => "hair",
             MaterialKind::Mix(_) => "mix",
             MaterialKind::None => "none",
         }
@@ -415,6 +429,8 @@ impl Needs {
         if let MaterialKind::Disney(disney) = kind {
             needs.coordinates |= disney.anisotropic.constant() != Some(0.0);
         }
+        // The place across a hair, and the direction along it.
+        needs.coordinates |= matches!(kind, MaterialKind::Hair(_));
         if let MaterialKind::Mix(mix) = kind {
             for Material { needs: part, .. } in mix.materials.iter().map(|part| &**part) {
                 needs.coordinates |= part.coordinates;

@@ -30,6 +30,8 @@ pub(super) enum LobeKind {
     Substrate,
     /// The lobes of Disney's material, except the facets that reflect.
     Disney(DisneyLobe),
+    /// A fiber: see [`hair`](super::hair).
+    Hair,
     /// PBR 8.2.2.
     Mirror(Fresnel),
     /// PBR 8.2.3.
@@ -45,7 +47,7 @@ impl LobeKind {
         matches!(self, LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass)
     }
 
-    /// True for non-delta lobes that scatter to the other side. Rough glass scatters to both sides.
+    /// True for non-delta lobes that scatter to the other side. Rough glass and hair scatter to both sides.
     #[inline]
     pub fn transmits(self) -> bool {
         use DisneyLobe::{ThinTransmission, Transmission};
@@ -53,6 +55,7 @@ impl LobeKind {
             self,
             LobeKind::LambertTransmission
                 | LobeKind::RoughGlass
+                | LobeKind::Hair
                 | LobeKind::Disney(Transmission | ThinTransmission)
         )
     }
@@ -65,7 +68,7 @@ pub(super) struct Lobe<C, N> {
     /// The factor of the lobe, at least 0: mostly a reflectance or a transmittance.
     pub color: C,
     /// For conductors: index of refraction and absorption coefficient. For substrates: the colors of the base and of the
-    /// coat. For glass: reflectance and transmittance. For Disney's material: see [`DisneyLobe`].
+    /// coat. For glass: reflectance and transmittance. For Disney's material and hair: see there.
     pub colors: [C; 2],
     /// The widths of the distribution of microfacets; of rough matte surfaces the terms A and B of Oren and Nayar's model.
     pub roughness: [N; 2],
@@ -158,6 +161,7 @@ impl<S: Simd> Lobes<S> {
                 self.color * (base - base * coat + schlick(coat, cos_o.abs()))
             }
             LobeKind::Disney(lobe) => self.disney_albedo(lobe, cos_o),
+            LobeKind::Hair => self.hair_albedo(),
             LobeKind::Glass | LobeKind::RoughGlass => {
                 let [reflectance, transmittance] = self.colors;
                 transmittance + (reflectance - transmittance) * dielectric(cos_o, self.eta)
@@ -213,6 +217,7 @@ impl<S: Simd> Lobes<S> {
                 (self.color * sum, 0.5 * (cosine(wi) + is_valid.select(pdf, none)))
             }
             LobeKind::Disney(lobe) => self.disney_f_pdf(lobe, wo, wi),
+            LobeKind::Hair => self.hair_f_pdf(wo, wi),
             LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass => {
                 (Vec3fx8::splat(simd, Vec3::ZERO), none)
             }
@@ -243,6 +248,7 @@ impl<S: Simd> Lobes<S> {
                 (reflected.keep_where(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
             }
             LobeKind::Disney(lobe) => self.disney_sample(lobe, wo, [u, v]),
+            LobeKind::Hair => self.hair_sample(wo, [u, v], fine),
             LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass => (wo, !all),
         }
     }

@@ -5,11 +5,12 @@ use std::array;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
 use lookat_scene::{
-    Disney, Glass, LUMINANCE, Material, MaterialKind, Matte, Metal, Mix, Plastic, Roughness, Substrate,
-    Texture, ThinDisney, Translucent, Uber,
+    Disney, Glass, Hair, HairColor, LUMINANCE, Material, MaterialKind, Matte, Metal, Mix, Plastic, Roughness,
+    Substrate, Texture, ThinDisney, Translucent, Uber,
 };
 
 use super::disney::DisneyLobe;
+use super::hair::{absorption, logistic_scale, variance};
 use super::lobe::{LobeKind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness, in_range};
 use crate::bsdf::lobe::Fresnel;
@@ -56,7 +57,10 @@ fn bound(material: &MaterialKind) -> MostLobes {
     let most = |all, specular| MostLobes { all, specular };
     match material {
         MaterialKind::None => most(0, 0),
-        MaterialKind::Matte(_) | MaterialKind::Metal(_) | MaterialKind::Substrate(_) => most(1, 0),
+        MaterialKind::Matte(_)
+        | MaterialKind::Metal(_)
+        | MaterialKind::Substrate(_)
+        | MaterialKind::Hair(_) => most(1, 0),
         MaterialKind::Mirror(_) => most(1, 1),
         MaterialKind::Plastic(_) => most(2, 0),
         MaterialKind::Translucent(_) => most(3, 0),
@@ -96,6 +100,7 @@ impl<S: Simd> Builder<'_, S> {
                 MaterialKind::Substrate(layers) => self.substrate(layers, weight, active),
                 MaterialKind::Uber(uber) => self.uber(uber, weight, active),
                 MaterialKind::Disney(disney) => self.disney(disney, weight, active),
+                MaterialKind::Hair(hair) => self.hair(hair, weight, active),
                 MaterialKind::Mix(mix) => self.mix(mix, weight, active),
                 MaterialKind::None => {}
             }
@@ -326,6 +331,45 @@ impl<S: Simd> Builder<'_, S> {
         })
     }
 
+    #[inline(never)]
+    fn hair(&mut self, hair: &Hair, weight: Vec3fx8<S>, active: mask64x8<S>) {
+        let simd = active.token();
+        vectorized!(simd, {
+            let [beta_m, beta_n] = [&hair.beta_m, &hair.beta_n].map(
+                #[inline(always)]
+                |texture| self.share(texture, active),
+            );
+            let absorption = match &hair.color {
+                HairColor::Absorption(sigma_a) => self.reflectance(sigma_a, active),
+                HairColor::Reflectance(color) => absorption(self.reflectance(color, active), beta_n),
+                HairColor::Pigments { eumelanin, pheomelanin } => {
+                    let [brown, red] = [eumelanin, pheomelanin].map(
+                        #[inline(always)]
+                        |texture| to_f32(at_least(self.at.value(texture, active), 0.0)),
+                    );
+                    Vec3fx8::splat(simd, EUMELANIN) * brown + Vec3fx8::splat(simd, PHEOMELANIN) * red
+                }
+            };
+            let h = to_f32(at_least(self.at.uv[1] * 2.0 - 1.0, -1.0).min(1.0));
+            let angles = self.at.value(&hair.alpha, active);
+            let alpha: [[f64; 2]; LANES] = array::from_fn(|lane| {
+                let (sin, cos) = libm::sincos(angles[lane].to_radians());
+                if sin.is_finite() { [sin, cos] } else { [0.0, 1.0] }
+            });
+            let [sin, cos] = [0, 1].map(
+                #[inline(always)]
+                |at: usize| f32x8::from_fn(simd, |lane| alpha[lane][at] as f32),
+            );
+            let lobe = Lobes {
+                colors: [absorption, Vec3fx8 { x: h, y: sin, z: cos }],
+                roughness: [variance(beta_m), logistic_scale(beta_n)],
+                eta: to_f32(at_least(self.at.value(&hair.eta, active), 1.0).min(1e6)),
+                ..Lobes::new(LobeKind::Hair, weight)
+            };
+            self.push(lobe, active);
+        })
+    }
+
     /// A number from 0 to 1.
     #[inline(always)]
     fn share(&self, texture: &Texture<f64>, active: mask64x8<S>) -> f32x8<S> {
@@ -395,6 +439,9 @@ fn not_negative<S: Simd>(color: Vec3fx8<S>) -> Vec3fx8<S> {
     larger(color, Vec3fx8::splat(color.x.token(), Vec3::ZERO))
 }
 
+/// The absorption by the brown and the red pigment of hair (HairBSDF::SigmaAFromConcentration).
+const EUMELANIN: Vec3 = Vec3::new(0.419, 0.697, 1.37);
+const PHEOMELANIN: Vec3 = Vec3::new(0.187, 0.4, 1.05);
 /// The index of refraction of plastic and translucent surfaces.
 const COATING_INDEX: f64 = 1.5;
 /// Indices that differ by less are the same: the direction of a facet that bends light so little is lost in rounding.

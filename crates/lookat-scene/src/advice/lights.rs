@@ -58,6 +58,7 @@ fn is_specular(material: &Material) -> bool {
         }
         MaterialKind::None
         | MaterialKind::Disney(_)
+        | MaterialKind::Hair(_)
         | MaterialKind::Matte(_)
         | MaterialKind::Metal(_)
         | MaterialKind::Mix(_)

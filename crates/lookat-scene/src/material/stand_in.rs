@@ -2,16 +2,15 @@
 
 use glam::Vec3;
 
-use crate::material::models::{constant, constant_color, gray, polynomial};
-use crate::material::{MaterialKind, Matte, Roughness, Translucent, reflectance, subsurface};
+use crate::material::models::gray;
+use crate::material::{MaterialKind, Matte, Roughness, Translucent, subsurface};
 use crate::params::Params;
-use crate::params::value::{ColorTexture, FloatTexture, Name};
-use crate::schema::{Key, Keys, Unit};
+use crate::params::value::Name;
+use crate::schema::{Key, Keys};
 use crate::texture::Texture;
 
 pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
     let (replacement, material) = match params.kind() {
-        "hair" => ("\"matte\" with the same color", matte(color(params))),
         "kdsubsurface" => ("\"uber\" with the same Kd and index", subsurface::of_color(params)),
         "subsurface" => (
             "\"uber\" with the same index and the diffuse color of the coefficients",
@@ -33,51 +32,6 @@ fn width(width: f64) -> Roughness {
 
 fn matte(kd: Texture<Vec3>) -> MaterialKind {
     MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) })
-}
-
-// `hair` as a diffuse surface of the color of a mass of hair, by its absorption and the other way round, after Chiang et al.
-// 2016 (HairBSDF in materials/hair.cpp).
-
-const SIGMA_A: Key<ColorTexture> =
-    Key::color_texture("sigma_a", 0.0, "the absorption coefficient inside a hair")
-        .default_words("from color or the pigments");
-const HAIR_COLOR: Key<ColorTexture> =
-    Key::color_texture("color", 0.0, "the color of a mass of hair").default_words("none");
-const EUMELANIN: Key<FloatTexture> =
-    Key::float_texture("eumelanin", 1.3, "the concentration of the brown pigment")
-        .default_words("1.3; 0 with pheomelanin");
-const PHEOMELANIN: Key<FloatTexture> =
-    Key::float_texture("pheomelanin", 0.0, "the concentration of the red pigment");
-const BETA_N: Key<FloatTexture> = Key::float_texture("beta_n", 0.3, "the roughness around a hair");
-
-pub(in crate::material) const HAIR_KEYS: Keys = &[&SIGMA_A, &HAIR_COLOR, &EUMELANIN, &PHEOMELANIN, &BETA_N];
-pub(in crate::material) const HAIR_IGNORED: Keys = &[
-    &Key::float_texture("beta_m", 0.3, "the roughness along a hair"),
-    &Key::float_texture("eta", 1.55, "the index of refraction inside a hair"),
-    &Key::float_texture("alpha", 2.0, "the angle of the scales of a hair").unit(Unit::Degrees),
-];
-
-pub(super) fn color(params: &mut Params) -> Texture<Vec3> {
-    let color = reflectance(params, &HAIR_COLOR);
-    let absorption = absorption(params);
-    let beta = constant(params, &BETA_N);
-    if params.was_taken("color") && !params.was_taken("sigma_a") {
-        return color;
-    }
-    let of_beta = polynomial([0.245, 5.574, -10.73, 2.532, -0.215, 5.969], beta) as f32;
-    Texture::Constant(absorption.map(|channel| libm::expf(-channel.sqrt() * of_beta)))
-}
-
-/// The absorption inside a hair, by default of brown hair.
-fn absorption(params: &mut Params) -> Vec3 {
-    const OF_EUMELANIN: Vec3 = Vec3::new(0.419, 0.697, 1.37);
-    const OF_PHEOMELANIN: Vec3 = Vec3::new(0.187, 0.4, 1.05);
-    let [eumelanin, pheomelanin] =
-        [&EUMELANIN, &PHEOMELANIN].map(|key| constant(params, key).max(0.0) as f32);
-    let is_red = params.was_taken("pheomelanin") && !params.was_taken("eumelanin");
-    let eumelanin = if is_red { 0.0 } else { eumelanin };
-    let default = ColorTexture(eumelanin * OF_EUMELANIN + pheomelanin * OF_PHEOMELANIN);
-    constant_color(params, &Key { default, ..SIGMA_A })
 }
 
 // `fourier` as a diffuse surface of the mean color that its table of coefficients gives (FourierBSDFTable in
@@ -207,19 +161,6 @@ mod tests {
             assert_eq!(black, Vec3::ZERO);
             let kd = diffuse("Material \"kdsubsurface\" \"rgb Kd\" [0.8 0.4 0.2]");
             assert!(kd.y > 0.36 && kd.y < 0.4 && (kd.x - 2.0 * kd.y).abs() < 1e-6, "{kd}");
-        }
-
-        #[test]
-        fn hair_has_the_color_of_its_absorption() {
-            let color = Vec3::new(0.8, 0.4, 0.2);
-            assert_eq!(diffuse("Material \"hair\" \"rgb color\" [0.8 0.4 0.2]"), color);
-            // SigmaAFromReflectance of pbrt-v3, at its default beta_n of 0.3.
-            let f = 5.969 - 0.215 * 0.3 + 2.532 * 0.09 - 10.73 * 0.027 + 5.574 * 0.0081 + 0.245 * 0.00243_f32;
-            let [r, g, b] = color.to_array().map(|channel| (channel.ln() / f).powi(2));
-            let back = diffuse(&format!("Material \"hair\" \"rgb sigma_a\" [{r} {g} {b}]"));
-            assert!((back - color).abs().max_element() < 1e-4, "{back}");
-            let brown = diffuse("Material \"hair\"");
-            assert!(brown.x > brown.y && brown.y > brown.z && brown.x < 0.1, "{brown}");
         }
     }
     mod fourier {

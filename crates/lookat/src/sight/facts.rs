@@ -251,6 +251,7 @@ fn is_opaque(prepared: &Prepared, id: ShapeId) -> bool {
                 disney.thin.is_none() && disney.spec_trans.constant() == Some(0.0)
             }
             MaterialKind::Glass(_)
+            | MaterialKind::Hair(_)
             | MaterialKind::None
             | MaterialKind::Translucent(_)
             | MaterialKind::Uber(_) => false,
