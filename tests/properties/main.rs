@@ -4,6 +4,7 @@ mod albedo;
 mod any_text;
 mod diagnostics;
 mod disney;
+mod fourier;
 mod furnace;
 mod load_again;
 mod promises;

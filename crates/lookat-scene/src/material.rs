@@ -1,9 +1,9 @@
 //! `Material`: the scattering of surfaces.
 
 mod disney;
+mod fourier;
 mod hair;
 mod models;
-mod stand_in;
 mod subsurface;
 
 use std::rc::Rc;
@@ -21,6 +21,8 @@ use crate::symbols::SymbolId;
 use crate::texture::{AnyTexture, Texture};
 
 pub use crate::material::disney::{Disney, ThinDisney};
+pub(crate) use crate::material::fourier::Tables;
+pub use crate::material::fourier::{FourierTable, Series};
 pub use crate::material::hair::{Hair, HairColor};
 pub use crate::material::models::{
     Glass, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Translucent, Uber,
@@ -63,6 +65,8 @@ pub enum MaterialKind {
     Disney(Box<Disney>),
     /// Hair and fur.
     Hair(Box<Hair>),
+    /// Measured or simulated scattering, in a table.
+    Fourier(Arc<FourierTable>),
     /// A blend of two materials.
     Mix(Mix),
     /// No surface: light passes through and shadow rays are blocked, as in pbrt-v3 (`"none"` and `""`).
@@ -181,12 +185,7 @@ pub(crate) const KINDS: &[Kind] = &[
         &[subsurface::COLOR, subsurface::SURFACE, BUMP_KEYS],
     )
     .instead("uber with the same Kd and index"),
-    Kind::new(
-        "fourier",
-        "measured or simulated scattering from a file",
-        &[stand_in::FOURIER_KEYS, BUMP_KEYS],
-    )
-    .instead("matte or translucent of the same mean color"),
+    Kind::new("fourier", "measured or simulated scattering from a file", &[fourier::KEYS, BUMP_KEYS]),
     Kind::new(
         "none",
         "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt",
@@ -199,7 +198,7 @@ pub(crate) const KINDS: &[Kind] = &[
 pub(crate) type Named = Names<Rc<MaterialInstance>>;
 
 /// pbrt-v3's MakeMaterial. An unknown type is an error and gives matte, as in pbrt-v3.
-pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
+pub(crate) fn material(params: &mut Params, named: &Named, tables: &mut Tables) -> Material {
     let kind = match params.kind() {
         "matte" => MaterialKind::Matte(models::matte(params)),
         "plastic" => MaterialKind::Plastic(models::plastic(params)),
@@ -217,6 +216,10 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
             let bump = mix.materials[0].bump.clone();
             return Material::new(MaterialKind::Mix(mix), bump);
         }
+        "fourier" => match fourier::fourier(params, tables) {
+            Some(table) => MaterialKind::Fourier(table),
+            None => Material::DEFAULT.kind,
+        },
         "hair" => {
             // pbrt-v3's hair has no bump map.
             let hair = hair::hair(params);
@@ -230,7 +233,7 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
         _ if params.is_known_kind(KINDS) => {
             let known = KINDS.iter().filter(|known| known.name == params.kind());
             let known: Vec<_> = known.flat_map(Kind::parameters).collect();
-            let kind = stand_in::stand_in(params);
+            let kind = subsurface::stand_in(params);
             let bump = bump(params);
             params.ignore(known.into_iter());
             params.finish();
@@ -321,7 +324,7 @@ impl MaterialKind {
             MaterialKind::Disney(it) => vec![&it.color],
             MaterialKind::Hair(it) => it.color.color().into_iter().collect(),
             MaterialKind::Mix(it) => vec![&it.amount],
-            MaterialKind::None => vec![],
+            MaterialKind::Fourier(_) | MaterialKind::None => vec![],
         }
     }
 
@@ -354,9 +357,11 @@ impl MaterialKind {
                 it.opacity.constant() == Some(Vec3::ONE) && are_black(&[&it.kd, &it.ks, &it.kr, &it.kt])
             }
             MaterialKind::Mix(it) => it.materials.iter().all(|part| part.kind.is_black()),
-            MaterialKind::Metal(_) | MaterialKind::Disney(_) | MaterialKind::Hair(_) | MaterialKind::None => {
-                false
-            }
+            MaterialKind::Metal(_)
+            | MaterialKind::Disney(_)
+            | MaterialKind::Hair(_)
+            | MaterialKind::Fourier(_)
+            | MaterialKind::None => false,
             _ => are_black(&self.colors()),
         }
     }
@@ -370,6 +375,11 @@ impl MaterialKind {
             MaterialKind::Hair(hair) => Some(&hair.eta),
             _ => None,
         }
+    }
+
+    /// The table, if the material has one.
+    pub(crate) fn table(&self) -> Option<&Arc<FourierTable>> {
+        if let MaterialKind::Fourier(table) = self { Some(table) } else { None }
     }
 
     /// The roughness, if the material has one.
@@ -398,6 +408,7 @@ impl MaterialKind {
             MaterialKind::Uber(_) => "uber",
             MaterialKind::Disney(_) => "disney",
             MaterialKind::Hair(_) => "hair",
+            MaterialKind::Fourier(_) => "fourier",
             MaterialKind::Mix(_) => "mix",
             MaterialKind::None => "none",
         }

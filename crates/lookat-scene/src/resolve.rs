@@ -18,7 +18,7 @@ use crate::draft::Draft;
 use crate::facts::{Block, BlockKind, Facts, Rotation};
 use crate::files::Files;
 use crate::light::{self, Emission};
-use crate::material::MaterialInstance;
+use crate::material::{MaterialInstance, Tables};
 use crate::names::Names;
 use crate::options::{LoadOptions, Options, ResolvedOptions};
 use crate::params::Params;
@@ -40,6 +40,8 @@ pub(crate) struct Resolver<'a> {
     state: GraphicsState,
     /// The names and types of the parameters of materials, which those of one kind share.
     known_parameters: HashSet<Rc<[(&'static str, ParamType)]>>,
+    /// The tables of materials so far.
+    tables: Tables,
     definitions: Definitions,
     options: Options,
     /// The options at `WorldBegin`.
@@ -58,6 +60,7 @@ impl<'a> Resolver<'a> {
             blocks: Blocks::default(),
             state: GraphicsState::new(),
             known_parameters: HashSet::new(),
+            tables: Tables::new(),
             definitions: Definitions {
                 objects: Names::new(SymbolKind::Object),
                 media: Names::new(SymbolKind::Medium),

@@ -34,7 +34,7 @@ const CLEARCOAT_MASKING: f32 = 0.25;
 /// What a clearcoat of index 1.5 reflects along the normal.
 const CLEARCOAT_REFLECTANCE: f32 = 0.04;
 
-impl<S: Simd> Lobes<S> {
+impl<S: Simd> Lobes<'_, S> {
     /// The reflectance at an angle: `colors` are that of metal along the normal, and the share of metal.
     #[inline(always)]
     pub fn disney_fresnel(&self, cos: f32x8<S>) -> Vec3fx8<S> {

@@ -111,7 +111,7 @@ impl<S: Simd> Fibers<S> {
     }
 }
 
-impl<S: Simd> Lobes<S> {
+impl<S: Simd> Lobes<'_, S> {
     /// The value of the BSDF, and the density of [`Lobes::hair_sample`].
     #[inline(never)]
     pub fn hair_f_pdf(&self, wo: Vec3fx8<S>, wi: Vec3fx8<S>) -> (Vec3fx8<S>, f32x8<S>) {

@@ -10,6 +10,7 @@ use lookat_scene::{
 };
 
 use super::disney::DisneyLobe;
+use super::fourier::Table;
 use super::hair::{absorption, logistic_scale, variance};
 use super::lobe::{LobeKind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness, in_range};
@@ -18,16 +19,16 @@ use crate::bsdf::{LobeSlots, PointLobes};
 use crate::number::{LANES, Vec3fx8, baseline, bits, narrow, splat_f32, to_f32, vectorized, widen};
 use crate::texture::TexturePoint;
 
-impl<S: Simd> LobeSlots<S> {
+impl<'m, S: Simd> LobeSlots<'m, S> {
     /// Adds the lobes of a material at points, which have none yet.
-    pub fn build(&mut self, material: &MaterialKind, at: &TexturePoint<S>, points: mask64x8<S>) {
+    pub fn build(&mut self, material: &'m MaterialKind, at: &TexturePoint<S>, points: mask64x8<S>) {
         Builder { at, slots: self, from: 0 }.add(material, Vec3fx8::splat(points.token(), Vec3::ONE), points);
     }
 }
 
-impl PointLobes {
+impl<'m> PointLobes<'m> {
     /// The lobes of a material without textures.
-    pub fn new(material: &MaterialKind) -> Self {
+    pub fn new(material: &'m MaterialKind) -> Self {
         baseline!(simd => {
             let mut slots = LobeSlots::new();
             slots.build(material, &TexturePoint::splat(simd, DVec3::ZERO, [0.0; 2]), bits(simd, 1));
@@ -60,7 +61,8 @@ fn bound(material: &MaterialKind) -> MostLobes {
         MaterialKind::Matte(_)
         | MaterialKind::Metal(_)
         | MaterialKind::Substrate(_)
-        | MaterialKind::Hair(_) => most(1, 0),
+        | MaterialKind::Hair(_)
+        | MaterialKind::Fourier(_) => most(1, 0),
         MaterialKind::Mirror(_) => most(1, 1),
         MaterialKind::Plastic(_) => most(2, 0),
         MaterialKind::Translucent(_) => most(3, 0),
@@ -75,17 +77,17 @@ fn bound(material: &MaterialKind) -> MostLobes {
 }
 
 /// Collects the lobes of a material, at points that are active.
-struct Builder<'a, S: Simd> {
+struct Builder<'a, 'm, S: Simd> {
     at: &'a TexturePoint<'a, S>,
-    slots: &'a mut LobeSlots<S>,
+    slots: &'a mut LobeSlots<'m, S>,
     /// The lobes so far are in slots before this one.
     from: usize,
 }
 
-impl<S: Simd> Builder<'_, S> {
+impl<'m, S: Simd> Builder<'_, 'm, S> {
     /// The lobes of a material, times `weight`.
     #[inline(never)]
-    fn add(&mut self, material: &MaterialKind, weight: Vec3fx8<S>, active: mask64x8<S>) {
+    fn add(&mut self, material: &'m MaterialKind, weight: Vec3fx8<S>, active: mask64x8<S>) {
         vectorized!(active.token(), {
             match material {
                 MaterialKind::Matte(matte) => self.matte(matte, weight, active),
@@ -101,6 +103,9 @@ impl<S: Simd> Builder<'_, S> {
                 MaterialKind::Uber(uber) => self.uber(uber, weight, active),
                 MaterialKind::Disney(disney) => self.disney(disney, weight, active),
                 MaterialKind::Hair(hair) => self.hair(hair, weight, active),
+                MaterialKind::Fourier(table) => {
+                    self.push(Lobes::new(LobeKind::Fourier(Table(table)), weight), active);
+                }
                 MaterialKind::Mix(mix) => self.mix(mix, weight, active),
                 MaterialKind::None => {}
             }
@@ -109,7 +114,7 @@ impl<S: Simd> Builder<'_, S> {
 
     /// Adds a lobe where its color is not black.
     #[inline(never)]
-    fn push(&mut self, lobe: Lobes<S>, active: mask64x8<S>) {
+    fn push(&mut self, lobe: Lobes<'m, S>, active: mask64x8<S>) {
         vectorized!(active.token(), {
             let own = active & lobe.color.is_light();
             if own.any_true() {
@@ -377,7 +382,7 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     #[inline(always)]
-    fn mix(&mut self, mix: &Mix, weight: Vec3fx8<S>, active: mask64x8<S>) {
+    fn mix(&mut self, mix: &'m Mix, weight: Vec3fx8<S>, active: mask64x8<S>) {
         let first = self.reflectance(&mix.amount, active);
         let second = not_negative(Vec3fx8::splat(active.token(), Vec3::ONE) - first);
         for (material, share) in mix.materials.iter().zip([first, second]) {

@@ -59,6 +59,7 @@ fn is_specular(material: &Material) -> bool {
         MaterialKind::None
         | MaterialKind::Disney(_)
         | MaterialKind::Hair(_)
+        | MaterialKind::Fourier(_)
         | MaterialKind::Matte(_)
         | MaterialKind::Metal(_)
         | MaterialKind::Mix(_)

@@ -250,7 +250,8 @@ fn is_opaque(prepared: &Prepared, id: ShapeId) -> bool {
             MaterialKind::Disney(disney) => {
                 disney.thin.is_none() && disney.spec_trans.constant() == Some(0.0)
             }
-            MaterialKind::Glass(_)
+            MaterialKind::Fourier(_)
+            | MaterialKind::Glass(_)
             | MaterialKind::Hair(_)
             | MaterialKind::None
             | MaterialKind::Translucent(_)
