@@ -189,7 +189,7 @@ fn clamped(params: &mut Params, key: &Key<FloatTexture>, most: f64) -> Texture<f
 fn warn_outside(params: &mut Params, name: &str, number: &Texture<f64>, most: f64, used: &str) {
     let Some(value) = number.constant() else { return };
     let (beyond, help) = if value < 0.0 {
-        ("negative".to_string(), format!("write a {name} of 0 or more"))
+        ("negative".to_string(), "write 0 or more".to_string())
     } else if value > most {
         (format!("above {most}"), format!("the range of {name} is 0 to {most}"))
     } else {
