@@ -69,7 +69,7 @@ pub(crate) struct Bsdf<'s, S: Simd> {
 }
 
 /// The largest number below 1.
-pub(self) const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 impl<'s, S: Simd> Bsdf<'s, S> {
     /// The BSDFs at points with geometric normals `n` and shading normals `ns`. Sets the probabilities of the lobes.

@@ -298,7 +298,7 @@ fn sample_cosine(table: &FourierTable, viewer: Neighbors, u: f64) -> Option<f32>
     let sum = |at: usize| viewer.mean(|o| table.sums(o)[at]);
     let f = |at: usize| viewer.mean(|o| table.mean(o, at));
     let all = sum(last);
-    if !(all > 0.0) {
+    if all <= 0.0 || all.is_nan() {
         return None;
     }
     let u = u * all;
@@ -332,7 +332,7 @@ fn sample_cosine(table: &FourierTable, viewer: Neighbors, u: f64) -> Option<f32>
 #[inline(always)]
 fn sample_azimuth<S: Simd>(simd: S, series: &[SeriesBlock<S>], u: f64) -> Option<f64> {
     let mean = series.first()?.of_value[0];
-    if !(mean > 0.0) {
+    if mean <= 0.0 || mean.is_nan() {
         return None;
     }
     // It is symmetrical.

@@ -277,6 +277,6 @@ fn bessel<S: Simd>(x: f32x8<S>) -> f32x8<S> {
     for factor in FAR {
         far = (far + factor) * inverse;
     }
-    let far = (far + 0.398_942_28) / x.max(SPLIT).sqrt();
+    let far = (far + 0.398_942_3) / x.max(SPLIT).sqrt();
     t.simd_lt(1.0).select((near + 1.0) * exp_minus(x.min(SPLIT)), far)
 }
