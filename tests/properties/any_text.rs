@@ -13,7 +13,7 @@ use lookat_scene::syntax::{
     Values,
 };
 use lookat_scene::{
-    FilmOverride, Integrator, Light, LoadOptions, Loaded, Material, MaterialKind, Scene, Texture,
+    FilmOverride, HairColor, Integrator, Light, LoadOptions, Loaded, Material, MaterialKind, Scene, Texture,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -281,7 +281,17 @@ fn tame_material(material: &mut Arc<Material>) {
             m.materials.iter_mut().for_each(tame_material);
             vec![&mut m.amount]
         }
-        MaterialKind::Metal(_) | MaterialKind::None => Vec::new(),
+        MaterialKind::Disney(it) => {
+            for strength in [&mut it.sheen, &mut it.clearcoat, &mut it.roughness] {
+                *strength = Texture::Constant(strength.constant().unwrap_or(0.5).min(1.0));
+            }
+            vec![&mut it.color]
+        }
+        MaterialKind::Hair(it) => match &mut it.color {
+            HairColor::Absorption(color) | HairColor::Reflectance(color) => vec![color],
+            HairColor::Pigments { .. } => Vec::new(),
+        },
+        MaterialKind::Metal(_) | MaterialKind::Fourier(_) | MaterialKind::None => Vec::new(),
     };
     for share in shares {
         let color = share.constant().unwrap_or(Vec3::splat(0.5));

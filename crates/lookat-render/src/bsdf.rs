@@ -1,7 +1,10 @@
 //! BSDFs at eight points side by side: their lobes, how a lobe is chosen for a sample, and what they scatter. Directions are in
 //! the world and point away from the surface.
 
+mod disney;
+mod fourier;
 mod fresnel;
+mod hair;
 mod lobe;
 mod material;
 mod microfacet;
@@ -62,7 +65,7 @@ pub(crate) struct Bsdf<'s, S: Simd> {
     wo: Vec3x8<S>,
     /// `wo` in the shading frames.
     local_o: Vec3fx8<S>,
-    slots: &'s [LobeSlot<S>],
+    slots: &'s [LobeSlot<'s, S>],
 }
 
 /// The largest number below 1.
@@ -71,12 +74,12 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 impl<'s, S: Simd> Bsdf<'s, S> {
     /// The BSDFs at points with geometric normals `n` and shading normals `ns`. Sets the probabilities of the lobes.
     #[inline(always)]
-    pub fn new(
+    pub fn new<'m: 's>(
         n: Vec3fx8<S>,
         ns: Vec3x8<S>,
         frames: Frames<f32x8<S>>,
         wo: Vec3x8<S>,
-        slots: &'s mut LobeSlots<S>,
+        slots: &'s mut LobeSlots<'m, S>,
     ) -> Self {
         let (local_o, n) = (frames.to_local(wo.narrow()), n.face_forward(wo.narrow()));
         weigh(&mut slots.0, local_o.z);
@@ -105,7 +108,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         Domain {
             n: self.n,
             ns: (-self.frames.z).keep_where(self.local_o.z.simd_lt(0.0), self.frames.z),
-            is_two_sided: self.of(LobeKind::transmits),
+            is_two_sided: self.of(|kind| kind.transmits()),
             is_diffuse: !self.of(|kind| kind != LobeKind::Lambert),
         }
     }
@@ -131,9 +134,11 @@ impl<'s, S: Simd> Bsdf<'s, S> {
             let same_side = (wo.z * local_i.z).simd_gt(0.0);
             let (mut f, mut pdf) = (black, none);
             for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_delta()) {
-                let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i, above);
+                let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i, above, slot.mask & is_seen);
                 let (side, sampled) = match slot.lobe.kind {
-                    LobeKind::RoughGlass => (above | through, is_seen),
+                    LobeKind::RoughGlass | LobeKind::Hair | LobeKind::Fourier(_) => {
+                        (above | through, is_seen)
+                    }
                     kind if kind.transmits() => (through, !same_side),
                     _ => (above, same_side),
                 };
@@ -175,7 +180,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                         None => (own, sample),
                     });
                 } else {
-                    let (wi, is_valid) = slot.lobe.sample(self.local_o, square, fine);
+                    let (wi, is_valid) = slot.lobe.sample(self.local_o, square, fine, own);
                     local = wi.keep_where(own, local);
                     is_smooth |= own & is_valid;
                     radiance_scale =
@@ -287,7 +292,10 @@ fn probability<S: Simd>(simd: S, slots: &[LobeSlot<S>], filter: LobeFilter) -> f
     sum
 }
 
-fn of<S: Simd>(slots: &[LobeSlot<S>], filter: LobeFilter) -> impl Iterator<Item = (usize, &LobeSlot<S>)> {
+fn of<'s, S: Simd>(
+    slots: &'s [LobeSlot<'s, S>],
+    filter: LobeFilter,
+) -> impl Iterator<Item = (usize, &'s LobeSlot<'s, S>)> {
     slots.iter().enumerate().filter(move |(_, slot)| filter.holds(slot.lobe.kind))
 }
 
@@ -328,8 +336,8 @@ fn choose<S: Simd>(slots: &[LobeSlot<S>], filter: LobeFilter, u: f64x8<S>) -> Lo
 
 /// A lobe and the points that have it.
 #[derive(Clone, Copy)]
-struct LobeSlot<S: Simd> {
-    pub lobe: Lobes<S>,
+struct LobeSlot<'m, S: Simd> {
+    pub lobe: Lobes<'m, S>,
     /// The points that have the lobe.
     pub mask: mask32x8<S>,
     /// The probability that a sample of all lobes is of this lobe.
@@ -337,13 +345,13 @@ struct LobeSlot<S: Simd> {
 }
 
 /// The lobes of all points. The lobes of each point are in order. Few materials have more than six.
-pub(crate) struct LobeSlots<S: Simd>(SmallVec<[LobeSlot<S>; 6]>);
+pub(crate) struct LobeSlots<'m, S: Simd>(SmallVec<[LobeSlot<'m, S>; 6]>);
 
 /// The lobes of a material at a point.
 #[derive(Debug, Default)]
-pub(crate) struct PointLobes(Box<[PointLobe]>);
+pub(crate) struct PointLobes<'m>(Box<[PointLobe<'m>]>);
 
-impl<S: Simd> LobeSlots<S> {
+impl<'m, S: Simd> LobeSlots<'m, S> {
     /// An empty list of lobes.
     #[inline(always)]
     pub fn new() -> Self {
@@ -352,7 +360,7 @@ impl<S: Simd> LobeSlots<S> {
 
     /// Adds the lobes of points that are alike, and have none yet.
     #[inline(never)]
-    pub fn add(&mut self, simd: S, lobes: &PointLobes, points: mask64x8<S>) {
+    pub fn add(&mut self, simd: S, lobes: &PointLobes<'m>, points: mask64x8<S>) {
         vectorized!(simd, {
             let (own, mut from) = (narrow(points), 0);
             for lobe in &lobes.0 {
@@ -363,7 +371,7 @@ impl<S: Simd> LobeSlots<S> {
 
     /// Adds lobes at some points, whose lobes so far are in slots before `from`.
     #[inline(always)]
-    fn push(&mut self, lobe: Lobes<S>, own: mask32x8<S>, from: &mut usize) {
+    fn push(&mut self, lobe: Lobes<'m, S>, own: mask32x8<S>, from: &mut usize) {
         let at = self.0[*from..].iter().position(|slot| slot.lobe.kind == lobe.kind);
         let at = at.map_or(self.0.len(), |at| *from + at);
         match self.0.get_mut(at) {
@@ -388,7 +396,7 @@ impl<S: Simd> LobeSlots<S> {
     }
 
     /// The lobes of the first point.
-    fn first(&self) -> PointLobes {
+    fn first(&self) -> PointLobes<'m> {
         let own = self.0.iter().filter(|slot| slot.mask.to_bitmask() & 1 == 1);
         PointLobes(own.map(|slot| slot.lobe.first()).collect())
     }

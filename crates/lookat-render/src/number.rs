@@ -479,12 +479,18 @@ pub(crate) fn log2<S: Simd>(of: f32x8<S>) -> ([i32; LANES], f32x8<S>) {
     ((bits >> 23 & 0xff).to_array().map(|exponent| exponent as i32 - 127), rest)
 }
 
+/// The natural logarithm, to 2e-7 and a rounding; of 0 it is about -88.
+#[inline(always)]
+pub(crate) fn ln<S: Simd>(x: f32x8<S>) -> f32x8<S> {
+    let (whole, rest) = log2(x);
+    let whole: f32x8<S> = whole.map(|whole| whole as f32).simd_into(x.token());
+    (whole + rest) * LN_2
+}
+
 /// The natural logarithm of 1 - `u`, for numbers from 0 to 1, to a millionth of itself.
 #[inline(always)]
 pub(crate) fn log_1_minus<S: Simd>(u: f64x8<S>) -> f32x8<S> {
-    let simd = u.token();
-    let (whole, rest) = log2(to_f32(1.0 - u));
-    let whole: f32x8<S> = whole.map(|whole| whole as f32).simd_into(simd);
+    let far = ln(to_f32(1.0 - u));
     // Near 0 by the series of the inverse hyperbolic tangent.
     let near = to_f32(u);
     let s = near / (2.0 - near);
@@ -493,7 +499,7 @@ pub(crate) fn log_1_minus<S: Simd>(u: f64x8<S>) -> f32x8<S> {
     for factor in [1.0 / 9.0, 1.0 / 7.0, 1.0 / 5.0, 1.0 / 3.0] {
         sum = (sum + factor) * square;
     }
-    near.simd_lt(0.5).select((sum + 1.0) * s * -2.0, (whole + rest) * LN_2)
+    near.simd_lt(0.5).select((sum + 1.0) * s * -2.0, far)
 }
 
 /// e to the power of minus `x`, which is 0 or more, to a millionth (polynomial of Cephes, `exp2f.c`).

@@ -216,12 +216,12 @@ impl<S: Simd> Shaded<S> {
     /// Gives surfaces that are open their lobes and shading normals. `d`: the directions of the rays. `views`: what has found the
     /// surfaces, if these are camera rays.
     #[inline(never)]
-    pub fn paint(
+    pub fn paint<'s>(
         &mut self,
-        scene: &Traceable,
+        scene: &'s Traceable,
         d: Vec3x8<S>,
         views: Option<&Views>,
-        slots: &mut LobeSlots<S>,
+        slots: &mut LobeSlots<'s, S>,
     ) {
         let (simd, Found { surfaces, elements, .. }) = (self.is_open.token(), self.found);
         vectorized!(simd, {
@@ -260,7 +260,7 @@ pub(crate) struct Materials<'s> {
     /// True if shading normals may differ from geometric ones.
     pub has_normals: bool,
     /// The lobes of materials without textures. `None` for materials with textures.
-    lobes: Vec<Option<PointLobes>>,
+    lobes: Vec<Option<PointLobes<'s>>>,
     /// The material of each primitive.
     of_primitive: Vec<u32>,
 }
@@ -275,7 +275,7 @@ impl<'s> Materials<'s> {
             })
         };
         let of_primitive = traceable.primitives().map(number).collect();
-        let alike = |material: &&Material| {
+        let alike = |material: &&'s Material| {
             let is_alike = !material.needs().coordinates;
             is_alike.then(|| PointLobes::new(material.kind()))
         };
@@ -304,7 +304,7 @@ impl<'s> Materials<'s> {
         simd: S,
         elements: &[ElementId; LANES],
         is_hit: mask64x8<S>,
-        slots: &mut LobeSlots<S>,
+        slots: &mut LobeSlots<'s, S>,
     ) -> mask64x8<S> {
         let mut is_open = 0;
         let of = |lane: usize| self.number(elements[lane].primitive);

@@ -1,7 +1,9 @@
 //! `Material`: the scattering of surfaces.
 
+mod disney;
+mod fourier;
+mod hair;
 mod models;
-mod stand_in;
 mod subsurface;
 
 use std::rc::Rc;
@@ -10,7 +12,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_syntax::{Entity, Param, ParamType, Span, Text, Values};
 
-use crate::material::models::{bump, reflectance};
+use crate::material::models::bump;
 use crate::names::Names;
 use crate::params::value::Name;
 use crate::params::{ParamValue, Params, class};
@@ -18,6 +20,10 @@ use crate::schema::{Key, Keys, Kind};
 use crate::symbols::SymbolId;
 use crate::texture::{AnyTexture, Texture};
 
+pub use crate::material::disney::{Disney, ThinDisney};
+pub(crate) use crate::material::fourier::Tables;
+pub use crate::material::fourier::{FourierTable, Series};
+pub use crate::material::hair::{Hair, HairColor};
 pub use crate::material::models::{
     Glass, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Translucent, Uber,
 };
@@ -55,6 +61,12 @@ pub enum MaterialKind {
     Substrate(Substrate),
     /// Diffuse, glossy and specular lobes in one material.
     Uber(Box<Uber>),
+    /// The material of Disney's animation studio.
+    Disney(Box<Disney>),
+    /// Hair and fur.
+    Hair(Box<Hair>),
+    /// Measured or simulated scattering, in a table.
+    Fourier(Arc<FourierTable>),
     /// A blend of two materials.
     Mix(Mix),
     /// No surface: light passes through and shadow rays are blocked, as in pbrt-v3 (`"none"` and `""`).
@@ -147,12 +159,8 @@ pub(crate) const KINDS: &[Kind] = &[
     ),
     Kind::new("glass", "smooth or rough glass", &[models::GLASS_KEYS, BUMP_KEYS]),
     Kind::new("mirror", "a perfect mirror", &[models::MIRROR_KEYS, BUMP_KEYS]),
-    Kind::new("hair", "hair and fur", &[stand_in::HAIR_KEYS])
-        .ignoring(&[stand_in::HAIR_IGNORED])
-        .instead("matte of the same color"),
-    Kind::new("disney", "the material of Disney's animation studio", &[stand_in::DISNEY_KEYS, BUMP_KEYS])
-        .ignoring(&[stand_in::DISNEY_IGNORED])
-        .instead("uber, glass, translucent or their mix, of the same color and roughness"),
+    Kind::new("hair", "hair and fur", &[hair::KEYS]),
+    Kind::new("disney", "the material of Disney's animation studio", &[disney::KEYS, BUMP_KEYS]),
     Kind::new("mix", "a blend of two named materials", &[models::MIX_KEYS]),
     Kind::new("metal", "a rough metal", &[models::METAL_KEYS, BUMP_KEYS]),
     Kind::new(
@@ -177,12 +185,7 @@ pub(crate) const KINDS: &[Kind] = &[
         &[subsurface::COLOR, subsurface::SURFACE, BUMP_KEYS],
     )
     .instead("uber with the same Kd and index"),
-    Kind::new(
-        "fourier",
-        "measured or simulated scattering from a file",
-        &[stand_in::FOURIER_KEYS, BUMP_KEYS],
-    )
-    .instead("matte or translucent of the same mean color"),
+    Kind::new("fourier", "measured or simulated scattering from a file", &[fourier::KEYS, BUMP_KEYS]),
     Kind::new(
         "none",
         "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt",
@@ -195,7 +198,7 @@ pub(crate) const KINDS: &[Kind] = &[
 pub(crate) type Named = Names<Rc<MaterialInstance>>;
 
 /// pbrt-v3's MakeMaterial. An unknown type is an error and gives matte, as in pbrt-v3.
-pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
+pub(crate) fn material(params: &mut Params, named: &Named, tables: &mut Tables) -> Material {
     let kind = match params.kind() {
         "matte" => MaterialKind::Matte(models::matte(params)),
         "plastic" => MaterialKind::Plastic(models::plastic(params)),
@@ -205,12 +208,23 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
         "metal" => MaterialKind::Metal(Box::new(models::metal(params))),
         "substrate" => MaterialKind::Substrate(models::substrate(params)),
         "uber" => MaterialKind::Uber(Box::new(models::uber(params))),
+        "disney" => MaterialKind::Disney(Box::new(disney::disney(params))),
         "mix" => {
             let mix = models::mix(params, named);
             params.finish();
             // pbrt-v3 uses the bump map of the first.
             let bump = mix.materials[0].bump.clone();
             return Material::new(MaterialKind::Mix(mix), bump);
+        }
+        "fourier" => match fourier::fourier(params, tables) {
+            Some(table) => MaterialKind::Fourier(table),
+            None => Material::DEFAULT.kind,
+        },
+        "hair" => {
+            // pbrt-v3's hair has no bump map.
+            let hair = hair::hair(params);
+            params.finish();
+            return Material::new(MaterialKind::Hair(Box::new(hair)), None);
         }
         "none" | "" => {
             params.finish();
@@ -219,9 +233,8 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
         _ if params.is_known_kind(KINDS) => {
             let known = KINDS.iter().filter(|known| known.name == params.kind());
             let known: Vec<_> = known.flat_map(Kind::parameters).collect();
-            let kind = stand_in::stand_in(params);
-            // pbrt-v3's hair has no bump map.
-            let bump = if params.kind() == "hair" { None } else { bump(params) };
+            let kind = subsurface::stand_in(params);
+            let bump = bump(params);
             params.ignore(known.into_iter());
             params.finish();
             return Material::new(kind, bump);
@@ -308,13 +321,20 @@ impl MaterialKind {
             MaterialKind::Metal(it) => vec![&it.eta, &it.k],
             MaterialKind::Substrate(it) => vec![&it.kd, &it.ks],
             MaterialKind::Uber(it) => vec![&it.kd, &it.ks, &it.kr, &it.kt, &it.opacity],
+            MaterialKind::Disney(it) => vec![&it.color],
+            MaterialKind::Hair(it) => it.color.color().into_iter().collect(),
             MaterialKind::Mix(it) => vec![&it.amount],
-            MaterialKind::None => vec![],
+            MaterialKind::Fourier(_) | MaterialKind::None => vec![],
         }
     }
 
     /// The numbers of this material that can be textures.
     fn numbers(&self) -> Vec<&Texture<f64>> {
+        match self {
+            MaterialKind::Disney(disney) => return disney.numbers(),
+            MaterialKind::Hair(hair) => return hair.numbers(),
+            _ => {}
+        }
         let sigma = if let MaterialKind::Matte(it) = self { Some(&it.sigma) } else { None };
         let widths = self.roughness().into_iter().flat_map(|width| std::iter::once(&width.u).chain(&width.v));
         sigma.into_iter().chain(self.index()).chain(widths).collect()
@@ -337,7 +357,11 @@ impl MaterialKind {
                 it.opacity.constant() == Some(Vec3::ONE) && are_black(&[&it.kd, &it.ks, &it.kr, &it.kt])
             }
             MaterialKind::Mix(it) => it.materials.iter().all(|part| part.kind.is_black()),
-            MaterialKind::Metal(_) | MaterialKind::None => false,
+            MaterialKind::Metal(_)
+            | MaterialKind::Disney(_)
+            | MaterialKind::Hair(_)
+            | MaterialKind::Fourier(_)
+            | MaterialKind::None => false,
             _ => are_black(&self.colors()),
         }
     }
@@ -347,8 +371,15 @@ impl MaterialKind {
         match self {
             MaterialKind::Glass(glass) => Some(&glass.eta),
             MaterialKind::Uber(uber) => Some(&uber.eta),
+            MaterialKind::Disney(disney) => Some(&disney.eta),
+            MaterialKind::Hair(hair) => Some(&hair.eta),
             _ => None,
         }
+    }
+
+    /// The table, if the material has one.
+    pub(crate) fn table(&self) -> Option<&Arc<FourierTable>> {
+        if let MaterialKind::Fourier(table) = self { Some(table) } else { None }
     }
 
     /// The roughness, if the material has one.
@@ -375,6 +406,9 @@ impl MaterialKind {
             MaterialKind::Metal(_) => "metal",
             MaterialKind::Substrate(_) => "substrate",
             MaterialKind::Uber(_) => "uber",
+            MaterialKind::Disney(_) => "disney",
+            MaterialKind::Hair(_) => "hair",
+            MaterialKind::Fourier(_) => "fourier",
             MaterialKind::Mix(_) => "mix",
             MaterialKind::None => "none",
         }
@@ -403,6 +437,11 @@ impl Needs {
         if let Some(Roughness { u, v: Some(v), .. }) = kind.roughness() {
             needs.coordinates |= u.constant() != v.constant();
         }
+        if let MaterialKind::Disney(disney) = kind {
+            needs.coordinates |= disney.anisotropic.constant() != Some(0.0);
+        }
+        // The place across a hair, and the direction along it.
+        needs.coordinates |= matches!(kind, MaterialKind::Hair(_));
         if let MaterialKind::Mix(mix) = kind {
             for Material { needs: part, .. } in mix.materials.iter().map(|part| &**part) {
                 needs.coordinates |= part.coordinates;

@@ -12,7 +12,7 @@ use lookat_image::Charge;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
 use crate::cache::MeshKey;
-use crate::files::{Charged, FileResult, Files};
+use crate::files::{FileResult, Files};
 use crate::report::Report;
 use crate::schema::{Key, Kind, Parameter, REQUIRED, Unit};
 use crate::texture::Textures;
@@ -360,21 +360,6 @@ pub(crate) fn class(ty: ParamType) -> ParamType {
 }
 
 impl<'a> Params<'a> {
-    /// The bytes of an optional file. Warns of an unreadable one and returns `None`.
-    pub fn file_if_readable(&mut self, name: &Text) -> Option<Charged> {
-        match self.files.read_named(&name.value, name.span) {
-            Ok((path, bytes)) => {
-                self.warn_of_path(name, &path);
-                Some(bytes)
-            }
-            Err((path, error)) => {
-                let unreadable = self.files.unreadable("read", name, &path, &error);
-                self.push(Diagnostic { severity: Severity::Warning, ..unreadable });
-                None
-            }
-        }
-    }
-
     /// A file named by a parameter, as `find` gives it. Reports an unreadable one and returns `None`.
     pub fn file<T>(
         &mut self,

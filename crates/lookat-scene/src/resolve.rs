@@ -19,7 +19,7 @@ use crate::draft::Draft;
 use crate::facts::{Block, BlockKind, Facts, Rotation};
 use crate::files::Files;
 use crate::light::{self, Emission};
-use crate::material::MaterialInstance;
+use crate::material::{MaterialInstance, Tables};
 use crate::names::Names;
 use crate::options::{LoadOptions, Options, ResolvedOptions};
 use crate::params::Params;
@@ -44,6 +44,8 @@ pub(crate) struct Resolver<'a> {
     known_parameters: HashSet<Rc<[(&'static str, ParamType)]>>,
     /// The matrices that are not affine of which something was reported, and whether that is an error.
     reported_matrices: HashSet<(Span, bool)>,
+    /// The tables of materials so far.
+    tables: Tables,
     definitions: Definitions,
     options: Options,
     /// The options at `WorldBegin`.
@@ -63,6 +65,7 @@ impl<'a> Resolver<'a> {
             state: GraphicsState::new(),
             known_parameters: HashSet::new(),
             reported_matrices: HashSet::new(),
+            tables: Tables::new(),
             definitions: Definitions {
                 objects: Names::new(SymbolKind::Object),
                 media: Names::new(SymbolKind::Medium),

@@ -238,6 +238,8 @@ pub struct Memory {
     pub picture_bytes: usize,
     /// Bytes of the media.
     pub media: usize,
+    /// Bytes of the tables of materials.
+    pub tables: usize,
 }
 
 impl World {
@@ -261,13 +263,18 @@ impl World {
 
     /// The memory of the world.
     pub fn memory(&self) -> Memory {
-        let (mut meshes, mut pictures, mut materials) = (HashMap::new(), HashMap::new(), HashSet::new());
+        let (mut meshes, mut pictures, mut tables) = (HashMap::new(), HashMap::new(), HashMap::new());
+        let mut materials = HashSet::new();
         for primitive in self.shapes() {
             if let Shape::TriangleMesh(mesh) = &primitive.shape {
                 meshes.insert(Arc::as_ptr(mesh), mesh.bytes());
             }
             let is_new = materials.insert(Arc::as_ptr(&primitive.material));
             let of_material = is_new.then(|| primitive.material.textures());
+            if is_new {
+                let own = primitive.material.all().into_iter().filter_map(|part| part.kind.table());
+                tables.extend(own.map(|table| (Arc::as_ptr(table), table.bytes())));
+            }
             let textures = of_material.into_iter().flatten().chain(primitive.masks());
             pictures.extend(textures.flat_map(AnyTexture::all).filter_map(AnyTexture::picture));
         }
@@ -281,6 +288,7 @@ impl World {
             pictures: pictures.len(),
             picture_bytes: pictures.values().sum(),
             media: self.media.iter().map(Medium::bytes).sum(),
+            tables: tables.values().sum(),
         }
     }
 }
@@ -380,7 +388,7 @@ mod tests {
             let cut = format!("{of_numbers} {TRIANGLE} \"texture alpha\" \"n\"");
             let one = size_of::<Primitive>();
             let with_cut =
-                Memory { shapes: one, meshes: 84, pictures: 1, picture_bytes: 5 * 4, instances: 0, media: 0 };
+                Memory { shapes: one, meshes: 84, pictures: 1, picture_bytes: 5 * 4, ..Memory::default() };
             assert_eq!(memory(&cut), with_cut);
             let of_colors = map("c", "spectrum", "");
             let scaled = "Texture \"s\" \"spectrum\" \"scale\" \"texture tex1\" \"c\" \"rgb tex2\" [.1 .2 .3]

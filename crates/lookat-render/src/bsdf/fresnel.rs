@@ -52,6 +52,13 @@ pub(super) fn schlick<S: Simd>(at_normal: Vec3fx8<S>, cos: f32x8<S>) -> Vec3fx8<
     at_normal + (white - at_normal) * (x * x * x * x * x)
 }
 
+/// The weight of grazing light in Schlick's approximation.
+#[inline(always)]
+pub(super) fn schlick_weight<S: Simd>(cos: f32x8<S>) -> f32x8<S> {
+    let x = (1.0 - cos).max(0.0).min(1.0);
+    x * x * x * x * x
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

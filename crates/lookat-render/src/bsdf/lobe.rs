@@ -6,6 +6,8 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
 
+use super::disney::DisneyLobe;
+use super::fourier::{self, Table};
 use super::fresnel::{conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upward};
 use crate::number::{V3, Vec3fx8, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64};
@@ -13,7 +15,7 @@ use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
 /// The kind of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum LobeKind {
+pub(super) enum LobeKind<'m> {
     /// PBR 8.3.
     Lambert,
     /// PBR 8.3: to the other side.
@@ -27,6 +29,12 @@ pub(super) enum LobeKind {
     RoughGlass,
     /// Ashikhmin and Shirley's model (PBR 8.5).
     Substrate,
+    /// The lobes of Disney's material, except the facets that reflect.
+    Disney(DisneyLobe),
+    /// A fiber: see [`hair`](super::hair).
+    Hair,
+    /// A table.
+    Fourier(Table<'m>),
     /// PBR 8.2.2.
     Mirror(Fresnel),
     /// PBR 8.2.3.
@@ -35,51 +43,59 @@ pub(super) enum LobeKind {
     Glass,
 }
 
-impl LobeKind {
+impl LobeKind<'_> {
     /// True for delta lobes.
     #[inline]
     pub fn is_delta(self) -> bool {
         matches!(self, LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass)
     }
 
-    /// True for non-delta lobes that scatter to the other side. Rough glass scatters to both sides.
+    /// True for non-delta lobes that scatter to the other side. Rough glass, hair and tables scatter to both sides.
     #[inline]
     pub fn transmits(self) -> bool {
-        matches!(self, LobeKind::LambertTransmission | LobeKind::RoughGlass)
+        use DisneyLobe::{ThinTransmission, Transmission};
+        matches!(
+            self,
+            LobeKind::LambertTransmission
+                | LobeKind::RoughGlass
+                | LobeKind::Hair
+                | LobeKind::Fourier(_)
+                | LobeKind::Disney(Transmission | ThinTransmission)
+        )
     }
 }
 
 /// A way of scattering light: at one point, of a color and a number, or at eight.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lobe<C, N> {
-    pub kind: LobeKind,
+pub(super) struct Lobe<'m, C, N> {
+    pub kind: LobeKind<'m>,
     /// The factor of the lobe, at least 0: mostly a reflectance or a transmittance.
     pub color: C,
     /// For conductors: index of refraction and absorption coefficient. For substrates: the colors of the base and of the
-    /// coat. For glass: reflectance and transmittance.
+    /// coat. For glass: reflectance and transmittance. For Disney's material and hair: see there.
     pub colors: [C; 2],
     /// The widths of the distribution of microfacets; of rough matte surfaces the terms A and B of Oren and Nayar's model.
     pub roughness: [N; 2],
-    /// The index of refraction behind the surface by that before it.
+    /// The index of refraction behind the surface by that before it. For Disney's material: see [`DisneyLobe`].
     pub eta: N,
 }
 
 /// The lobe of one point.
-pub(super) type PointLobe = Lobe<Vec3, f32>;
+pub(super) type PointLobe<'m> = Lobe<'m, Vec3, f32>;
 /// The lobes of eight points.
-pub(super) type Lobes<S> = Lobe<Vec3fx8<S>, f32x8<S>>;
+pub(super) type Lobes<'m, S> = Lobe<'m, Vec3fx8<S>, f32x8<S>>;
 
-impl<S: Simd> Lobes<S> {
+impl<'m, S: Simd> Lobes<'m, S> {
     /// Lobes whose only parameter is a color.
     #[inline(always)]
-    pub fn new(kind: LobeKind, color: Vec3fx8<S>) -> Self {
+    pub fn new(kind: LobeKind<'m>, color: Vec3fx8<S>) -> Self {
         let simd = color.x.token();
         let (black, one) = (Vec3fx8::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0));
         Lobe { kind, color, colors: [black; 2], roughness: [one; 2], eta: one }
     }
 
     /// The lobe of the first point.
-    pub fn first(&self) -> PointLobe {
+    pub fn first(&self) -> PointLobe<'m> {
         Lobe {
             kind: self.kind,
             color: self.color.lane(0),
@@ -91,7 +107,7 @@ impl<S: Simd> Lobes<S> {
 
     /// The same lobe in all lanes.
     #[inline(always)]
-    pub fn splat(simd: S, lobe: &PointLobe) -> Self {
+    pub fn splat(simd: S, lobe: &PointLobe<'m>) -> Self {
         Lobe {
             kind: lobe.kind,
             color: Vec3fx8::splat(simd, lobe.color),
@@ -117,8 +133,13 @@ impl<S: Simd> Lobes<S> {
         }
     }
 
-    fn facets(&self) -> TrowbridgeReitz<S> {
-        TrowbridgeReitz { alpha: self.roughness }
+    #[inline(always)]
+    pub fn facets(&self) -> TrowbridgeReitz<S> {
+        let is_separable = matches!(
+            self.kind,
+            LobeKind::Microfacet(Fresnel::Disney { .. }) | LobeKind::Disney(DisneyLobe::Transmission)
+        );
+        TrowbridgeReitz { alpha: self.roughness, is_separable }
     }
 
     /// The reflectance at an angle of cosine `cos`.
@@ -128,6 +149,7 @@ impl<S: Simd> Lobes<S> {
             Fresnel::Perfect => self.color,
             Fresnel::Dielectric => self.color * dielectric(cos, self.eta),
             Fresnel::Conductor => self.color * conductor(cos, self.colors),
+            Fresnel::Disney { is_thin } => self.disney_fresnel(if is_thin { cos.abs() } else { cos }),
         }
     }
 
@@ -142,6 +164,9 @@ impl<S: Simd> Lobes<S> {
                 let [base, coat] = self.colors;
                 self.color * (base - base * coat + schlick(coat, cos_o.abs()))
             }
+            LobeKind::Disney(lobe) => self.disney_albedo(lobe, cos_o),
+            LobeKind::Hair => self.hair_albedo(),
+            LobeKind::Fourier(Table(table)) => self.color * fourier::albedo(table, cos_o),
             LobeKind::Glass | LobeKind::RoughGlass => {
                 let [reflectance, transmittance] = self.colors;
                 transmittance + (reflectance - transmittance) * dielectric(cos_o, self.eta)
@@ -150,9 +175,16 @@ impl<S: Simd> Lobes<S> {
     }
 
     /// The value of the BSDF, and the density by solid angle of [`Lobes::sample`] where `wi` is on its side; neither of single
-    /// directions. `above`: where light is reflected, as geometric normals say; elsewhere it passes.
+    /// directions. `above`: where light is reflected, as geometric normals say; elsewhere it passes. `own`:
+    /// the points that have the lobe.
     #[inline(always)]
-    pub fn f_pdf(&self, wo: Vec3fx8<S>, wi: Vec3fx8<S>, above: mask32x8<S>) -> (Vec3fx8<S>, f32x8<S>) {
+    pub fn f_pdf(
+        &self,
+        wo: Vec3fx8<S>,
+        wi: Vec3fx8<S>,
+        above: mask32x8<S>,
+        own: mask32x8<S>,
+    ) -> (Vec3fx8<S>, f32x8<S>) {
         let simd = wi.z.token();
         let none = splat_f32(simd, 0.0);
         match self.kind {
@@ -196,6 +228,12 @@ impl<S: Simd> Lobes<S> {
                 let sum = sum.keep_where(is_valid, Vec3fx8::splat(simd, Vec3::ZERO));
                 (self.color * sum, 0.5 * (cosine(wi) + is_valid.select(pdf, none)))
             }
+            LobeKind::Disney(lobe) => self.disney_f_pdf(lobe, wo, wi),
+            LobeKind::Hair => self.hair_f_pdf(wo, wi),
+            LobeKind::Fourier(Table(table)) => {
+                let (f, pdf) = fourier::f_pdf(table, wo, wi, own);
+                (self.color * f, pdf)
+            }
             LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass => {
                 (Vec3fx8::splat(simd, Vec3::ZERO), none)
             }
@@ -204,7 +242,13 @@ impl<S: Simd> Lobes<S> {
 
     /// A direction, and where there is one; none of single directions. `fine`: a number from 0 to 1 that chooses at a facet.
     #[inline(always)]
-    pub fn sample(&self, wo: Vec3fx8<S>, [u, v]: [f32x8<S>; 2], fine: f32x8<S>) -> (Vec3fx8<S>, mask32x8<S>) {
+    pub fn sample(
+        &self,
+        wo: Vec3fx8<S>,
+        [u, v]: [f32x8<S>; 2],
+        fine: f32x8<S>,
+        own: mask32x8<S>,
+    ) -> (Vec3fx8<S>, mask32x8<S>) {
         let all = mask32x8::splat(u.token(), true);
         match self.kind {
             LobeKind::Lambert | LobeKind::OrenNayar => (cosine_direction(wo.z, [u, v]), all),
@@ -225,6 +269,9 @@ impl<S: Simd> Lobes<S> {
                 let (reflected, is_valid) = self.facets().reflected(wo, u);
                 (reflected.keep_where(is_coat, cosine_direction(wo.z, u)), is_valid | !is_coat)
             }
+            LobeKind::Disney(lobe) => self.disney_sample(lobe, wo, [u, v]),
+            LobeKind::Hair => self.hair_sample(wo, [u, v], fine),
+            LobeKind::Fourier(Table(table)) => fourier::sample(table, wo, [u, v], own),
             LobeKind::Mirror(_) | LobeKind::Refraction | LobeKind::Glass => (wo, !all),
         }
     }
@@ -246,7 +293,9 @@ impl<S: Simd> Lobes<S> {
         let one = splat_f32(cos_o.token(), 1.0);
         let ratio = match self.kind {
             LobeKind::RoughGlass => (cos_o * cos_i).simd_lt(0.0).select(ratio(cos_o, self.eta), one),
-            LobeKind::Refraction | LobeKind::Glass => ratio(cos_o, self.eta),
+            LobeKind::Refraction | LobeKind::Glass | LobeKind::Disney(DisneyLobe::Transmission) => {
+                ratio(cos_o, self.eta)
+            }
             _ => one,
         };
         1.0 / (ratio * ratio)
@@ -254,12 +303,12 @@ impl<S: Simd> Lobes<S> {
 }
 
 #[inline(always)]
-fn cosine<S: Simd>(w: Vec3fx8<S>) -> f32x8<S> {
+pub(super) fn cosine<S: Simd>(w: Vec3fx8<S>) -> f32x8<S> {
     square_to_cosine_hemisphere_pdf(w.z.abs())
 }
 
 #[inline(always)]
-fn cosine_direction<S: Simd>(side: f32x8<S>, u: [f32x8<S>; 2]) -> Vec3fx8<S> {
+pub(super) fn cosine_direction<S: Simd>(side: f32x8<S>, u: [f32x8<S>; 2]) -> Vec3fx8<S> {
     let w = square_to_cosine_hemisphere(u);
     V3 { z: w.z.copysign(side), ..w }
 }
@@ -295,6 +344,8 @@ pub(super) enum Fresnel {
     Dielectric,
     /// A conductor in air.
     Conductor,
+    /// Disney's: between a dielectric and Schlick's approximation of a metal.
+    Disney { is_thin: bool },
 }
 
 /// Sampled directions of incident light.
@@ -332,7 +383,7 @@ impl<S: Simd> BsdfSample<S> {
     }
 }
 
-impl<S: Simd> Lobes<S> {
+impl<S: Simd> Lobes<'_, S> {
     /// One of the directions of a delta lobe at points with shading normals `n`. The weight is not divided by the
     /// probability of the direction.
     #[inline(always)]

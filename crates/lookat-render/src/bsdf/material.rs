@@ -5,27 +5,30 @@ use std::array;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
 use lookat_scene::{
-    Glass, Material, MaterialKind, Matte, Metal, Mix, Plastic, Roughness, Substrate, Texture, Translucent,
-    Uber,
+    Disney, Glass, Hair, HairColor, LUMINANCE, Material, MaterialKind, Matte, Metal, Mix, Plastic, Roughness,
+    Substrate, Texture, ThinDisney, Translucent, Uber,
 };
 
+use super::disney::DisneyLobe;
+use super::fourier::Table;
+use super::hair::{absorption, logistic_scale, variance};
 use super::lobe::{LobeKind, Lobes};
-use super::microfacet::{alpha, alpha_of_roughness};
+use super::microfacet::{alpha, alpha_of_roughness, in_range};
 use crate::bsdf::lobe::Fresnel;
 use crate::bsdf::{LobeSlots, PointLobes};
-use crate::number::{LANES, Vec3fx8, baseline, bits, narrow, splat_f32, to_f32, vectorized};
+use crate::number::{LANES, Vec3fx8, baseline, bits, narrow, splat_f32, to_f32, vectorized, widen};
 use crate::texture::TexturePoint;
 
-impl<S: Simd> LobeSlots<S> {
+impl<'m, S: Simd> LobeSlots<'m, S> {
     /// Adds the lobes of a material at points, which have none yet.
-    pub fn build(&mut self, material: &MaterialKind, at: &TexturePoint<S>, points: mask64x8<S>) {
+    pub fn build(&mut self, material: &'m MaterialKind, at: &TexturePoint<S>, points: mask64x8<S>) {
         Builder { at, slots: self, from: 0 }.add(material, Vec3fx8::splat(points.token(), Vec3::ONE), points);
     }
 }
 
-impl PointLobes {
+impl<'m> PointLobes<'m> {
     /// The lobes of a material without textures.
-    pub fn new(material: &MaterialKind) -> Self {
+    pub fn new(material: &'m MaterialKind) -> Self {
         baseline!(simd => {
             let mut slots = LobeSlots::new();
             slots.build(material, &TexturePoint::splat(simd, DVec3::ZERO, [0.0; 2]), bits(simd, 1));
@@ -55,12 +58,17 @@ fn bound(material: &MaterialKind) -> MostLobes {
     let most = |all, specular| MostLobes { all, specular };
     match material {
         MaterialKind::None => most(0, 0),
-        MaterialKind::Matte(_) | MaterialKind::Metal(_) | MaterialKind::Substrate(_) => most(1, 0),
+        MaterialKind::Matte(_)
+        | MaterialKind::Metal(_)
+        | MaterialKind::Substrate(_)
+        | MaterialKind::Hair(_)
+        | MaterialKind::Fourier(_) => most(1, 0),
         MaterialKind::Mirror(_) => most(1, 1),
         MaterialKind::Plastic(_) => most(2, 0),
         MaterialKind::Translucent(_) => most(3, 0),
         MaterialKind::Glass(_) => most(1, 1),
         MaterialKind::Uber(_) => most(5, 3),
+        MaterialKind::Disney(disney) => most(4 + usize::from(disney.thin.is_some()), 1),
         MaterialKind::Mix(mix) => {
             let [a, b] = [0, 1].map(|part: usize| bound(mix.materials[part].kind()));
             most(a.all + b.all, a.specular + b.specular)
@@ -69,17 +77,17 @@ fn bound(material: &MaterialKind) -> MostLobes {
 }
 
 /// Collects the lobes of a material, at points that are active.
-struct Builder<'a, S: Simd> {
+struct Builder<'a, 'm, S: Simd> {
     at: &'a TexturePoint<'a, S>,
-    slots: &'a mut LobeSlots<S>,
+    slots: &'a mut LobeSlots<'m, S>,
     /// The lobes so far are in slots before this one.
     from: usize,
 }
 
-impl<S: Simd> Builder<'_, S> {
+impl<'m, S: Simd> Builder<'_, 'm, S> {
     /// The lobes of a material, times `weight`.
     #[inline(never)]
-    fn add(&mut self, material: &MaterialKind, weight: Vec3fx8<S>, active: mask64x8<S>) {
+    fn add(&mut self, material: &'m MaterialKind, weight: Vec3fx8<S>, active: mask64x8<S>) {
         vectorized!(active.token(), {
             match material {
                 MaterialKind::Matte(matte) => self.matte(matte, weight, active),
@@ -93,6 +101,11 @@ impl<S: Simd> Builder<'_, S> {
                 MaterialKind::Metal(metal) => self.metal(metal, weight, active),
                 MaterialKind::Substrate(layers) => self.substrate(layers, weight, active),
                 MaterialKind::Uber(uber) => self.uber(uber, weight, active),
+                MaterialKind::Disney(disney) => self.disney(disney, weight, active),
+                MaterialKind::Hair(hair) => self.hair(hair, weight, active),
+                MaterialKind::Fourier(table) => {
+                    self.push(Lobes::new(LobeKind::Fourier(Table(table)), weight), active);
+                }
                 MaterialKind::Mix(mix) => self.mix(mix, weight, active),
                 MaterialKind::None => {}
             }
@@ -101,7 +114,7 @@ impl<S: Simd> Builder<'_, S> {
 
     /// Adds a lobe where its color is not black.
     #[inline(never)]
-    fn push(&mut self, lobe: Lobes<S>, active: mask64x8<S>) {
+    fn push(&mut self, lobe: Lobes<'m, S>, active: mask64x8<S>) {
         vectorized!(active.token(), {
             let own = active & lobe.color.is_light();
             if own.any_true() {
@@ -240,8 +253,136 @@ impl<S: Simd> Builder<'_, S> {
         self.refraction(weight * self.reflectance(&uber.kt, active), eta, active);
     }
 
+    #[inline(never)]
+    fn disney(&mut self, disney: &Disney, weight: Vec3fx8<S>, active: mask64x8<S>) {
+        let simd = active.token();
+        vectorized!(simd, {
+            let white = Vec3fx8::splat(simd, Vec3::ONE);
+            let one = white.x;
+            let color = self.reflectance(&disney.color, active);
+            let metallic = self.share(&disney.metallic, active);
+            let clear = self.share(&disney.spec_trans, active);
+            let eta = self.index(&disney.eta, active);
+            let roughness = to_f32(at_least(self.at.value(&disney.roughness, active), 0.0).min(1e6));
+            // The hue: the color over its luminance.
+            let luminance =
+                color.x * LUMINANCE.x as f32 + color.y * LUMINANCE.y as f32 + color.z * LUMINANCE.z as f32;
+            let tint = (color / luminance).keep_where(luminance.simd_gt(0.0), white);
+
+            // In a thin sheet, a part of the diffuse light is transmitted.
+            let (mut flatness, mut transmitted) = (splat_f32(simd, 0.0), splat_f32(simd, 0.0));
+            if let Some(ThinDisney { flatness: flat, diff_trans }) = &disney.thin {
+                flatness = self.share(flat, active);
+                transmitted = to_f32(at_least(self.at.value(diff_trans, active), 0.0).min(2.0) * 0.5);
+            }
+            let diffuse = weight * ((1.0 - metallic) * (1.0 - clear));
+            let sheen = to_f32(at_least(self.at.value(&disney.sheen, active), 0.0).min(1e6));
+            let sheen_tint = self.share(&disney.sheen_tint, active);
+            let sheen = (white + (tint - white) * sheen_tint) * sheen;
+            let clear_solid =
+                if disney.thin.is_some() { !active } else { active & widen(clear.simd_gt(0.0)) };
+            for (outside, own) in [(true, active & clear_solid), (false, active & !clear_solid)] {
+                let lobe = Lobes::new(LobeKind::Disney(DisneyLobe::Diffuse { outside }), diffuse);
+                let own = own & (color.is_light() | sheen.is_light());
+                let colors = [color, sheen];
+                self.push(
+                    Lobes { colors, roughness: [roughness, flatness], eta: 1.0 - transmitted, ..lobe },
+                    own,
+                );
+            }
+
+            let aspect = (1.0 - 0.9 * self.share(&disney.anisotropic, active)).sqrt();
+            let alpha = |roughness: f32x8<S>| {
+                let squared = roughness * roughness;
+                [in_range(squared / aspect), in_range(squared * aspect)]
+            };
+            let specular_tint = self.share(&disney.specular_tint, active);
+            let at_normal = to_f32((eta - 1.0) / (eta + 1.0));
+            let at_normal = (white + (tint - white) * specular_tint) * (at_normal * at_normal);
+            let at_normal = at_normal + (color - at_normal) * metallic;
+            let fresnel = Fresnel::Disney { is_thin: disney.thin.is_some() };
+            let lobe = Lobes::new(LobeKind::Microfacet(fresnel), weight);
+            let colors = [at_normal, white * metallic];
+            self.push(Lobes { colors, roughness: alpha(roughness), eta: to_f32(eta), ..lobe }, active);
+
+            let clearcoat = to_f32(at_least(self.at.value(&disney.clearcoat, active), 0.0).min(1e6));
+            let gloss = self.share(&disney.clearcoat_gloss, active);
+            let width = 0.1 + (0.001 - 0.1) * gloss;
+            for (outside, own) in [(true, active & clear_solid), (false, active & !clear_solid)] {
+                let lobe =
+                    Lobes::new(LobeKind::Disney(DisneyLobe::Clearcoat { outside }), weight * clearcoat);
+                self.push(Lobes { roughness: [width, one], ..lobe }, own);
+            }
+
+            let clear = clear * (1.0 - metallic);
+            let root = Vec3fx8 { x: color.x.sqrt(), y: color.y.sqrt(), z: color.z.sqrt() };
+            let transmittance = weight * root * clear;
+            if disney.thin.is_some() {
+                // A thin sheet seems smoother where its index is low (Burley 2015, figure 15).
+                let scaled = (to_f32(eta) * 0.65 - 0.35) * roughness;
+                let lobe = Lobes::new(LobeKind::Disney(DisneyLobe::ThinTransmission), transmittance);
+                self.push(Lobes { roughness: alpha(scaled), eta: to_f32(eta), ..lobe }, active);
+                let transmitted = diffuse * color * transmitted;
+                self.push(Lobes::new(LobeKind::LambertTransmission, transmitted), active);
+            } else {
+                let is_alike = (eta - 1.0).abs().simd_lt(SAME_INDEX);
+                self.refraction(transmittance, one, active & is_alike);
+                let lobe = Lobes::new(LobeKind::Disney(DisneyLobe::Transmission), transmittance);
+                self.push(
+                    Lobes { roughness: alpha(roughness), eta: to_f32(eta), ..lobe },
+                    active & !is_alike,
+                );
+            }
+        })
+    }
+
+    #[inline(never)]
+    fn hair(&mut self, hair: &Hair, weight: Vec3fx8<S>, active: mask64x8<S>) {
+        let simd = active.token();
+        vectorized!(simd, {
+            let [beta_m, beta_n] = [&hair.beta_m, &hair.beta_n].map(
+                #[inline(always)]
+                |texture| self.share(texture, active),
+            );
+            let absorption = match &hair.color {
+                HairColor::Absorption(sigma_a) => self.reflectance(sigma_a, active),
+                HairColor::Reflectance(color) => absorption(self.reflectance(color, active), beta_n),
+                HairColor::Pigments { eumelanin, pheomelanin } => {
+                    let [brown, red] = [eumelanin, pheomelanin].map(
+                        #[inline(always)]
+                        |texture| to_f32(at_least(self.at.value(texture, active), 0.0)),
+                    );
+                    Vec3fx8::splat(simd, EUMELANIN) * brown + Vec3fx8::splat(simd, PHEOMELANIN) * red
+                }
+            };
+            let h = to_f32(at_least(self.at.uv[1] * 2.0 - 1.0, -1.0).min(1.0));
+            let angles = self.at.value(&hair.alpha, active);
+            let alpha: [[f64; 2]; LANES] = array::from_fn(|lane| {
+                let (sin, cos) = libm::sincos(angles[lane].to_radians());
+                if sin.is_finite() { [sin, cos] } else { [0.0, 1.0] }
+            });
+            let [sin, cos] = [0, 1].map(
+                #[inline(always)]
+                |at: usize| f32x8::from_fn(simd, |lane| alpha[lane][at] as f32),
+            );
+            let lobe = Lobes {
+                colors: [absorption, Vec3fx8 { x: h, y: sin, z: cos }],
+                roughness: [variance(beta_m), logistic_scale(beta_n)],
+                eta: to_f32(at_least(self.at.value(&hair.eta, active), 1.0).min(1e6)),
+                ..Lobes::new(LobeKind::Hair, weight)
+            };
+            self.push(lobe, active);
+        })
+    }
+
+    /// A number from 0 to 1.
     #[inline(always)]
-    fn mix(&mut self, mix: &Mix, weight: Vec3fx8<S>, active: mask64x8<S>) {
+    fn share(&self, texture: &Texture<f64>, active: mask64x8<S>) -> f32x8<S> {
+        to_f32(at_least(self.at.value(texture, active), 0.0).min(1.0))
+    }
+
+    #[inline(always)]
+    fn mix(&mut self, mix: &'m Mix, weight: Vec3fx8<S>, active: mask64x8<S>) {
         let first = self.reflectance(&mix.amount, active);
         let second = not_negative(Vec3fx8::splat(active.token(), Vec3::ONE) - first);
         for (material, share) in mix.materials.iter().zip([first, second]) {
@@ -303,6 +444,9 @@ fn not_negative<S: Simd>(color: Vec3fx8<S>) -> Vec3fx8<S> {
     larger(color, Vec3fx8::splat(color.x.token(), Vec3::ZERO))
 }
 
+/// The absorption by the brown and the red pigment of hair (HairBSDF::SigmaAFromConcentration).
+const EUMELANIN: Vec3 = Vec3::new(0.419, 0.697, 1.37);
+const PHEOMELANIN: Vec3 = Vec3::new(0.187, 0.4, 1.05);
 /// The index of refraction of plastic and translucent surfaces.
 const COATING_INDEX: f64 = 1.5;
 /// Indices that differ by less are the same: the direction of a facet that bends light so little is lost in rounding.

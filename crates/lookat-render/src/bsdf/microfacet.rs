@@ -20,6 +20,12 @@ pub(super) fn alpha(width: f64) -> f32 {
     if width > LEAST { width.min(MOST) } else { LEAST }
 }
 
+/// Widths within the limits of a distribution.
+#[inline(always)]
+pub(super) fn in_range<S: Simd>(width: f32x8<S>) -> f32x8<S> {
+    width.max(LEAST).min(MOST)
+}
+
 /// The width that pbrt-v3 gives a roughness from 0 to 1 (PBR 8.4.2).
 pub(super) fn alpha_of_roughness(roughness: f64) -> f64 {
     let x = libm::log(roughness.max(1e-3));
@@ -30,6 +36,8 @@ pub(super) fn alpha_of_roughness(roughness: f64) -> f64 {
 #[derive(Clone, Copy)]
 pub(super) struct TrowbridgeReitz<S: Simd> {
     pub alpha: [f32x8<S>; 2],
+    /// True if facets are hidden from the two directions independently, as in Disney's material.
+    pub is_separable: bool,
 }
 
 impl<S: Simd> TrowbridgeReitz<S> {
@@ -54,6 +62,9 @@ impl<S: Simd> TrowbridgeReitz<S> {
     #[inline(always)]
     fn masked(&self, wo: Vec3fx8<S>, wi: Vec3fx8<S>) -> (f32x8<S>, f32x8<S>) {
         let (of_o, of_i) = (self.unmasked(wo), self.unmasked(wi));
+        if self.is_separable {
+            return (of_o * of_i, of_o);
+        }
         let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
         (cos_i * of_o + cos_o * (of_i - cos_i), of_o)
     }
@@ -169,7 +180,8 @@ mod tests {
             let side = 800;
             let cell = |i: u32| (f64::from(i) + 0.5) / f64::from(side);
             let sum: f64 = baseline!(simd => {
-                let facets = TrowbridgeReitz { alpha: [splat_f32(simd, x), splat_f32(simd, y)] };
+                let alpha = [splat_f32(simd, x), splat_f32(simd, y)];
+                let facets = TrowbridgeReitz { alpha, is_separable: false };
                 (0..side * side)
                     .map(|i| {
                         let (cos, phi) = (cell(i / side), TAU * cell(i % side));

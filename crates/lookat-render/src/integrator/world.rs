@@ -200,11 +200,11 @@ impl<'s> World<'s> {
 
     /// The surfaces at the hits, with the lobes of materials without textures. At least one ray has a hit.
     #[inline(never)]
-    pub fn plain<S: Simd>(
-        &self,
+    pub fn plain<'m, S: Simd>(
+        &'m self,
         simd: S,
         PathRecord { rays, hits, active, .. }: &PathRecord<S>,
-        slots: &mut LobeSlots<S>,
+        slots: &mut LobeSlots<'m, S>,
     ) -> Shaded<S> {
         vectorized!(simd, {
             let is_hit = hits.is_hit() & *active;
@@ -220,13 +220,13 @@ impl<'s> World<'s> {
     /// The surfaces at the hits, with all lobes. At least one ray has a hit. `views`: the camera samples, if these are
     /// camera rays.
     #[inline(always)]
-    pub fn shaded<S: Simd>(
-        &self,
+    pub fn shaded<'m, S: Simd>(
+        &'m self,
         simd: S,
-        tracer: &Tracer,
+        tracer: &Tracer<'m>,
         paths: &PathRecord<S>,
         views: Option<&Views>,
-        slots: &mut LobeSlots<S>,
+        slots: &mut LobeSlots<'m, S>,
     ) -> Shaded<S> {
         let mut shaded = self.plain(simd, paths, slots);
         if shaded.is_open.any_true() {

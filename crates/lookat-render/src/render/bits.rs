@@ -19,7 +19,7 @@ use crate::testing::levels;
 const FOLDERS: [&str; 8] = ["", "cameras", "lights", "materials", "media", "motion", "shapes", "textures"];
 
 /// Scenes with another directive: name, scene, what is replaced, by what.
-const VARIANTS: [[&str; 4]; 15] = [
+const VARIANTS: [[&str; 4]; 13] = [
     ["whitted", "cornell-specular", "Integrator \"path\"", "Integrator \"whitted\""],
     ["ambient-occlusion", "meshes", "Integrator \"directlighting\"", "Integrator \"ambientocclusion\""],
     ["volpath", "cornell-matte", "Integrator \"path\"", "Integrator \"volpath\""],
@@ -43,8 +43,6 @@ const VARIANTS: [[&str; 4]; 15] = [
     ["exinfinite", "lights/infinite-map", "\"infinite\"", "\"exinfinite\""],
     ["area", "cornell-glossy", "AreaLightSource \"diffuse\"", "AreaLightSource \"area\""],
     ["subsurface", "materials/matte", "Material \"matte\"", "Material \"subsurface\""],
-    ["hair", "materials/matte", "Material \"matte\"", "Material \"hair\""],
-    ["disney", "materials/matte", "Material \"matte\"", "Material \"disney\""],
 ];
 
 /// Other ways to render cornell-glossy.

@@ -57,6 +57,9 @@ fn is_specular(material: &Material) -> bool {
             !is_black(&uber.kr) || !is_black(&uber.kt) || uber.opacity.constant() != Some(Vec3::ONE)
         }
         MaterialKind::None
+        | MaterialKind::Disney(_)
+        | MaterialKind::Hair(_)
+        | MaterialKind::Fourier(_)
         | MaterialKind::Matte(_)
         | MaterialKind::Metal(_)
         | MaterialKind::Mix(_)

@@ -46,10 +46,13 @@ fn is_scaled(world_from_camera: &Transform) -> bool {
 
 /// True if a material has glossy lobes.
 fn is_glossy(material: &Material) -> bool {
-    use MaterialKind::{Glass, Matte, Metal, Mirror, Mix, None, Plastic, Substrate, Translucent, Uber};
+    use MaterialKind::{
+        Disney, Fourier, Glass, Hair, Matte, Metal, Mirror, Mix, None, Plastic, Substrate, Translucent, Uber,
+    };
     material.all().iter().any(|part| match part.kind {
         None | Matte(_) | Mirror(_) | Mix(_) => false,
-        Glass(_) | Metal(_) | Plastic(_) | Substrate(_) | Translucent(_) | Uber(_) => true,
+        Disney(_) | Fourier(_) | Glass(_) | Hair(_) | Metal(_) | Plastic(_) | Substrate(_)
+        | Translucent(_) | Uber(_) => true,
     })
 }
 

@@ -61,7 +61,7 @@ fn construct(kind: &Kind, params: &mut Params) {
             if kind.directive == "MakeNamedMaterial" {
                 material::named_type(params);
             }
-            drop(material::material(params, &Names::new(SymbolKind::Material)))
+            drop(material::material(params, &Names::new(SymbolKind::Material), &mut material::Tables::new()))
         }
         "LightSource" => drop(light::light(params, here, pictures)),
         "AreaLightSource" => drop(light::emission(params)),

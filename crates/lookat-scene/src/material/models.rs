@@ -438,12 +438,6 @@ fn remap(params: &mut Params, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
 
 // What the stand-ins for materials that lookat does not render share.
 
-/// A number. Warns of a texture, and returns the default.
-pub(super) fn constant(params: &mut Params, key: &Key<FloatTexture>) -> f64 {
-    let texture = params.take(key);
-    constant_or(params, key.name, texture, key.default.0)
-}
-
 /// A color of 0 or more. Warns of a texture, and returns the default.
 pub(super) fn constant_color(params: &mut Params, key: &Key<ColorTexture>) -> Vec3 {
     let texture = params.take(key);

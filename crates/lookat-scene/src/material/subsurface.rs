@@ -43,15 +43,28 @@ pub(in crate::material) const COLOR: Keys = &[
 pub(in crate::material) const COEFFICIENTS: Keys = &[&NAME, &SIGMA_A, &SIGMA_S, &G, &SCALE];
 pub(in crate::material) const SURFACE: Keys = &[&ETA, &KR, &KT, &ROUGHNESS[0], &ROUGHNESS[1], &REMAP];
 
+pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
+    let (replacement, material) = if params.kind() == "kdsubsurface" {
+        ("\"uber\" with the same Kd and index", of_color(params))
+    } else {
+        let replacement = "\"uber\" with the same index and the diffuse color of the coefficients";
+        (replacement, of_coefficients(params))
+    };
+    let message =
+        format!("lookat does not support Material \"{}\": it renders {replacement} instead", params.kind());
+    params.unsupported(message);
+    material
+}
+
 /// `kdsubsurface`: `Kd` is the reflectance.
-pub(super) fn of_color(params: &mut Params) -> MaterialKind {
+fn of_color(params: &mut Params) -> MaterialKind {
     let kd = reflectance(params, &KD);
     let eta = params.take(&ETA);
     under_gloss(params, kd, eta)
 }
 
 /// `subsurface`: the coefficients, or a named medium, give the reflectance.
-pub(super) fn of_coefficients(params: &mut Params) -> MaterialKind {
+fn of_coefficients(params: &mut Params) -> MaterialKind {
     let medium = MeasuredMedium::take(params, &NAME);
     let g = if medium.is_some() { 0.0 } else { params.take(&G).clamp(-1.0, 1.0) };
     let of_medium = |key: Key<ColorTexture>, of: fn(&MeasuredMedium) -> Vec3| match medium {
@@ -97,7 +110,7 @@ fn diffuse_transmittance(eta: f64) -> f64 {
 
 /// The share of the light below the surface of a half space that comes back to it. `rho`: the albedo of a scattering event,
 /// 0 to 1; `g`: the asymmetry of the phase function; `eta`: the index of refraction.
-pub(super) fn diffuse_reflectance(rho: f64, g: f64, eta: f64) -> f64 {
+fn diffuse_reflectance(rho: f64, g: f64, eta: f64) -> f64 {
     // Radii in mean free paths, from 3e-4 to 200 by equal ratios.
     const STEP: f64 = 1.0 / 3.0;
     let eta = eta.clamp(FITTED[0], FITTED[1]);
@@ -189,7 +202,36 @@ fn fresnel_moment_2(eta: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+
+    /// The material of a sphere after a directive.
+    fn material(directive: &str) -> MaterialKind {
+        let scene = format!("WorldBegin\n{directive}\nShape \"sphere\"\nWorldEnd");
+        let read = |_: &Path| Ok(scene.clone().into_bytes());
+        let loaded = crate::load(Path::new("a.pbrt"), &read, &Default::default());
+        loaded.scene.unwrap().world.primitives[0].material.kind.clone()
+    }
+
+    #[track_caller]
+    fn diffuse(directive: &str) -> Vec3 {
+        match material(directive) {
+            MaterialKind::Matte(matte) => matte.kd.constant().unwrap(),
+            MaterialKind::Uber(uber) => uber.kd.constant().unwrap(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn media_have_the_color_of_their_coefficients() {
+        let ketchup = diffuse("Material \"subsurface\" \"string name\" \"Ketchup\" \"float eta\" 1.3");
+        assert!(ketchup.x < 0.2 && ketchup.x > 10.0 * ketchup.z, "{ketchup}");
+        let black = diffuse("Material \"subsurface\" \"rgb sigma_s\" [0 0 0]");
+        assert_eq!(black, Vec3::ZERO);
+        let kd = diffuse("Material \"kdsubsurface\" \"rgb Kd\" [0.8 0.4 0.2]");
+        assert!(kd.y > 0.36 && kd.y < 0.4 && (kd.x - 2.0 * kd.y).abs() < 1e-6, "{kd}");
+    }
 
     /// pbrt-v3's table (ComputeBeamDiffusionBSSRDF), computed with its 100 depths and 64 radii.
     #[test]

@@ -27,7 +27,7 @@ impl Resolver<'_> {
             params.ignore_rest();
             return MaterialInstance { known: None, ..MaterialInstance::default() };
         }
-        let mut material = material::material(params, &self.state.materials);
+        let mut material = material::material(params, &self.state.materials, &mut self.tables);
         material.span = Some(kept.name.span);
         let known = params.known().map(|known| match self.known_parameters.get(known) {
             Some(shared) => shared.clone(),

@@ -155,6 +155,7 @@ impl Needs {
             ("instances", memory.instances),
             ("meshes", memory.meshes),
             ("media", memory.media),
+            ("tables", memory.tables),
         ];
         let others = others.into_iter().filter(|(_, bytes)| *bytes > 0);
         parts.extend(others.map(|(name, bytes)| format!("{name} {}", byte_words(bytes as u64))));

@@ -149,6 +149,8 @@ pub struct Memory {
     pub picture_bytes: usize,
     /// Media.
     pub media: usize,
+    /// Tables of materials.
+    pub tables: usize,
     /// The scene's text. A file included twice counts once.
     pub text: u64,
     /// The smallest `--max-memory` for `render` without options.
@@ -211,6 +213,7 @@ impl Needs {
                 pictures: memory.pictures,
                 picture_bytes: memory.picture_bytes,
                 media: memory.media,
+                tables: memory.tables,
                 text: texts.values().sum(),
                 render,
             },

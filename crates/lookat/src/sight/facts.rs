@@ -247,7 +247,12 @@ fn is_opaque(prepared: &Prepared, id: ShapeId) -> bool {
             | MaterialKind::Plastic(_)
             | MaterialKind::Substrate(_) => true,
             MaterialKind::Mix(mix) => mix.materials.iter().all(|material| stops_light(material.kind())),
-            MaterialKind::Glass(_)
+            MaterialKind::Disney(disney) => {
+                disney.thin.is_none() && disney.spec_trans.constant() == Some(0.0)
+            }
+            MaterialKind::Fourier(_)
+            | MaterialKind::Glass(_)
+            | MaterialKind::Hair(_)
             | MaterialKind::None
             | MaterialKind::Translucent(_)
             | MaterialKind::Uber(_) => false,
