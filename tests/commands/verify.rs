@@ -94,7 +94,8 @@ fn the_projects_scenes_agree_with_pbrt() {
     // Two of them show what lookat warns of.
     assert_eq!(verify_scenes(""), [2, 1]);
     assert_eq!(verify_scenes("cameras"), [0, 0]);
-    assert_eq!(verify_scenes("materials"), [0, 0]);
+    // pbrt-v3 departs from the source of one.
+    assert_eq!(verify_scenes("materials"), [1, 0]);
     // pbrt-v3 blurs textures along the seams of two mappings.
     assert_eq!(verify_scenes("textures"), [1, 0]);
     assert_eq!(verify_scenes("lights"), [0, 0]);

@@ -45,6 +45,7 @@ fn closed_shapes_make_no_light() {
     ] {
         let material = format!(r#""disney" "rgb color" [.8 .8 .8] {parameters}"#);
         let found = of_sphere(&material);
-        assert!(found.iter().all(|share| (0.3..1.15).contains(share)), "{parameters}: {found:?}");
+        // The least is that of rough metal: pbrt-v3 renders 0.2546 of it without `spectrans`.
+        assert!(found.iter().all(|share| (0.25..1.15).contains(share)), "{parameters}: {found:?}");
     }
 }

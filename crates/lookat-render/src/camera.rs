@@ -3,13 +3,13 @@
 
 mod realistic;
 
-use fearless_simd::{Simd, f32x8, f64x8, prelude::*};
+use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{AnimatedTransform, Camera, Film, Lens, MILLIMETER, Projection, Transform};
 
 pub use crate::camera::realistic::LensRays;
 use crate::camera::realistic::RealisticLens;
-use crate::number::{LANES, Vec2x8, Vec3x8, baseline, splat_f32, to_f32};
+use crate::number::{LANES, Vec2x8, Vec3x8, baseline};
 use crate::ray::Ray;
 use crate::trace::rays::Rays;
 use crate::warp::at_turn;
@@ -105,9 +105,9 @@ impl CameraRays {
 
     /// The instants that numbers from 0 to 1 choose while the shutter is open: see [`Ray::time`].
     #[inline(always)]
-    pub(crate) fn times<S: Simd>(&self, u: f64x8<S>) -> f32x8<S> {
+    pub(crate) fn times<S: Simd>(&self, u: f64x8<S>) -> f64x8<S> {
         let [open, close] = self.shutter;
-        to_f32((u * (close - open) + open).max(0.0).min(1.0))
+        (u * (close - open) + open).max(0.0).min(1.0)
     }
 
     /// True if rays need a point on the lens.
@@ -140,7 +140,7 @@ impl CameraRays {
         simd: S,
         film: Vec2x8<S>,
         u: Option<Vec2x8<S>>,
-        time: f32x8<S>,
+        time: f64x8<S>,
     ) -> Rays<S> {
         let (o, d) = self.lines(simd, film, u, time);
         Rays { time, ..Rays::new(o, d.normalize()) }
@@ -153,7 +153,7 @@ impl CameraRays {
         simd: S,
         film: Vec2x8<S>,
         u: Option<Vec2x8<S>>,
-        time: f32x8<S>,
+        time: f64x8<S>,
     ) -> (Vec3x8<S>, Vec3x8<S>) {
         let [x, y] = film;
         let p = self.on_screen(film);
@@ -196,7 +196,7 @@ impl CameraRays {
         simd: S,
         film: Vec2x8<S>,
         u: Option<Vec2x8<S>>,
-        time: f32x8<S>,
+        time: f64x8<S>,
     ) -> (Rays<S>, Option<f64x8<S>>) {
         let (Optics::Realistic(lens), Some(u)) = (&self.optics, u) else {
             return (self.rays(simd, film, u, time), None);
@@ -220,7 +220,7 @@ impl CameraRays {
 
     /// Origins relative to the origin of the prepared world, and directions, of rays in camera space. `o`: relative to the eye.
     #[inline(always)]
-    fn in_world<S: Simd>(&self, time: f32x8<S>, o: Vec3x8<S>, d: Vec3x8<S>) -> (Vec3x8<S>, Vec3x8<S>) {
+    fn in_world<S: Simd>(&self, time: f64x8<S>, o: Vec3x8<S>, d: Vec3x8<S>) -> (Vec3x8<S>, Vec3x8<S>) {
         match &self.motion {
             None => {
                 let m = &self.world_from_camera;
@@ -235,13 +235,13 @@ impl CameraRays {
     fn moved<S: Simd>(
         &self,
         motion: &AnimatedTransform,
-        time: f32x8<S>,
+        time: f64x8<S>,
         mut o: Vec3x8<S>,
         mut d: Vec3x8<S>,
     ) -> (Vec3x8<S>, Vec3x8<S>) {
         let eye = self.middle.extend(0.0);
         for lane in 0..LANES {
-            let placed = motion.at(time[lane].into());
+            let placed = motion.at(time[lane]);
             o.set_lane(lane, placed.point(eye) - self.origin + placed.vector(o.lane(lane)));
             d.set_lane(lane, placed.vector(d.lane(lane)));
         }
@@ -405,7 +405,7 @@ pub(crate) struct CameraSample {
     pub film: DVec2,
     pub lens: DVec2,
     /// See [`Ray::time`].
-    pub time: f32,
+    pub time: f64,
 }
 
 /// The camera samples of a packet of rays.
@@ -424,7 +424,7 @@ impl Views<'_> {
     /// Origins and directions, of any length, of the neighbors of the rays to the right and below, through the same points of the lens.
     #[inline(always)]
     pub fn neighbors<S: Simd>(&self, simd: S) -> [(Vec3x8<S>, Vec3x8<S>); 2] {
-        let (mut numbers, mut time) = ([[0.0; LANES]; 4], splat_f32(simd, 0.0));
+        let (mut numbers, mut time): (_, f64x8<S>) = ([[0.0; LANES]; 4], 0.0.simd_into(simd));
         for (lane, sample) in self.samples.iter().enumerate() {
             let CameraSample { film, lens, time: own } = self.camera_samples[usize::from(*sample)];
             time[lane] = own;
@@ -568,8 +568,8 @@ mod tests {
                 let time = (3.0 + 4.0 * u[lane]) / 8.0;
                 let own = still.clone().placed(motion.at(time));
                 let expected = CameraRays::new(&own, &self::film(), origin).ray(film, DVec2::ZERO);
-                assert!((f64::from(at.time[lane]) - time).abs() < 1e-7);
-                assert!((at.o.lane(lane) - expected.o).length() < 1e-6, "{lane}");
+                assert!((at.time[lane] - time).abs() < 1e-15);
+                assert!((at.o.lane(lane) - expected.o).length() < 1e-12, "{lane}");
                 assert!((at.d.lane(lane) - expected.d).length() < 1e-12, "{lane}");
             }
         });

@@ -12,7 +12,7 @@ use crate::integrator::Tracer;
 use crate::integrator::world::World;
 use crate::light::Receivers;
 use crate::number::{
-    LANES, Vec3fx8, Vec3x8, baseline, bits, first_lanes, luminance, set_lanes, splat_f32, to_f64, widen,
+    LANES, Vec3fx8, Vec3x8, baseline, bits, first_lanes, luminance, set_lanes, to_f64, widen,
 };
 use crate::prepare::Prepared;
 use crate::ray::ElementId;
@@ -197,7 +197,7 @@ fn side_by_side<S: Simd>(simd: S, world: &World, surfaces: &[Surface]) -> Surfac
         magnitude: 0.0.simd_into(simd),
         element: f64x8::from_fn(simd, number),
         instance: u32x8::from_fn(simd, instance),
-        time: splat_f32(simd, 0.0),
+        time: 0.0.simd_into(simd),
     };
     for lane in 0..LANES {
         wide.set_lane(lane, of(lane));

@@ -170,7 +170,10 @@ impl Lattice {
         boxes.extend(world.instances.iter().step_by(every).map(|instance| {
             let object =
                 known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| of_object(&instance.object));
-            placed_box(*object, |p| instance.world_from_object.point(p))
+            match instance.motion {
+                Some(_) => instance.bounds(*object),
+                None => placed_box(*object, |p| instance.world_from_object.point(p)),
+            }
         }));
         // Objects without an element have no box.
         boxes.retain(|[low, high]| low.is_finite() && high.is_finite());

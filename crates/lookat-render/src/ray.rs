@@ -18,7 +18,7 @@ pub struct Ray {
     /// The element that a shadow ray goes to, or [`ElementId::POINT_LIGHT`]: it does not block. `t_max` does not go beyond it.
     pub target: ElementId,
     /// The instant: a share of the way from the start time of motion, 0, to its end time, 1.
-    pub time: f32,
+    pub time: f64,
 }
 
 impl Ray {

@@ -11,8 +11,7 @@ use crate::bsdf::{LobeSlots, PointLobes};
 use crate::camera::Views;
 use crate::frame::Frames;
 use crate::number::{
-    LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, prefetch, set_lanes, splat_f32, vectorized,
-    widen,
+    LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, groups, prefetch, set_lanes, vectorized, widen,
 };
 use crate::parametric::Parametrics;
 use crate::ray::{ElementId, Hit, Ray};
@@ -30,7 +29,7 @@ pub(crate) fn uv(scene: &Traceable, surface: &Surface, ray: &Ray, hit: &Hit) -> 
     baseline!(simd => {
         let none = Vec3x8::splat(simd, DVec3::ZERO);
         let (element, instance) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
-        let (magnitude, time) = (0.0.simd_into(simd), splat_f32(simd, 0.0));
+        let (magnitude, time) = (0.0.simd_into(simd), 0.0.simd_into(simd));
         let mut surfaces = Surfaces { p: none, n: none.narrow(), ns: none, magnitude, element, instance, time };
         surfaces.set_lane(0, surface);
         let barycentric = hit.barycentric.map(|b| b.simd_into(simd));

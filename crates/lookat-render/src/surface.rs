@@ -1,6 +1,6 @@
 //! Points of surfaces: one that a ray has hit, or eight side by side.
 
-use fearless_simd::{Level, Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
+use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*, u32x8};
 use glam::{DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
@@ -38,7 +38,7 @@ pub struct Surface<'s> {
     /// The shape with its material.
     pub primitive: &'s Primitive,
     /// See [`Ray::time`].
-    pub time: f32,
+    pub time: f64,
 }
 
 impl<'s> Surface<'s> {
@@ -131,7 +131,7 @@ pub(crate) struct Surfaces<S: Simd> {
     pub element: f64x8<S>,
     /// The instances of the elements.
     pub instance: u32x8<S>,
-    pub time: f32x8<S>,
+    pub time: f64x8<S>,
 }
 
 impl<S: Simd> Surfaces<S> {

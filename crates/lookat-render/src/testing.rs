@@ -6,8 +6,8 @@ use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
 use lookat_scene::{LoadOptions, Scene, load};
 
+use crate::number::Vec3x8;
 pub(crate) use crate::number::baseline;
-use crate::number::{Vec3x8, splat_f32};
 use crate::ray::ElementId;
 use crate::surface::Surfaces;
 use crate::trace::rays::NONE;
@@ -28,7 +28,7 @@ pub(crate) fn surfaces_at<S: Simd>(simd: S, p: DVec3) -> Surfaces<S> {
     let n = Vec3x8::splat(simd, DVec3::Z);
     let (element, instance) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
     let (p, magnitude) = (Vec3x8::splat(simd, p), 0.0.simd_into(simd));
-    Surfaces { p, n: n.narrow(), ns: n, magnitude, element, instance, time: splat_f32(simd, 0.0) }
+    Surfaces { p, n: n.narrow(), ns: n, magnitude, element, instance, time: 0.0.simd_into(simd) }
 }
 
 /// This processor's instructions, and those of older ones.

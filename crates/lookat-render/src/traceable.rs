@@ -184,13 +184,13 @@ impl Traceable {
 
     /// An instance, at a [time](Ray::time). `None` for [`ElementId::WORLD`](crate::ray::ElementId::WORLD).
     #[inline(always)]
-    pub fn instance(&self, instance: u32, time: f32) -> Option<Cow<'_, PlacedInstance>> {
+    pub fn instance(&self, instance: u32, time: f64) -> Option<Cow<'_, PlacedInstance>> {
         ((instance as usize) < self.instances.len()).then(|| self.placed(instance, time))
     }
 
     /// One of the instances, at a [time](Ray::time).
     #[inline(always)]
-    pub fn placed(&self, instance: u32, time: f32) -> Cow<'_, PlacedInstance> {
+    pub fn placed(&self, instance: u32, time: f64) -> Cow<'_, PlacedInstance> {
         let placed = &self.instances[instance as usize];
         match &placed.motion {
             None => Cow::Borrowed(placed),
@@ -200,7 +200,7 @@ impl Traceable {
 
     /// True if an instance, or the world, is at the same place at two times.
     #[inline(always)]
-    pub fn is_still(&self, instance: u32, [a, b]: [f32; 2]) -> bool {
+    pub fn is_still(&self, instance: u32, [a, b]: [f64; 2]) -> bool {
         !self.has_motion
             || a == b
             || self.instances.get(instance as usize).is_none_or(|it| it.motion.is_none())
@@ -411,8 +411,8 @@ impl PlacedInstance {
     /// A copy that moves, at a [time](Ray::time).
     #[cold]
     #[inline(never)]
-    fn moving(object: usize, motions: &[AnimatedTransform], time: f32, world_origin: DVec3) -> Self {
-        let placed = motions.iter().map(|motion| motion.at(time.into())).reduce(|outer, inner| outer * inner);
+    fn moving(object: usize, motions: &[AnimatedTransform], time: f64, world_origin: DVec3) -> Self {
+        let placed = motions.iter().map(|motion| motion.at(time)).reduce(|outer, inner| outer * inner);
         PlacedInstance::new(object, &placed.unwrap_or_default(), world_origin)
     }
 

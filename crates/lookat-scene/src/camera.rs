@@ -64,7 +64,8 @@ impl Shutter {
     /// The times when it opens and closes, as shares of the way from the start time of motion to its end time.
     pub fn shares(&self) -> [f64; 2] {
         let [start, end] = self.transform_times;
-        [self.open, self.close].map(|time| (time - start) / (end - start))
+        // Far from all motion, the difference does not matter.
+        [self.open, self.close].map(|time| ((time - start) / (end - start)).clamp(-1e50, 1e50))
     }
 }
 
@@ -222,18 +223,22 @@ pub(crate) fn camera(
     film: &Film,
     view: &ViewOverride,
 ) -> Option<Camera> {
-    let [open, close] = shutter(params);
-    let shutter = Shutter { open, close, transform_times };
-    let shutter = view.time.map_or(shutter, |time| shutter.at(time));
     let motion = motion(params, placed);
+    let camera = match params.kind() {
+        "realistic" => realistic::realistic(params, film, view)?,
+        _ => in_closed_form(params, film, view)?,
+    };
+    let shutter = Shutter { transform_times, ..camera.shutter };
+    let shutter = view.time.map_or(shutter, |time| shutter.at(time));
+    Some(Camera { world_from_camera: *placed.start, motion, shutter, ..camera })
+}
+
+/// A camera without a lens system, at the origin.
+fn in_closed_form(params: &mut Params, film: &Film, view: &ViewOverride) -> Option<Camera> {
     let projection = match params.kind() {
         "perspective" => perspective(params, view.fov),
         "orthographic" => Projection::Orthographic { telecentric: false },
         "environment" => Projection::Environment,
-        "realistic" => {
-            let camera = realistic::realistic(params, close - open, film, view)?;
-            return Some(Camera { world_from_camera: *placed.start, motion, shutter, ..camera });
-        }
         _ => return params.reject_unknown_type(KINDS),
     };
     let screen = screen_window(params, film, view.screen_window);
@@ -242,26 +247,20 @@ pub(crate) fn camera(
         Projection::Orthographic { .. } => orthographic(params, lens.is_some()),
         other => other,
     };
-    params.finish().then_some(Camera {
-        world_from_camera: *placed.start,
-        motion,
-        shutter,
-        projection,
-        screen,
-        lens,
-    })
+    let shutter = shutter(params);
+    let is_usable = params.finish();
+    is_usable.then(|| Camera { shutter, screen, lens, ..Camera::new(Transform::IDENTITY, projection, film) })
 }
 
 /// The times when the shutter opens and closes.
-fn shutter(params: &mut Params) -> [f64; 2] {
+fn shutter(params: &mut Params) -> Shutter {
     let [open, close] = [params.take(&SHUTTER_OPEN), params.take(&SHUTTER_CLOSE)];
     params.check_range(SHUTTER_CLOSE.name, &[open, close]);
     if close < open {
         let message = "shutterclose is before shutteropen: they are exchanged, as in pbrt-v3";
         params.warn("shutterclose", message, "write the earlier time as shutteropen");
-        return [close, open];
     }
-    [open, close]
+    Shutter { open: open.min(close), close: open.max(close), ..Shutter::PBRT_DEFAULT }
 }
 
 fn motion(params: &mut Params, placed: &TransformSet) -> Option<AnimatedTransform> {

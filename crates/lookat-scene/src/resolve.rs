@@ -26,7 +26,7 @@ use crate::params::Params;
 use crate::report::Report;
 use crate::symbols::SymbolKind;
 use crate::texture::Textures;
-use crate::transform::{AnimatedTransform, LookAtError, Transform, TransformSet};
+use crate::transform::{AnimatedTransform, LookAtError, Transform, TransformSet, in_range};
 
 pub(crate) use crate::resolve::blocks::{Blocks, home_block};
 use crate::resolve::projective::{Projective, is_affine};
@@ -128,7 +128,7 @@ impl<'a> Resolver<'a> {
             Directive::ActiveTransform(which) => self.state.active = which,
             Directive::TransformTimes(times) => {
                 let [start, end] = times;
-                if start >= end {
+                if start >= end || !in_range(&times) {
                     let help = "write the earlier time first: TransformTimes start end";
                     let message = "the end time of TransformTimes is not after the start time";
                     return Diagnostic::error(span, message).help(help).fail();

@@ -244,7 +244,7 @@ impl Sight<'_> {
 
     /// A point in camera space.
     fn in_camera(&self, p: DVec3) -> DVec3 {
-        self.scene.view.camera.world_from_camera.inverse().point(p)
+        self.scene.view.camera.middle().inverse().point(p)
     }
 }
 

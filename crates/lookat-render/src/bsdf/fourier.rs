@@ -34,6 +34,8 @@ impl Neighbors {
     /// `None` outside of the cosines.
     fn new(cosines: &[f32], x: f32) -> Option<Self> {
         let last = cosines.len() - 1;
+        // Directions have a length of one, and the ends of tables are 1, except for rounding.
+        let x = if x.abs() > 1.0 - 1e-5 { x.clamp(cosines[0], cosines[last]) } else { x };
         if !(x >= cosines[0] && x <= cosines[last]) {
             return None;
         }

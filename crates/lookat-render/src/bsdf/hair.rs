@@ -67,6 +67,8 @@ impl<S: Simd> Fibers<S> {
             },
         );
         let sum = amounts[0] + amounts[1] + amounts[2] + amounts[3];
+        // A fiber may absorb all light that enters, and reflect none.
+        let sum = sum.max(splat_f32(sum.token(), f32::MIN_POSITIVE));
 
         let (sin_2, cos_2) = (2.0 * cos * sin, cos * cos - sin * sin);
         let (sin_4, cos_4) = (2.0 * cos_2 * sin_2, cos_2 * cos_2 - sin_2 * sin_2);

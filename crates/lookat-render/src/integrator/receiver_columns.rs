@@ -6,7 +6,7 @@ use glam::DVec3;
 use crate::bsdf::Domain;
 use crate::columns::{Column, ROOM, Stored, columns};
 use crate::light::{Lunes, Receivers};
-use crate::number::{LANES, Vec3x8, bits, splat_f32};
+use crate::number::{LANES, Vec3x8, bits};
 use crate::surface::Surfaces;
 
 columns! {
@@ -57,7 +57,7 @@ impl ReceiverColumns {
         let (zero, none) = (Vec3x8::splat(simd, DVec3::ZERO), mask32x8::splat(simd, false));
         let (number, instance, n) = (0.0.simd_into(simd), 0.simd_into(simd), zero.narrow());
         // Lights do not move.
-        let time = splat_f32(simd, 0.0);
+        let time = 0.0.simd_into(simd);
         let surfaces = Surfaces { p: zero, n, ns: zero, magnitude: number, element: number, instance, time };
         let domain = Domain { n, ns: n, is_two_sided: none, is_diffuse: none };
         let mut receivers = Receivers { surfaces, domain, lunes: None };

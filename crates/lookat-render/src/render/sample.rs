@@ -18,7 +18,7 @@ use crate::integrator::{
     path_batch::PathBatch,
     path_record::{PATHS, PathRecord},
 };
-use crate::number::{LANES, first_lanes, side_by_side, splat_f32, vectorized, widen};
+use crate::number::{LANES, first_lanes, side_by_side, vectorized, widen};
 use crate::prepare::{Brightest, Prepared};
 use crate::sampler::{Sample, Streams};
 use crate::trace::rays::Rays;
@@ -349,7 +349,7 @@ impl Context<'_> {
             let camera = &self.camera;
             let on_lens = camera.has_lens().then(|| streams.next_2d(simd));
             let moves = camera.moves() || self.prepared.traceable.has_motion();
-            let time = if moves { camera.times(streams.time(simd)) } else { splat_f32(simd, 0.0) };
+            let time = if moves { camera.times(streams.time(simd)) } else { 0.0.simd_into(simd) };
             // Nothing else asks for these.
             if self.integrator.world().materials.has_textures {
                 for lane in 0..samples.len() {

@@ -1,10 +1,10 @@
 //! Rays side by side, and their hits.
 
-use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*, u32x8};
 use glam::DVec3;
 
 use crate::columns::{ROOM, Stored, columns};
-use crate::number::{LANES, Vec3x8, bits, narrow, splat_f32};
+use crate::number::{LANES, Vec3x8, bits, narrow};
 use crate::ray::{ElementId, Hit};
 
 /// Rays, relative to the origin.
@@ -20,7 +20,7 @@ pub(crate) struct Rays<S: Simd> {
     /// The label of the element that each shadow ray goes to, [`POINT_LIGHT`] or [`NONE`].
     pub target: f64x8<S>,
     /// See [`Ray::time`](crate::ray::Ray::time).
-    pub time: f32x8<S>,
+    pub time: f64x8<S>,
 }
 
 impl<S: Simd> Rays<S> {
@@ -30,7 +30,7 @@ impl<S: Simd> Rays<S> {
         let simd = o.x.token();
         let (none, world) = (NONE.simd_into(simd), ElementId::WORLD.simd_into(simd));
         let t_max = f64::INFINITY.simd_into(simd);
-        let time = splat_f32(simd, 0.0);
+        let time = 0.0.simd_into(simd);
         Rays { o, d, t_max, leaving: none, leaving_instance: world, target: none, time }
     }
 
@@ -44,7 +44,7 @@ impl<S: Simd> Rays<S> {
             leaving: mask.select(self.leaving, others.leaving),
             leaving_instance: narrow(mask).select(self.leaving_instance, others.leaving_instance),
             target: mask.select(self.target, others.target),
-            time: narrow(mask).select(self.time, others.time),
+            time: mask.select(self.time, others.time),
         }
     }
 
@@ -82,7 +82,7 @@ columns! {
         leaving: f64 = leaving,
         leaving_instance: u32 = leaving_instance,
         target: f64 = target,
-        time: f32 = time,
+        time: f64 = time,
     }
 }
 
@@ -94,7 +94,7 @@ pub(crate) struct OneRay {
     pub leaving: f64,
     pub leaving_instance: u32,
     pub target: f64,
-    pub time: f32,
+    pub time: f64,
 }
 
 impl RayColumns {

@@ -159,7 +159,7 @@ fn ray(scene: &Traceable, i: usize) -> Ray {
         2 => DVec3::new(-0.0, d.y, 1e-30).normalize_or(DVec3::X),
         _ => d,
     };
-    let mut ray = Ray { time: noise(i, 3.7).abs() as f32, ..Ray::new(o, d) };
+    let mut ray = Ray { time: noise(i, 3.7).abs(), ..Ray::new(o, d) };
     if i.is_multiple_of(3) {
         ray.t_max = (target - o).length() * [1.0, 0.999, 3.0][i % 9 / 3];
     }

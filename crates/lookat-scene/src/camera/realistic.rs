@@ -8,7 +8,7 @@ use super::lens_file::{LensRow, SMALLEST, lens_rows};
 use super::lens_system::round_up;
 use super::{
     Camera, Lens, LensElement, LensSystem, MILLIMETER, Projection, SHUTTER_CLOSE, SHUTTER_OPEN, ViewOverride,
-    Weighting,
+    Weighting, shutter,
 };
 use crate::Film;
 use crate::params::value::Name;
@@ -33,19 +33,20 @@ const SIMPLE_WEIGHTING: Key<bool> = Key::bool(
 pub(super) const KEYS: Keys =
     &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
-/// pbrt-v3's CreateRealisticCamera, at the origin. `exposure`: how long the shutter is open.
-pub(super) fn realistic(
-    params: &mut Params,
-    exposure: f64,
-    film: &Film,
-    view: &ViewOverride,
-) -> Option<Camera> {
+/// pbrt-v3's CreateRealisticCamera, at the origin.
+pub(super) fn realistic(params: &mut Params, film: &Film, view: &ViewOverride) -> Option<Camera> {
     let aperture = params.take(&APERTURE_DIAMETER);
     let own = params.take(&FOCUS_DISTANCE);
     params.check_range(FOCUS_DISTANCE.name, &[own]);
     let focus = view.focal_distance.unwrap_or(own);
     let is_simple = params.take(&SIMPLE_WEIGHTING);
-    let weighting = if is_simple { Weighting::Simple } else { Weighting::Exposure { time: exposure } };
+    let shutter = shutter(params);
+    let time = shutter.close - shutter.open;
+    if !is_simple && time == 0.0 {
+        let help = "write a later shutterclose, or \"bool simpleweighting\" \"true\"";
+        params.warn("", "the shutter opens and closes at once: the picture is black", help);
+    }
+    let weighting = if is_simple { Weighting::Simple } else { Weighting::Exposure { time } };
     let file = Name::take(&LENS_FILE, params);
     let help = "add \"string lensfile\" with the name of a file that describes the lenses";
     params.missing(LENS_FILE.name, "a realistic camera needs lensfile", help);
@@ -58,7 +59,7 @@ pub(super) fn realistic(
     let lenses = lenses.filter(|_| is_usable)?;
     let lens = Lens { radius: lenses.entrance_pupil().radius, focal_distance: focus };
     let projection = Projection::Realistic(Arc::new(lenses));
-    Some(Camera { lens: Some(lens), ..Camera::new(Transform::IDENTITY, projection, film) })
+    Some(Camera { shutter, lens: Some(lens), ..Camera::new(Transform::IDENTITY, projection, film) })
 }
 
 /// The lens system of a file, with its stop at the aperture.

@@ -40,6 +40,9 @@ pub struct Series {
     pub count: u32,
 }
 
+/// The most terms of a series: ten times those of the sharpest tables in use.
+const MOST_ORDERS: i32 = 10_000;
+
 impl FourierTable {
     /// The number of zeros after the coefficients, so that this many can be read at any place.
     pub const PADDING: usize = 8;
@@ -64,7 +67,10 @@ impl FourierTable {
             usize::try_from(number(at)).map_err(|_| format!("it says that it has {} {what}", number(at)))
         };
         let (angles, count) = (size(1, "angles")?, size(2, "coefficients")?);
-        let (channels, bases) = (number(4), number(5));
+        let (largest, channels, bases) = (number(3), number(4), number(5));
+        if largest > MOST_ORDERS {
+            return Err(format!("it has series of {largest} terms, and at most {MOST_ORDERS} are supported"));
+        }
         if angles < 2 {
             return Err(format!("it has {angles} angles, and needs at least 2"));
         }
@@ -98,7 +104,8 @@ impl FourierTable {
             let [first, count] = [place[0], place[1]].map(i32::from_le_bytes);
             let [first, count] = [u32::try_from(first).ok()?, u32::try_from(count).ok()?];
             let end = u64::from(first) + channels as u64 * u64::from(count);
-            let is_inside = count == 0 || end <= coefficients.len() as u64;
+            let is_inside =
+                count == 0 || end <= coefficients.len() as u64 && i64::from(count) <= largest.into();
             is_inside.then_some(Series { first: if count == 0 { 0 } else { first }, count })
         });
         let series =

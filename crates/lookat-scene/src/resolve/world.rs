@@ -102,9 +102,15 @@ impl Resolver<'_> {
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
-        let is_given = |given: &str| entity.params.iter().any(|param| param.name.value == given);
-        let is_in_space = matches!(&entity.name.value[..], "fbm" | "marble" | "windy" | "wrinkled");
-        let ctm = match is_in_space || is_given("mapping") || is_given("dimension") {
+        let is_in_space = matches!(&entity.name.value[..], "fbm" | "marble" | "windy" | "wrinkled")
+            || entity.params.iter().any(|param| match (&param.name.value[..], &param.values.value) {
+                ("mapping", Values::Strings(names)) => {
+                    names.iter().any(|name| matches!(&name.value[..], "spherical" | "cylindrical"))
+                }
+                ("dimension", Values::Integers(numbers)) => numbers.contains(&3),
+                _ => false,
+            });
+        let ctm = match is_in_space {
             true => self.placing("texture", entity.name.span),
             false => *self.state.ctm.start,
         };

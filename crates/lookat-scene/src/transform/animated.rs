@@ -122,14 +122,15 @@ impl AnimatedTransform {
         });
         // With v = S p, the second derivative of a point's place T + R v is at most angle^2 |v| + 2 angle |dv|. Between two times a
         // path is no farther from their chord than an eighth of that times the square of their distance.
-        let step = 1.0 / f64::from(PARTS);
+        let parts = if self.angle == 0.0 { 1 } else { PARTS };
+        let step = 1.0 / f64::from(parts);
         let reach = |p: DVec3| {
             let change = (self.scale[1] * p).length();
             let longest = (self.scale[0] * p).length() + change;
             (self.angle * self.angle * longest + 2.0 * self.angle * change) * step * step / 8.0
         };
         let reach = corners.into_iter().map(reach).fold(0.0, f64::max);
-        let times = (0..=PARTS).map(|part| f64::from(part) * step);
+        let times = (0..=parts).map(|part| f64::from(part) * step);
         let places = times.flat_map(|time| {
             let placed = self.at(time);
             corners.map(|corner| placed.point(corner))
@@ -145,9 +146,12 @@ fn polar(matrix: &DMat3) -> (DMat3, DMat3) {
     let size = matrix.to_cols_array().iter().fold(0.0_f64, |max, x| max.max(x.abs()));
     let scaled = *matrix * (1.0 / size);
     let mut rotation = scaled;
-    // Each step halves what is far too long; near the end, errors are squared.
-    for _ in 0..100 {
-        let next = (rotation + rotation.inverse().transpose()) * 0.5;
+    let length = |m: &DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+    // Newton's iteration, scaled so that it takes few steps for any scale (Higham 1986).
+    for _ in 0..50 {
+        let inverse = rotation.inverse().transpose();
+        let factor = (length(&inverse) / length(&rotation)).sqrt();
+        let next = (rotation * factor + inverse * factor.recip()) * 0.5;
         let change = (next - rotation).to_cols_array().iter().fold(0.0_f64, |max, x| max.max(x.abs()));
         rotation = next;
         if change < 1e-15 {
@@ -203,7 +207,7 @@ mod tests {
 
     #[test]
     fn scales_change_evenly_and_the_shorter_way_is_taken() {
-        let [small, large] = [1e-9, 1e9].map(|x| Transform::scale(DVec3::splat(x)).unwrap());
+        let [small, large] = [1e-9, 1e9].map(|x| Transform::scale(DVec3::new(x, x, 1e-40)).unwrap());
         let motion = AnimatedTransform::new(small, large).unwrap();
         assert!((motion.at(0.25).vector(DVec3::X).x / (0.75e-9 + 0.25e9) - 1.0).abs() < 1e-15);
         let motion = AnimatedTransform::new(Transform::IDENTITY, rotated(270.0, DVec3::Z)).unwrap();

@@ -126,15 +126,15 @@ pub struct ViewOverride {
     #[arg(long, visible_alias = "screenwindow", value_name = "X0 X1 Y0 Y1", allow_hyphen_values = true, value_parser = checked(|text| numbers(text, "-1.5 1.5 -1 1"), |view, edges| view.screen_window = Some(edges)))]
     pub screen_window: Option<[f64; 4]>,
     /// Instant of a scene that moves, in units of TransformTimes, instead of shutteropen to shutterclose
-    #[arg(long = "time-at", value_name = "T", allow_negative_numbers = true, value_parser = checked(number, |view, time| view.time = Some(time)))]
-    pub time: Option<f64>,
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = checked(number, |view, time| view.time = Some(time)))]
+    pub time_at: Option<f64>,
 }
 
 impl ViewOverride {
     /// These options, as the loading of a scene takes them.
     pub fn options(&self) -> lookat_scene::ViewOverride {
-        let ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window, time } = *self;
-        lookat_scene::ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window, time }
+        let ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window, time_at } = *self;
+        lookat_scene::ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window, time: time_at }
     }
 
     /// Fails if the loaded camera cannot use one of the options.
@@ -156,7 +156,7 @@ impl ViewOverride {
         if let Some((option, _)) = idle {
             bail!("{option} has no effect on an environment camera; remove it");
         }
-        if self.time.is_some() && !scene.has_motion() {
+        if self.time_at.is_some() && !scene.has_motion() {
             bail!("--time-at has no effect: nothing in this scene moves; remove it");
         }
         let of_file = [

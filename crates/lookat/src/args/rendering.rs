@@ -105,7 +105,7 @@ impl Parameter {
             Parameter::Fov => view.fov.is_some(),
             Parameter::LensRadius => view.lens_radius.is_some(),
             Parameter::FocalDistance => view.focal_distance.is_some(),
-            Parameter::Time => view.time.is_some(),
+            Parameter::Time => view.time_at.is_some(),
             Parameter::LookAt(_) => false,
         }
     }
@@ -116,7 +116,7 @@ impl Parameter {
             Parameter::Fov => view.fov = Some(value),
             Parameter::LensRadius => view.lens_radius = Some(value),
             Parameter::FocalDistance => view.focal_distance = Some(value),
-            Parameter::Time => view.time = Some(value),
+            Parameter::Time => view.time_at = Some(value),
             Parameter::LookAt(_) => {}
         }
     }

@@ -74,7 +74,7 @@ impl Turntable {
             return Ok(Turntable { placement, axis: DVec3::from_slice(&placement.points[6..]) });
         }
         let [low, high] = scene.world.bounds().ok_or("--turntable needs a shape to turn around")?;
-        let world_from_camera = scene.view.camera.world_from_camera;
+        let world_from_camera = scene.view.camera.middle();
         let (eye, middle) = (world_from_camera.point(DVec3::ZERO), (low + high) / 2.0);
         let up = world_from_camera.vector(DVec3::Y);
         let axis = [DVec3::X, DVec3::Y, DVec3::Z]
@@ -88,10 +88,10 @@ impl Turntable {
         Ok(Turntable { placement, axis })
     }
 
-    /// The camera of a picture. The first picture has the camera of the scene.
+    /// The camera of a picture. The first picture has the camera of the scene, in the middle of its motion.
     fn camera(&self, camera: &Camera, number: u32, count: u32) -> Result<Camera, Failure> {
         if number == 0 {
-            return Ok(camera.clone().placed(camera.world_from_camera));
+            return Ok(camera.clone().placed(camera.middle()));
         }
         let turn = Transform::rotate(360.0 * f64::from(number) / f64::from(count), self.axis)
             .ok_or("--turntable: the up vector of LookAt is zero")?;

@@ -76,7 +76,7 @@ fn behind_ground(sight: &Sight) -> Option<Diagnostic> {
     if others().next().is_none() || !others().all(is_hidden) {
         return None;
     }
-    let up = sight.scene.view.camera.world_from_camera.vector(DVec3::Y).normalize_or_zero();
+    let up = sight.scene.view.camera.middle().vector(DVec3::Y).normalize_or_zero();
     let where_it_is = if flat.n.dot(up) < -0.5 { "below" } else { "behind" };
     let message = format!("the camera is {where_it_is} this shape, which hides all others");
     let place = ground.span.unwrap_or_else(|| sight.camera_place());
@@ -232,7 +232,7 @@ const LEAST_SEEN: f64 = 0.01;
 
 /// The views from cameras that the inverse places. Cameras of Blender and glTF look along -z.
 pub fn inverse_views(view: &View) -> Vec<View> {
-    let camera_from_world = view.camera.world_from_camera.inverse();
+    let camera_from_world = view.camera.middle().inverse();
     if camera_from_world == Transform::IDENTITY {
         return Vec::new();
     }
@@ -264,7 +264,7 @@ pub fn propose_inverse(sight: &Sight, found: Diagnostic) -> Diagnostic {
 fn edit(sight: &Sight, view: &View) -> Option<(Span, String)> {
     let at = sight.directive_start(sight.places.camera?)?;
     let text = &sight.sources.files.get(at.file.0 as usize)?.text[..at.start as usize];
-    let matrix = view.camera.world_from_camera.inverse_matrix();
+    let matrix = view.camera.middle().inverse_matrix();
     let before = parse(at.file, text).statements;
     let mut places = before.iter().filter(|statement| !matches!(statement.directive, Directive::Entity(..)));
     // In place of the only transformation, or else after all, where Transform replaces them.

@@ -16,7 +16,7 @@ pub fn placement(loaded: &Loaded, scene: &Scene, prepared: &Prepared) -> Option<
     if loaded.placement.is_some() {
         return loaded.placement;
     }
-    let (view, world_from_camera) = (&scene.view, scene.view.camera.world_from_camera);
+    let (view, world_from_camera) = (&scene.view, scene.view.camera.middle());
     let [width, height] = view.film.resolution.map(f64::from);
     let eye = world_from_camera.point(DVec3::ZERO);
     let forward = world_from_camera.vector(DVec3::Z).try_normalize()?;

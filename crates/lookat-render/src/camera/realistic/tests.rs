@@ -6,7 +6,7 @@ use lookat_scene::{Camera, Film, Lens, LensElement, MILLIMETER, Projection, Thic
 
 use super::*;
 use crate::camera::{CameraRays, Focus};
-use crate::number::{baseline, splat_f32};
+use crate::number::baseline;
 use crate::testing::noise;
 
 /// Radius, distance, index and opening of each surface in millimeters, as in `pbrt-scenes/cameras/double-gauss.dat`.
@@ -284,7 +284,7 @@ fn blur_is_the_spread_of_rays_near_the_axis() {
                 let x = ray.at((depth - ray.o.z) / ray.d.z).x;
                 let weight = baseline!(simd => {
                     let [film, u] = [film, u].map(|at| at.to_array().map(|x| x.simd_into(simd)));
-                    rays.weighted_rays(simd, film, Some(u), splat_f32(simd, 0.0)).1.unwrap()[0]
+                    rays.weighted_rays(simd, film, Some(u), 0.0.simd_into(simd)).1.unwrap()[0]
                 });
                 (x, weight > 0.0)
             };
