@@ -60,12 +60,8 @@ impl<S: Simd> Fibers<S> {
         let rest = second * inside;
         let rest = V3 { x: rest.x / left(inside.x), y: rest.y / left(inside.y), z: rest.z / left(inside.z) };
         let attenuation = [white * fresnel, first, second, rest];
-        let amounts = attenuation.map(
-            #[inline(always)]
-            |color| {
-                color.x * LUMINANCE.x as f32 + color.y * LUMINANCE.y as f32 + color.z * LUMINANCE.z as f32
-            },
-        );
+        let [a, b, c, d] = attenuation;
+        let amounts = [amount(a), amount(b), amount(c), amount(d)];
         let sum = amounts[0] + amounts[1] + amounts[2] + amounts[3];
         // A fiber may absorb all light that enters, and reflect none.
         let sum = sum.max(splat_f32(sum.token(), f32::MIN_POSITIVE));
@@ -105,6 +101,12 @@ impl<S: Simd> Fibers<S> {
         e / (self.scale * (1.0 + e) * (1.0 + e) * range)
     }
 
+    /// The density of an event. Out of line: its copies for all events would leave the instruction cache.
+    #[inline(never)]
+    fn density(&self, event: usize, along: [f32x8<S>; 2], phi: f32x8<S>) -> f32x8<S> {
+        vectorized!(phi.token(), self.along(event, along) * self.around(event, phi))
+    }
+
     /// The share of a logistic distribution below minus pi, and the share from there to pi.
     #[inline(always)]
     fn logistic_range(&self) -> (f32x8<S>, f32x8<S>) {
@@ -123,7 +125,7 @@ impl<S: Simd> Lobes<'_, S> {
             let phi = azimuth(wi.z * wo.y - wi.y * wo.z, wi.y * wo.y + wi.z * wo.z);
             let (mut f, mut pdf) = (Vec3fx8::splat(simd, Vec3::ZERO), splat_f32(simd, 0.0));
             for event in 0..EVENTS {
-                let density = fibers.along(event, along) * fibers.around(event, phi);
+                let density = fibers.density(event, along, phi);
                 f = f + fibers.attenuation[event] * density;
                 pdf += fibers.share[event] * density;
             }
@@ -228,11 +230,20 @@ pub(super) fn absorption<S: Simd>(color: Vec3fx8<S>, beta_n: f32x8<S>) -> Vec3fx
         divisor = (divisor + factor) * beta_n;
     }
     let divisor = divisor + 5.969;
-    let of = |channel: f32x8<S>| {
-        let root = ln(channel.max(f32::MIN_POSITIVE)) / divisor;
-        root * root
-    };
-    V3 { x: of(color.x), y: of(color.y), z: of(color.z) }
+    V3 { x: absorbed(color.x, divisor), y: absorbed(color.y, divisor), z: absorbed(color.z, divisor) }
+}
+
+/// By how much light an event is chosen.
+#[inline(always)]
+fn amount<S: Simd>(color: Vec3fx8<S>) -> f32x8<S> {
+    color.x * LUMINANCE.x as f32 + color.y * LUMINANCE.y as f32 + color.z * LUMINANCE.z as f32
+}
+
+/// The absorption of a channel (Chiang et al. 2016, equation 9).
+#[inline(always)]
+fn absorbed<S: Simd>(channel: f32x8<S>, divisor: f32x8<S>) -> f32x8<S> {
+    let root = ln(channel.max(f32::MIN_POSITIVE)) / divisor;
+    root * root
 }
 
 /// 1 - `x`, more than 0.

@@ -263,7 +263,7 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
             let metallic = self.share(&disney.metallic, active);
             let clear = self.share(&disney.spec_trans, active);
             let eta = self.index(&disney.eta, active);
-            let roughness = to_f32(at_least(self.at.value(&disney.roughness, active), 0.0).min(1e6));
+            let roughness = self.amount(&disney.roughness, 1e6, active);
             // The hue: the color over its luminance.
             let luminance =
                 color.x * LUMINANCE.x as f32 + color.y * LUMINANCE.y as f32 + color.z * LUMINANCE.z as f32;
@@ -273,10 +273,10 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
             let (mut flatness, mut transmitted) = (splat_f32(simd, 0.0), splat_f32(simd, 0.0));
             if let Some(ThinDisney { flatness: flat, diff_trans }) = &disney.thin {
                 flatness = self.share(flat, active);
-                transmitted = to_f32(at_least(self.at.value(diff_trans, active), 0.0).min(2.0) * 0.5);
+                transmitted = self.amount(diff_trans, 2.0, active) * 0.5;
             }
             let diffuse = weight * ((1.0 - metallic) * (1.0 - clear));
-            let sheen = to_f32(at_least(self.at.value(&disney.sheen, active), 0.0).min(1e6));
+            let sheen = self.amount(&disney.sheen, 1e6, active);
             let sheen_tint = self.share(&disney.sheen_tint, active);
             let sheen = (white + (tint - white) * sheen_tint) * sheen;
             let clear_solid =
@@ -292,10 +292,6 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
             }
 
             let aspect = (1.0 - 0.9 * self.share(&disney.anisotropic, active)).sqrt();
-            let alpha = |roughness: f32x8<S>| {
-                let squared = roughness * roughness;
-                [in_range(squared / aspect), in_range(squared * aspect)]
-            };
             let specular_tint = self.share(&disney.specular_tint, active);
             let at_normal = to_f32((eta - 1.0) / (eta + 1.0));
             let at_normal = (white + (tint - white) * specular_tint) * (at_normal * at_normal);
@@ -303,9 +299,12 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
             let fresnel = Fresnel::Disney { is_thin: disney.thin.is_some() };
             let lobe = Lobes::new(LobeKind::Microfacet(fresnel), weight);
             let colors = [at_normal, white * metallic];
-            self.push(Lobes { colors, roughness: alpha(roughness), eta: to_f32(eta), ..lobe }, active);
+            self.push(
+                Lobes { colors, roughness: stretched(roughness, aspect), eta: to_f32(eta), ..lobe },
+                active,
+            );
 
-            let clearcoat = to_f32(at_least(self.at.value(&disney.clearcoat, active), 0.0).min(1e6));
+            let clearcoat = self.amount(&disney.clearcoat, 1e6, active);
             let gloss = self.share(&disney.clearcoat_gloss, active);
             let width = 0.1 + (0.001 - 0.1) * gloss;
             for (outside, own) in [(true, active & clear_solid), (false, active & !clear_solid)] {
@@ -321,7 +320,7 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
                 // A thin sheet seems smoother where its index is low (Burley 2015, figure 15).
                 let scaled = (to_f32(eta) * 0.65 - 0.35) * roughness;
                 let lobe = Lobes::new(LobeKind::Disney(DisneyLobe::ThinTransmission), transmittance);
-                self.push(Lobes { roughness: alpha(scaled), eta: to_f32(eta), ..lobe }, active);
+                self.push(Lobes { roughness: stretched(scaled, aspect), eta: to_f32(eta), ..lobe }, active);
                 let transmitted = diffuse * color * transmitted;
                 self.push(Lobes::new(LobeKind::LambertTransmission, transmitted), active);
             } else {
@@ -329,7 +328,7 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
                 self.refraction(transmittance, one, active & is_alike);
                 let lobe = Lobes::new(LobeKind::Disney(DisneyLobe::Transmission), transmittance);
                 self.push(
-                    Lobes { roughness: alpha(roughness), eta: to_f32(eta), ..lobe },
+                    Lobes { roughness: stretched(roughness, aspect), eta: to_f32(eta), ..lobe },
                     active & !is_alike,
                 );
             }
@@ -376,9 +375,15 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
     }
 
     /// A number from 0 to 1.
-    #[inline(always)]
+    #[inline(never)]
     fn share(&self, texture: &Texture<f64>, active: mask64x8<S>) -> f32x8<S> {
-        to_f32(at_least(self.at.value(texture, active), 0.0).min(1.0))
+        vectorized!(active.token(), to_f32(at_least(self.at.value(texture, active), 0.0).min(1.0)))
+    }
+
+    /// A number that counts as 0 below that, and as `most` above it.
+    #[inline(never)]
+    fn amount(&self, texture: &Texture<f64>, most: f64, active: mask64x8<S>) -> f32x8<S> {
+        vectorized!(active.token(), to_f32(at_least(self.at.value(texture, active), 0.0).min(most)))
     }
 
     #[inline(always)]
@@ -424,6 +429,13 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
         });
         widths.simd_into(active.token())
     }
+}
+
+/// The widths of Disney's distribution of facets, along and across.
+#[inline(always)]
+fn stretched<S: Simd>(roughness: f32x8<S>, aspect: f32x8<S>) -> [f32x8<S>; 2] {
+    let squared = roughness * roughness;
+    [in_range(squared / aspect), in_range(squared * aspect)]
 }
 
 /// The larger of two numbers; `least` for NaN, in which processors differ.

@@ -10,7 +10,7 @@ use lookat_scene::{LensSystem, Weighting};
 
 use crate::camera::realistic::exit_pupil::{ExitPupil, simple_area};
 pub use crate::camera::realistic::paths::LensRays;
-use crate::number::{V3, Vec2x8, Vec3x8};
+use crate::number::{V3, Vec2x8, Vec3x8, vectorized};
 use crate::warp::square_to_disk;
 
 /// A system of lenses in focus, prepared to send rays from its film.
@@ -159,19 +159,22 @@ impl RealisticLens {
     }
 
     /// Rays from places of the film through points of the exit pupil that `u` chooses, with unit directions.
-    #[inline(always)]
+    #[inline(never)]
     pub fn rays<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Vec2x8<S>) -> Weighted<S> {
-        let bounds = self.pupil.at(simd, film);
-        let [x, y] = square_to_disk(u);
-        let [x, y] = bounds.place([x, y]);
-        let rear: f64x8<S> = self.surfaces.rear.simd_into(simd);
-        let zero: f64x8<S> = 0.0.simd_into(simd);
-        let o = V3 { x: film[0], y: film[1], z: zero };
-        let d = V3 { x: x - film[0], y: y - film[1], z: rear }.normalize();
-        let traced = self.surfaces.trace(simd, o, d);
-        let cos2 = d.z * d.z;
-        let weights = cos2 * cos2 * bounds.area() * self.weight;
-        let weights = traced.clearance.simd_ge(zero).select(weights, zero);
-        Weighted { o: traced.o, d: traced.d, weights }
+        // Out of line, for the instruction cache of other cameras.
+        vectorized!(simd, {
+            let bounds = self.pupil.at(simd, film);
+            let [x, y] = square_to_disk(u);
+            let [x, y] = bounds.place([x, y]);
+            let rear: f64x8<S> = self.surfaces.rear.simd_into(simd);
+            let zero: f64x8<S> = 0.0.simd_into(simd);
+            let o = V3 { x: film[0], y: film[1], z: zero };
+            let d = V3 { x: x - film[0], y: y - film[1], z: rear }.normalize();
+            let traced = self.surfaces.trace(simd, o, d);
+            let cos2 = d.z * d.z;
+            let weights = cos2 * cos2 * bounds.area() * self.weight;
+            let weights = traced.clearance.simd_ge(zero).select(weights, zero);
+            Weighted { o: traced.o, d: traced.d, weights }
+        })
     }
 }
