@@ -9,7 +9,7 @@ use glam::Vec3;
 use lookat_scene::{FourierTable, Series};
 use smallvec::SmallVec;
 
-use crate::number::{LANES, V3, Vec3fx8, set_lanes, splat_f32, to_f64, widen};
+use crate::number::{LANES, V3, Vec3fx8, set_lanes, splat_f32, to_f64, vectorized, widen};
 
 /// A table of the world. Equal to itself only.
 #[derive(Debug, Clone, Copy)]
@@ -188,7 +188,7 @@ pub(super) fn f_pdf<S: Simd>(
     own: mask32x8<S>,
 ) -> (Vec3fx8<S>, f32x8<S>) {
     let simd = own.token();
-    crate::number::vectorized!(simd, {
+    vectorized!(simd, {
         let (mut f, mut pdf) = (Vec3fx8::splat(simd, Vec3::ZERO), splat_f32(simd, 0.0));
         for lane in set_lanes(widen(own)) {
             if let Some((value, density)) = one(simd, table, wo.lane(lane), -wi.lane(lane)) {
@@ -252,7 +252,7 @@ pub(super) fn sample<S: Simd>(
     own: mask32x8<S>,
 ) -> (Vec3fx8<S>, mask32x8<S>) {
     let simd = own.token();
-    crate::number::vectorized!(simd, {
+    vectorized!(simd, {
         let (mut all, mut is_valid) = (wo, 0);
         for lane in set_lanes(widen(own)) {
             if let Some(wi) = sample_one(simd, table, wo.lane(lane), [u[lane], v[lane]].map(f64::from)) {
