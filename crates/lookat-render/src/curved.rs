@@ -3,7 +3,6 @@
 mod part;
 mod profile;
 mod quadric;
-mod real;
 pub(crate) mod side_by_side;
 mod sphere;
 #[cfg(test)]
@@ -18,11 +17,11 @@ use lookat_scene::{Quadric, QuadricForm};
 use crate::curved::part::{Part, Sweep};
 use crate::curved::profile::Crossings;
 use crate::curved::quadric::{Disk, Paraboloid, TurnedSegment};
-use crate::curved::real::Real;
 use crate::curved::side_by_side::FormNumbers;
 use crate::number::{V3, Vec2x8, Vec3x8, largest_stretch, power_of_two, prefetch, vectorized};
 use crate::parametric::Parametric;
 use crate::ray::Ray;
+use crate::real::Real;
 pub(crate) use sphere::Sphere;
 
 /// A curved shape in its place, relative to the origin.

@@ -62,6 +62,7 @@ mod parametric;
 mod prepare;
 mod ray;
 mod ray_query;
+mod real;
 mod render;
 mod sampler;
 mod shading;

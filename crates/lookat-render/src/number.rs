@@ -127,6 +127,12 @@ impl<T: Copy + Add<Output = T> + Mul<Output = T>> V3<T> {
         self.dot(self)
     }
 
+    /// Transforms the vector by the matrix with these columns.
+    #[inline(always)]
+    pub fn by_columns(self, [x, y, z]: [Self; 3]) -> Self {
+        x * self.x + y * self.y + z * self.z
+    }
+
     /// Transforms the vector by a matrix.
     #[inline(always)]
     pub fn by(self, m: &DMat3) -> Self
@@ -138,6 +144,17 @@ impl<T: Copy + Add<Output = T> + Mul<Output = T>> V3<T> {
             x: self.x * x.x + self.y * y.x + self.z * z.x,
             y: self.x * x.y + self.y * y.y + self.z * z.y,
             z: self.x * x.z + self.y * y.z + self.z * z.z,
+        }
+    }
+}
+
+impl<T: Copy + Sub<Output = T> + Mul<Output = T>> V3<T> {
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        V3 {
+            x: self.y * other.z - other.y * self.z,
+            y: self.z * other.x - other.z * self.x,
+            z: self.x * other.y - other.x * self.y,
         }
     }
 }
@@ -168,15 +185,6 @@ impl<T: Number> V3<T> {
     pub fn splat(simd: T::Token, v: impl Into<[T::Element; 3]>) -> Self {
         let [x, y, z] = v.into();
         V3 { x: T::splat(simd, x), y: T::splat(simd, y), z: T::splat(simd, z) }
-    }
-
-    #[inline(always)]
-    pub fn cross(self, other: Self) -> Self {
-        V3 {
-            x: self.y * other.z - other.y * self.z,
-            y: self.z * other.x - other.z * self.x,
-            z: self.x * other.y - other.x * self.y,
-        }
     }
 
     /// The vectors scaled to length one.

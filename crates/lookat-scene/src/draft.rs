@@ -43,7 +43,7 @@ pub(crate) struct Placed {
     /// The transformation at the start time.
     pub ctm: Arc<Transform>,
     /// `None` if it stands still.
-    pub motion: Option<AnimatedTransform>,
+    pub motion: Option<Box<AnimatedTransform>>,
 }
 
 impl Draft {
@@ -55,7 +55,7 @@ impl Draft {
     }
 
     /// Adds a primitive to the open object or to the world. One that moves is an object with an instance.
-    pub fn add(&mut self, primitive: Primitive, motion: Option<AnimatedTransform>) {
+    pub fn add(&mut self, primitive: Primitive, motion: Option<Box<AnimatedTransform>>) {
         let Some(motion) = motion else {
             self.open_group().primitives.push(primitive);
             return;
@@ -88,12 +88,12 @@ impl Draft {
             shapes.into_iter().map(|primitives| Arc::new(Object { primitives })).collect();
         let mut instances = Vec::with_capacity(self.world.instances.len());
         for outer in &self.world.instances {
-            let motion = outer.motion.map(|motion| Arc::from([motion]));
+            let motion = outer.motion.as_deref().map(|motion| Arc::from([*motion]));
             let object = objects[outer.object].clone();
-            instances.push(Instance { object, world_from_object: *outer.ctm, motion });
+            instances.push(Instance { object, world_from_object: outer.ctm.clone(), motion });
             instances.extend(nested[outer.object].iter().map(|inner| Instance {
                 object: objects[inner.object].clone(),
-                world_from_object: *outer.ctm * *inner.ctm,
+                world_from_object: Arc::new(*outer.ctm * *inner.ctm),
                 motion: Some([outer, inner].map(Placed::motion).into()),
             }));
         }
@@ -113,7 +113,7 @@ impl Draft {
 impl Placed {
     /// The motion, or that of what stands still.
     fn motion(&self) -> AnimatedTransform {
-        self.motion.unwrap_or_else(|| AnimatedTransform::still(*self.ctm))
+        self.motion.as_deref().copied().unwrap_or_else(|| AnimatedTransform::still(*self.ctm))
     }
 }
 

@@ -268,12 +268,12 @@ impl Resolver<'_> {
     }
 
     /// The motion of what the current transformation places. `None` if it stands still.
-    fn motion(&self, at: Span) -> Result<Option<AnimatedTransform>, Box<Diagnostic>> {
+    fn motion(&self, at: Span) -> Result<Option<Box<AnimatedTransform>>, Box<Diagnostic>> {
         let TransformSet { start, end } = &self.state.ctm;
         if !self.state.ctm.is_animated() {
             return Ok(None);
         }
-        AnimatedTransform::new(**start, **end).map(Some).or_else(|fault| {
+        AnimatedTransform::new(**start, **end).map(|motion| Some(Box::new(motion))).or_else(|fault| {
             let help =
                 "scale by numbers of the same sign at both times: between them, the shape would be flat";
             Diagnostic::error(at, format!("this cannot move: {fault}")).help(help).fail()

@@ -154,7 +154,7 @@ pub struct Instance {
     /// The object.
     pub object: Arc<Object>,
     /// The current transformation at `ObjectInstance`. Of an object that moves, the one at the start time.
-    pub world_from_object: Transform,
+    pub world_from_object: Arc<Transform>,
     /// The motions whose product, the last one applied first, places an object that moves. `None` if it stands still.
     pub motion: Option<Arc<[AnimatedTransform]>>,
 }
@@ -162,7 +162,7 @@ pub struct Instance {
 impl Instance {
     /// An object that stands still.
     pub fn new(object: Arc<Object>, world_from_object: Transform) -> Instance {
-        Instance { object, world_from_object, motion: None }
+        Instance { object, world_from_object: Arc::new(world_from_object), motion: None }
     }
 
     /// The lowest and the highest corner of a box around all places of a box of the object, except for rounding.

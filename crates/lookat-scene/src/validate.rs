@@ -82,7 +82,7 @@ impl Scene {
             let place = format!("world.instances[{index}]");
             let motions = instance.motion.iter().flat_map(|motions| motions.iter());
             let mut transforms =
-                motions.flat_map(AnimatedTransform::ends).chain([instance.world_from_object]);
+                motions.flat_map(AnimatedTransform::ends).chain([*instance.world_from_object]);
             found.check(transforms.all(|transform| transform.in_range()), &place, NO_TRANSFORM);
             found.check(!instance.object.primitives.is_empty(), &place, "the object has no shapes");
             if known.insert(Arc::as_ptr(&instance.object)) {

@@ -1,5 +1,6 @@
 use lookat_scene::Transform;
 
+use super::bezier::subcurve;
 use super::*;
 
 const POINTS: [DVec3; 4] = [
@@ -43,11 +44,13 @@ fn random_ray(case: u32) -> Ray {
 /// The first place where the curve, seen along a ray and taken for many short ones, is as near as half its width.
 fn by_steps(curve: &Curve, ray: &Ray) -> Option<f64> {
     const STEPS: u32 = 4000;
-    let view = PlacedCurve::new(&Arc::new(curve.clone()), DVec3::ZERO).view(ray, DVec3::X);
+    let mut curves = Curves::default();
+    curves.add(&Arc::new(curve.clone()), DVec3::ZERO);
+    let view = curves.segments[0].view(ray, DVec3::X.into());
     let mut least: Option<f64> = None;
     for (segment, points) in curve.segments.iter().enumerate() {
-        let seen = points.map(|p| view.see(p - curve.segments[0][0]));
-        let at = |step: u32| evaluate(&seen, f64::from(step) / f64::from(STEPS)).0;
+        let seen = points.map(|p| view.see((p - curve.segments[0][0]).into()));
+        let at = |step: u32| DVec3::from(evaluate(&seen, f64::from(step) / f64::from(STEPS))[0]);
         for step in 1..STEPS {
             let [a, p, b] = [step - 1, step, step + 1].map(at);
             let share = (segment as f64 + f64::from(step) / f64::from(STEPS)) / 2.0;
@@ -117,7 +120,7 @@ fn u_runs_along_and_v_across() {
     let (piece, meeting) = nearest(&curves, &ray, None).unwrap();
     assert!((meeting.t - 2.0).abs() < 1e-15);
     assert!(meeting.uv.distance(DVec2::new(0.25, 0.75)) < 1e-9, "{}", meeting.uv);
-    let [dpdu, dpdv] = curves.curves[0].tangents(0, DVec3::Z, meeting.uv);
+    let [dpdu, dpdv] = curves.tangents(&curves.segments[0], DVec3::Z, meeting.uv);
     assert!(dpdu.distance(DVec3::X * 3.0) < 1e-14 && dpdv.distance(DVec3::Y * 0.5) < 1e-14);
     assert!(curves.normal(piece, &ray, meeting.uv).distance(DVec3::Z) < 1e-14);
 }
@@ -196,20 +199,20 @@ fn a_ribbon_is_seen_as_it_is_turned() {
     assert!(normal.dot(DVec3::new(0.0, 1.0, 1.0).normalize()).abs() > 1.0 - 1e-9, "{normal}");
 }
 
-fn random_points(seed: f64) -> [DVec3; 4] {
+fn random_points(seed: f64) -> Points<f64> {
     [0.0, 1.0, 2.0, 3.0].map(|k| {
         let k = seed * 3.7 + k;
-        DVec3::new((k * 1.9).sin(), (k * 3.1).cos(), (k * 0.8).sin()) + DVec3::X * (k % 1.0)
+        V3 { x: (k * 1.9).sin() + k % 1.0, y: (k * 3.1).cos(), z: (k * 0.8).sin() }
     })
 }
 
 #[test]
 fn a_part_is_the_same_curve() {
     let whole = random_points(0.3);
-    let part = subcurve(&whole, 0.25, 0.75);
+    let part = subcurve(&whole, [0.25, 0.75]);
     for u in [0.0, 0.4, 1.0] {
-        let (p, dp) = evaluate(&part, u);
-        let (q, dq) = evaluate(&whole, 0.25 + 0.5 * u);
+        let [p, dp] = evaluate(&part, u).map(DVec3::from);
+        let [q, dq] = evaluate(&whole, 0.25 + 0.5 * u).map(DVec3::from);
         assert!(p.distance(q) < 1e-15 && (dp * 2.0).distance(dq) < 1e-14);
     }
 }
@@ -222,7 +225,7 @@ fn falls_are_where_the_distance_is_least() {
         let mut found = Vec::new();
         falls(&approach(&points), &mut |u| found.push(u));
         let steps = 2000;
-        let distance = |k: i32| evaluate(&points, f64::from(k) / f64::from(steps)).0.length();
+        let distance = |k: i32| evaluate(&points, f64::from(k) / f64::from(steps))[0].length_squared();
         let least: Vec<f64> = (1..steps)
             .filter(|k| distance(*k) <= distance(k - 1) && distance(*k) < distance(k + 1))
             .map(|k| f64::from(k) / f64::from(steps))
@@ -234,7 +237,7 @@ fn falls_are_where_the_distance_is_least() {
         assert_eq!(found.len(), least.len(), "{case}: {found:?} {least:?}");
         assert!(found.iter().zip(&least).all(|(a, b)| (a - b).abs() < 0.001), "{found:?} {least:?}");
         for u in found {
-            let (p, dp) = evaluate(&points, u);
+            let [p, dp] = evaluate(&points, u);
             assert!(p.dot(dp).abs() < 1e-12, "{case}: {u}");
         }
     }
@@ -242,11 +245,11 @@ fn falls_are_where_the_distance_is_least() {
 
 #[test]
 fn a_curve_that_starts_with_a_point_twice_has_a_round_end() {
-    let behind = [DVec3::X, DVec3::X, DVec3::X * 2.0, DVec3::X * 3.0];
+    let behind = [1.0, 1.0, 2.0, 3.0].map(|x| V3::from(DVec3::X * x));
     let mut found = Vec::new();
     falls(&approach(&behind), &mut |u| found.push(u));
     assert_eq!(found, [0.0]);
-    let none = [DVec3::X, DVec3::X * 1.5, DVec3::X * 2.0, DVec3::X * 3.0];
+    let none = [1.0, 1.5, 2.0, 3.0].map(|x| V3::from(DVec3::X * x));
     falls(&approach(&none), &mut |_| panic!("a straight end"));
 }
 
@@ -257,20 +260,24 @@ fn capsules_hold_their_pieces() {
         Transform::rotate(30.0, DVec3::ONE).unwrap() * Transform::scale(DVec3::new(1.0, -0.5, 1.5)).unwrap();
     for (transform, origin) in [(Transform::IDENTITY, DVec3::ZERO), (stretch, DVec3::new(1e6, -2e4, 3.0))] {
         let curve = Arc::new(curve(CurveKind::Flat, transform));
-        let placed = PlacedCurve::new(&curve, origin);
+        let mut curves = Curves::default();
+        curves.add(&curve, origin);
         let mut passed = 0;
         for case in 0..4000 {
             let Ray { o, d, .. } = random_ray(case);
-            let part = placed.part(case % 16);
+            let piece = &curves.pieces[case as usize % 16];
+            let segment = &curves.segments[piece.segment as usize];
+            let part = segment.part(piece.range());
             let at = f64::from(case) * 0.37 % 1.0;
-            let width = placed.width(part.segment, part.range[0] + (part.range[1] - part.range[0]) * at);
-            let end = evaluate(&part.points, at).0 + d.any_orthonormal_vector() * (0.5 * width);
-            let end = placed.anchor + *curve.world_from_object.linear() * end;
-            let capsule = placed.capsule(&part);
+            let width = segment.widths.at(part.range[0] + (part.range[1] - part.range[0]) * at);
+            let end = DVec3::from(evaluate(&part.points, at)[0]) + d.any_orthonormal_vector() * (0.5 * width);
+            let end = segment.anchor + *curve.world_from_object.linear() * end;
+            let capsule = segment.capsule(&part);
             let ray = Ray::new(o - origin, end - (o - origin));
-            assert!(capsule.may_meet(&ray, 1.0 + 1e-9) && capsule.may_meet(&ray, f64::INFINITY), "{ray:?}");
-            assert!(!capsule.may_meet(&ray, 0.1) && !capsule.may_meet(&Ray { d: -ray.d, ..ray }, 1.0));
-            passed += u32::from(!capsule.may_meet(&Ray::new(o - origin, d), f64::INFINITY));
+            let may_meet = |d: DVec3, t_max: f64| capsule.numbers().may_meet(ray.o.into(), d.into(), t_max);
+            assert!(may_meet(ray.d, 1.0 + 1e-9) && may_meet(ray.d, f64::INFINITY), "{ray:?}");
+            assert!(!may_meet(ray.d, 0.1) && !may_meet(-ray.d, 1.0));
+            passed += u32::from(!may_meet(d, f64::INFINITY));
         }
         assert!(passed > 3000, "{passed} of 4000 rays pass");
     }

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use twofloat::TwoFloat;
 
-use super::real::Real;
 use crate::number::V3;
+use crate::real::Real;
 
 /// The surface w (x² + y²) = a z² + b z + c, not cut.
 #[derive(Debug, Clone, Copy)]

@@ -5,9 +5,9 @@ use twofloat::TwoFloat;
 
 use super::part::{Part, Seam, Sweep};
 use super::profile::{Crossings, Profile};
-use super::real::Real;
 use crate::number::V3;
 use crate::parametric::Local;
+use crate::real::Real;
 use crate::warp::at_angle;
 use crate::warp::{linear, linear_pdf};
 

@@ -1,5 +1,6 @@
 use fearless_simd::{Simd, prelude::*};
 use glam::{DVec2, DVec3};
+use lookat_scene::Shape;
 
 use super::rays::{HitColumns, Hits, OneRay, RayColumns};
 use crate::columns::MOST;
@@ -187,6 +188,16 @@ fn ray(scene: &Traceable, i: usize) -> Ray {
     if let Some((p, _)) = on_curved(8.8).filter(|_| i.is_multiple_of(21)) {
         ray.d = (p - ray.o).normalize_or(DVec3::Z);
         ray.t_max = (p - ray.o).length();
+    }
+    if i % 8 == 3 {
+        // Leaves whatever curve it would hit.
+        let hit = scene
+            .nearest_by_all(&ray)
+            .filter(|hit| matches!(scene.primitive(hit.element.primitive).shape, Shape::Curve(_)));
+        if let Some(hit) = hit.filter(|hit| hit.element.instance == ElementId::WORLD) {
+            (ray.o, ray.leaving_place, ray.leaving) = (ray.at(hit.t), Hit::NO_PLACE, hit.element);
+            ray.d = vector(1.7).normalize_or(DVec3::Z);
+        }
     }
     if i.is_multiple_of(7) {
         ray.target = ElementId::POINT_LIGHT;

@@ -5,10 +5,12 @@
 //! cache misses, and hardly any branch is mispredicted. What is no triangle waits on the stack; where there is much of it, with its distance, because
 //! its tests are expensive.
 
+mod curve_pairs;
 mod curved_pairs;
 mod deferred;
 mod instances;
 mod leaves;
+mod pairs;
 mod slabs;
 #[cfg(test)]
 mod tests;
@@ -21,14 +23,15 @@ use super::TraversalRays;
 use super::rays::{HitColumns, PLACES, RayColumns};
 use crate::bvh::{Child, STACK, WIDTH};
 use crate::columns::MOST as MOST_RAYS;
-use crate::curved::side_by_side::Kind;
 use crate::number::{LANES, eights, prefetch, splat_f32, to_f32, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, Traceable};
 use crate::triangle::{Turned, UNIT};
-use curved_pairs::CurvedPairs;
+use curve_pairs::CurvePairs;
+use curved_pairs::{CurvedPairs, NO_PAIRS};
 use deferred::DeferredHits;
 use instances::AtInstance;
+use pairs::Pairs;
 use slabs::{FusedSlabs, PAD};
 use triangle_pairs::TrianglePairs;
 
@@ -87,7 +90,8 @@ pub(crate) struct WideTracer {
     leaves: [u32; QUEUE + WIDTH],
     leaf_rays: [u32; QUEUE + WIDTH],
     queued: usize,
-    curved_pairs: [CurvedPairs; Kind::COUNT],
+    curved_pairs: CurvedPairs,
+    curve_pairs: CurvePairs,
     /// With triangles that may have holes.
     cut_out_pairs: TrianglePairs,
     /// The rays that wait at an instance, and those instances.
@@ -138,8 +142,9 @@ impl WideTracer {
             leaves: [0; QUEUE + WIDTH],
             leaf_rays: [0; QUEUE + WIDTH],
             queued: 0,
-            curved_pairs: CurvedPairs::NONE,
-            cut_out_pairs: TrianglePairs::NONE,
+            curved_pairs: NO_PAIRS,
+            curve_pairs: CurvePairs::NONE,
+            cut_out_pairs: Pairs::none(0),
             at_instances: ArrayVec::new(),
             inner: None,
         }

@@ -91,7 +91,7 @@ fn broken_promises_are_named() {
         }),
         ("world.instances[0]", |_, world| {
             let small = Transform::scale(DVec3::splat(1e-200)).unwrap();
-            world.instances[0].world_from_object = small * small;
+            world.instances[0].world_from_object = Arc::new(small * small);
         }),
         ("world.primitives[0].material", |_, world| {
             set_color(world, Varying::Bilerp(Bilerp { mapping: PLAIN, corners: [[Vec3::NAN; 2]; 2] }));

@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 
-use super::triangle_pairs::TrianglePairs;
+use super::pairs::Pairs;
 use super::{MOST_RAYS, Traced};
 use crate::number::{prefetch, set_lanes};
 use crate::ray::{Hit, Ray};
@@ -76,7 +76,7 @@ impl DeferredHits {
     pub fn finish<S: Simd>(&mut self, traced: &Traced<S>) {
         let mut rest = std::mem::take(&mut self.has_deferred);
         while rest != 0 {
-            let (mut pairs, mut is_full) = (TrianglePairs::NONE, false);
+            let (mut pairs, mut is_full) = (Pairs::none(0), false);
             while rest != 0 && !is_full {
                 let ray = rest.trailing_zeros() as usize % MOST_RAYS;
                 rest &= rest - 1;

@@ -78,11 +78,10 @@ impl WideTracer {
             let mut instances = [ElementId::WORLD; MOST_RAYS];
             for (at, AtInstance { ray, instance, .. }) in same.iter().enumerate() {
                 let ray = usize::from(*ray);
-                let OneRay { o, d, t_max, time, .. } = outer.one(ray);
+                let OneRay { o, d, time, .. } = outer.one(ray);
                 let placed = scene.placed(*instance, time);
-                let t_max = self.hits.nearest(ray).map_or(t_max, |hit| hit.t);
                 // Hits beyond one that is deferred do not count either.
-                let t_max = t_max.min(f64::from(self.limit[ray]));
+                let t_max = self.end(traced, ray).min(f64::from(self.limit[ray]));
                 let (o, d) = (placed.to_object(o), placed.vector_to_object(d));
                 rays.set(at, &OneRay { o, d, t_max, ..outer.one(ray) });
                 instances[at] = *instance;

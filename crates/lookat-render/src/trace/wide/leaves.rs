@@ -3,6 +3,8 @@
 
 use fearless_simd::Simd;
 
+use super::curve_pairs::CurvePiece;
+use super::curved_pairs::CurvedShape;
 use super::{MOST_RAYS, QUEUE, Traced, WideTracer};
 use crate::bvh::{Child, Leaf, WIDTH, not_less};
 use crate::number::{prefetch, set_bits, splat_f32};
@@ -41,22 +43,26 @@ impl WideTracer {
                 Leaf::Block(block) => {
                     met |= self.test_block::<S, ANY>(traced, ray, block) & any;
                 }
-                Leaf::NonTriangle(other) => {
-                    let other = group.non_triangles[other];
-                    if let NonTriangle::Curved { primitive, shape } = other {
-                        met |= self.push_curved::<S, ANY>(traced, ray, (primitive, shape)) & any;
-                    } else if self.waits_at(traced, ray, other) {
-                        at_instances |= 1 << ray;
-                    } else {
+                Leaf::NonTriangle(other) => match group.non_triangles[other] {
+                    NonTriangle::Curved { primitive, shape } => {
+                        met |=
+                            self.push_curved::<S, ANY>(traced, ray, CurvedShape { primitive, shape }) & any;
+                    }
+                    NonTriangle::Curve { primitive, piece } => {
+                        met |= self.push_curve::<S, ANY>(traced, ray, CurvePiece { primitive, piece }) & any;
+                    }
+                    other if self.waits_at(traced, ray, other) => at_instances |= 1 << ray,
+                    other => {
                         met |= u64::from(self.test_non_triangle::<S, ANY>(traced, ray, other) && ANY) << ray;
                     }
-                }
+                },
             }
         }
-        if !self.cut_out_pairs.is_empty() {
+        if self.cut_out_pairs.len() > 0 {
             met |= self.test_cut_out::<S, ANY>(traced) & any;
         }
-        met |= self.test_waiting::<S, ANY>(traced) & any;
+        met |= self.test_all_curved::<S, ANY>(traced) & any;
+        met |= self.test_all_curves::<S, ANY>(traced) & any;
         (met, at_instances)
     }
 
@@ -178,6 +184,22 @@ impl WideTracer {
             self.record::<ANY>(ray, &hit);
         }
         found
+    }
+
+    /// Records a hit of a shape that is no triangle if it is nearer than what is decided, and no hole. True if it does.
+    pub(super) fn accept<S: Simd, const ANY: bool>(
+        &mut self,
+        traced: &Traced<S>,
+        ray: usize,
+        found: Hit,
+    ) -> bool {
+        self.test_exactly::<S, ANY>(traced, ray, |query, hit| traced.scene.accept::<ANY>(query, found, hit))
+    }
+
+    /// The distance of the nearest hit of a ray that is decided, or its end.
+    #[inline(always)]
+    pub(super) fn end<S: Simd>(&self, traced: &Traced<S>, ray: usize) -> f64 {
+        self.hits.nearest(ray).map_or(traced.rays.t_max[ray], |hit| hit.t)
     }
 
     /// One of the rays.

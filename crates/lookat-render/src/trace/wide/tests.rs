@@ -64,6 +64,24 @@ fn rays_hit_side_by_side_what_they_hit_alone() {
          Shape \"sphere\" \"float radius\" .1 AttributeEnd Shape \"cylinder\" \"float radius\" .3 Translate .1 .2 .3
          Shape \"sphere\" \"float radius\" .3 Shape \"disk\" Shape \"cone\" Shape \"sphere\" \"float radius\" .25
          Shape \"curve\" \"point P\" [-1 0 0 -.3 .5 0 .3 -.5 0 1 0 0] \"float width\" .1";
+    // Bends, ends of width 0, a point, and a part that is turned back.
+    let curve = |kind: &str, points: &str, widths: &str| {
+        format!("Shape \"curve\" \"string type\" \"{kind}\" \"point P\" [{points}] {widths}")
+    };
+    let (wide, thin) = ("\"float width\" .2", "\"float width0\" .1 \"float width1\" 0");
+    let (bend, back) = ("-1 0 .2 -.3 1.5 .3 .3 -1.5 0 1 0 .1", "0 0 .1 1 0 .1 1 0 .3 0 .1 .3");
+    let curves = &format!(
+        "{} {} {} {} {} ObjectBegin \"o\" {} {} ObjectEnd Translate .3 .2 .4 Scale .5 -1 2 {}
+         ObjectInstance \"o\" Rotate 40 1 2 3 ObjectInstance \"o\"",
+        curve("flat", bend, wide),
+        curve("cylinder", bend, thin),
+        curve("cylinder", back, wide),
+        curve("ribbon", bend, "\"float width\" .2 \"normal N\" [0 0 1 0 1 0]"),
+        curve("flat", ".5 .5 .5 .5 .5 .5 .5 .5 .5 .5 .5 .5001", wide),
+        curve("flat", back, thin),
+        curve("flat", bend, thin),
+        curve("flat", "0 0 0 0 1 0 0 1 0 1 1 0 1 2 .3 2 2 .1 2 1 0", thin)
+    );
     // In one place, in planes of axes, so that their boxes are flat.
     let disks = "Shape \"disk\" \"float radius\" 2 Shape \"disk\" \"float radius\" 1.5 Shape \"sphere\" \"float radius\" .3
          Shape \"sphere\" \"float radius\" .3 Translate 0 0 1e-8 Shape \"disk\" \"float radius\" 1 Rotate 90 0 1 0
@@ -91,7 +109,7 @@ fn rays_hit_side_by_side_what_they_hit_alone() {
         ActiveTransform StartTime Scale -1 1 1 ActiveTransform EndTime Scale 1 -1 .1 ActiveTransform All ObjectInstance \"a\"
         Shape \"cylinder\" \"float radius\" .3");
     let cases = cases(40);
-    for shapes in ["", quadrics, disks, twice, instances, objects, holes, far, moving] {
+    for shapes in ["", quadrics, curves, disks, twice, instances, objects, holes, far, moving] {
         let mut scene = crate::Prepared::new(&field(shapes)).traceable;
         let (mut met, mut tracer) = (0, WideTracer::new());
         for level in levels() {

@@ -2,21 +2,16 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use super::{MOST_RAYS, Traced, WideTracer};
+use super::pairs::Pairs;
+use super::{Traced, WideTracer};
 use crate::bvh::not_less;
 use crate::cutout::CutoutPoints;
-use crate::number::{LANES, Vec3x8, bits, first_lanes, set_bits, set_lanes, vectorized};
+use crate::number::{LANES, Vec3x8, bits, set_bits, set_lanes, vectorized};
 use crate::ray::Hit;
 use crate::triangle::{holds_end, sheared::ShearedRays};
 
-/// Pairs of a ray and a triangle that wait for their tests.
-#[derive(Clone, Copy)]
-pub(super) struct TrianglePairs {
-    rays: [u8; LANES],
-    /// The places of the triangles in the group.
-    places: [u32; LANES],
-    count: usize,
-}
+/// Pairs of a ray and the place of a triangle in the group.
+pub(super) type TrianglePairs = Pairs<u32>;
 
 /// The pairs of which the ray hits the triangle.
 pub(super) struct PairHits<S: Simd> {
@@ -27,46 +22,17 @@ pub(super) struct PairHits<S: Simd> {
 }
 
 impl TrianglePairs {
-    pub const NONE: TrianglePairs = TrianglePairs { rays: [0; LANES], places: [0; LANES], count: 0 };
-
-    /// Adds a pair. True if there is room for no other.
-    #[inline(always)]
-    pub fn push(&mut self, ray: usize, place: u32) -> bool {
-        let at = self.count % LANES;
-        (self.rays[at], self.places[at], self.count) = (ray as u8, place, at + 1);
-        self.count == LANES
-    }
-
-    /// Takes all pairs.
-    pub fn take(&mut self) -> Self {
-        std::mem::replace(self, TrianglePairs::NONE)
-    }
-
-    #[inline(always)]
-    pub fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
-    /// A ray and a triangle.
-    #[inline(always)]
-    pub fn pair(&self, lane: usize) -> (usize, u32) {
-        (usize::from(self.rays[lane]) % MOST_RAYS, self.places[lane])
-    }
-
     #[inline(always)]
     pub fn intersect<S: Simd>(&self, traced: &Traced<S>) -> PairHits<S> {
         let Traced { simd, group, rays, .. } = *traced;
-        let mut numbers = [[[1.0_f64; LANES]; 3]; 5];
-        for lane in 0..self.count {
-            let (ray, place) = self.pair(lane);
-            let ([o, d], [p, q, r]) = (&rays.line(ray), &group.triangle(place).corners);
-            for (numbers, v) in numbers.iter_mut().zip([o, d, p, q, r]) {
+        let mut corners = [[[1.0_f64; LANES]; 3]; 3];
+        for (lane, place) in self.others().enumerate() {
+            for (numbers, v) in corners.iter_mut().zip(&group.triangle(place).corners) {
                 [numbers[0][lane], numbers[1][lane], numbers[2][lane]] = (*v).into();
             }
         }
-        let [o, d, p, q, r] = &numbers;
-        let (o, d) = (Vec3x8::from_arrays(simd, o), Vec3x8::from_arrays(simd, d));
-        let (corners, active) = (Vec3x8::three(simd, &[*p, *q, *r]), first_lanes(simd, self.count));
+        let ([o, d], active) = (self.lines(simd, rays), self.lanes(simd));
+        let corners = Vec3x8::three(simd, &corners);
         let (met, t, sides) = ShearedRays::new(o, d, active).intersect(simd, &corners, active);
         let sum = sides[0] + sides[1] + sides[2];
         PairHits { met, t, weights: [sides[0] / sum, sides[1] / sum, sides[2] / sum] }
@@ -92,7 +58,7 @@ impl WideTracer {
             let found = pairs.intersect(traced);
             let nearer = set_lanes(found.met).filter(|lane| {
                 let (ray, _) = pairs.pair(*lane);
-                found.t[*lane] <= self.hits.nearest(ray).map_or(rays.t_max[ray], |hit| hit.t)
+                found.t[*lane] <= self.end(traced, ray)
             });
             let nearer = nearer.fold(0_u64, |nearer, lane| nearer | 1 << lane);
             if nearer == 0 {
