@@ -11,34 +11,25 @@ pub(crate) mod side_by_side;
 #[cfg(test)]
 mod tests;
 
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use lookat_scene::{Curve, CurveKind};
+use lookat_scene::Curve;
 
 use crate::number::{V3, prefetch};
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 use crate::real::Real;
-use crate::warp::at_angle;
 use approach::{approach, falls};
 use bezier::{Points, View, evaluate, may_meet};
 use capsule::Capsule;
-use segment::{Part, Segment, Widths};
+use segment::{CrossSection, Part, Segment, Widths};
 
 /// All curves of a scene.
 #[derive(Default)]
 pub(crate) struct Curves {
-    curves: Vec<PlacedCurve>,
     segments: Vec<Segment>,
     pieces: Vec<Piece>,
-}
-
-struct PlacedCurve {
-    curve: Arc<Curve>,
-    /// The index of its first segment.
-    first: u32,
 }
 
 /// The part of a segment that an element of the tree holds. Its control points are computed when a ray comes near it: that takes less time
@@ -87,7 +78,6 @@ impl Curves {
     /// Takes a curve in. Gives the number of each of its pieces, with two corners of the box around it and the largest
     /// coordinate that they were computed from.
     pub fn add(&mut self, curve: &Arc<Curve>, world_origin: DVec3) -> Vec<(u32, [DVec3; 2], f64)> {
-        let (index, first) = (self.curves.len() as u32, self.segments.len() as u32);
         let world_from_object = &curve.world_from_object;
         let origin = curve.segments.first().map_or(DVec3::ZERO, |segment| segment[0]);
         let offset = world_from_object.matrix().w_axis.truncate() - world_origin;
@@ -99,13 +89,13 @@ impl Curves {
         for (number, points) in (0..).zip(&curve.segments) {
             let width = |at: u32| width + (end - width) * (f64::from(at) / count);
             let segment = Segment {
-                curve: index,
                 number,
+                last: curve.segments.len() as u32 - 1,
                 world_from_object: world_from_object.clone(),
                 anchor,
                 points: points.map(|p| V3::from(p - origin)),
                 widths: Widths([width(number), width(number + 1)]),
-                is_ribbon: matches!(curve.kind, CurveKind::Ribbon(_)),
+                cross_section: CrossSection::new(&curve.kind, number),
             };
             for number in 0..1 << depth {
                 let part = segment.part(range(number, depth));
@@ -115,7 +105,6 @@ impl Curves {
             }
             self.segments.push(segment);
         }
-        self.curves.push(PlacedCurve { curve: curve.clone(), first });
         added
     }
 
@@ -150,10 +139,10 @@ impl Curves {
         falls(&approach(&flat(&seen)), &mut |at| {
             let [p, along] = evaluate(&seen, at);
             let [p_z, u] = [p.z / view.length, range[0] + (range[1] - range[0]) * at];
-            let width = segment.widths.at(u) * self.facing(segment, u, z);
+            let width = segment.widths.at(u) * segment.facing(u, z);
             let across = Across::of(p, along, width);
             let hit = across.is_met && p_z > 0.0 && p_z <= t_max;
-            let inside = || leaving.is_some_and(|left| self.is_inside(&view, (segment, u), left));
+            let inside = || leaving.is_some_and(|left| self.is_inside(&view, (piece.segment, u), left));
             if hit && nearest.is_none_or(|nearest| p_z < nearest.t) && !inside() {
                 nearest = Some(Meeting { t: p_z, uv: DVec2::new(u, across.v) });
             }
@@ -163,17 +152,17 @@ impl Curves {
 
     /// True if a ray that leaves the curve at the piece `left` is, up to a meeting with it, still within half a width of
     /// it: that is where the ray came from, not where it goes to.
-    fn is_inside(&self, view: &View<f64>, (segment, u): (&Segment, f64), left: u32) -> bool {
+    fn is_inside(&self, view: &View<f64>, (index, u): (u32, f64), left: u32) -> bool {
         const STEPS: u32 = 8;
-        let PlacedCurve { curve, first } = &self.curves[segment.curve as usize];
-        let left = self.segment(left);
-        let start = f64::from(left.number) + left.nearest(view);
-        let end = f64::from(segment.number) + u;
-        let steps = STEPS * (1 + left.number.abs_diff(segment.number)).min(STEPS);
+        let Segment { number, last, .. } = self.segments[index as usize];
+        let (piece, left) = (&self.pieces[left as usize], self.segment(left));
+        let start = f64::from(left.number) + left.nearest(piece.range(), view);
+        let end = f64::from(number) + u;
+        let steps = STEPS * (1 + left.number.abs_diff(number)).min(STEPS);
         (0..steps).all(|step| {
             let at = start + (end - start) * f64::from(step) / f64::from(steps);
-            let number = (at as u32).min(curve.segments.len() as u32 - 1);
-            let (segment, u) = (&self.segments[(first + number) as usize], at - f64::from(number));
+            let own = (at as u32).min(last);
+            let (segment, u) = (&self.segments[(index - number + own) as usize], at - f64::from(own));
             let [p, along] = evaluate(&view.see_all(segment.points), u);
             Across::of(p, along, segment.widths.at(u) * (1.0 + 1e-6)).is_met
         })
@@ -188,7 +177,7 @@ impl Curves {
     pub fn parametric(&self, piece: u32, d: DVec3, uv: DVec2) -> Parametric {
         let segment = self.segment(piece);
         let direction = (*segment.object_from_world() * d).normalize_or(DVec3::Z);
-        let tangents = self.tangents(segment, direction, uv);
+        let tangents = segment.tangents(direction, uv);
         let [dpdu, dpdv] = tangents.map(|v| *segment.world_from_object.linear() * v);
         Parametric { uv, dpdu, dpdv, dndu: DVec3::ZERO, dndv: DVec3::ZERO }
     }
@@ -198,39 +187,9 @@ impl Curves {
         let segment = self.segment(piece);
         let object_from_world = *segment.object_from_world();
         let direction = (object_from_world * ray.d).normalize_or(DVec3::Z);
-        let [dpdu, dpdv] = self.tangents(segment, direction, uv);
+        let [dpdu, dpdv] = segment.tangents(direction, uv);
         let normal = dpdu.normalize_or_zero().cross(dpdv.normalize_or_zero());
         (object_from_world.transpose() * normal).normalize_or(DVec3::Z)
-    }
-
-    fn kind(&self, segment: &Segment) -> &CurveKind {
-        &self.curves[segment.curve as usize].curve.kind
-    }
-
-    /// The share of the width that is seen from a direction: all, except of a ribbon.
-    fn facing(&self, segment: &Segment, u: f64, direction: DVec3) -> f64 {
-        match self.kind(segment) {
-            CurveKind::Flat | CurveKind::Cylinder => 1.0,
-            CurveKind::Ribbon(normals) => ribbon_normal(normals, segment.number, u).dot(direction).abs(),
-        }
-    }
-
-    /// The change of the position with u and with v, in object space, as seen from a unit direction. That with v is as long
-    /// as the curve is wide there.
-    fn tangents(&self, segment: &Segment, direction: DVec3, uv: DVec2) -> [DVec3; 2] {
-        let [_, dpdu] = evaluate(&segment.points, uv.x);
-        let dpdu = DVec3::from(dpdu);
-        let across = match self.kind(segment) {
-            CurveKind::Flat => direction.cross(dpdu),
-            CurveKind::Cylinder => {
-                let axis = dpdu.normalize_or(DVec3::X);
-                let (side, turn) = (direction.cross(dpdu), at_angle((0.5 - uv.y) * PI));
-                side * turn.x + axis.cross(side) * turn.y
-            }
-            CurveKind::Ribbon(normals) => ribbon_normal(normals, segment.number, uv.x).cross(dpdu),
-        };
-        let width = segment.widths.at(uv.x) * self.facing(segment, uv.x, direction);
-        [dpdu, across.normalize_or(direction.any_orthonormal_vector()) * width]
     }
 }
 
@@ -270,16 +229,4 @@ impl<T: Real> Across<T> {
         let v = T::select(is_left, share.same(0.5) - share, share.same(0.5) + share);
         Across { is_met: distance.is_at_most(width * 0.5), v }
     }
-}
-
-/// The normal of a ribbon at a place, turned evenly from one given normal to the next; as in pbrt-v3, which takes angles
-/// above 90 degrees for 90.
-fn ribbon_normal(normals: &[DVec3], segment: u32, u: f64) -> DVec3 {
-    let normal = |at: u32| normals.get(at as usize).copied().unwrap_or(DVec3::Z);
-    let (from, to) = (normal(segment), normal(segment + 1));
-    let angle = libm::acos(from.dot(to).clamp(0.0, 1.0));
-    if angle < 1e-6 {
-        return from;
-    }
-    (from * libm::sin((1.0 - u) * angle) + to * libm::sin(u * angle)) / libm::sin(angle)
 }

@@ -197,9 +197,9 @@ impl Traceable {
         let placed = self.placed(instance, query.ray.time);
         let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
         let query = Query::new(group, ray, instance, query.is_shadow);
-        match group.non_triangles[..] {
-            [other] if group.blocks.is_empty() => self.meet_shape::<ANY>(query, other, hit),
-            _ => vectorized!(simd, self.search_alone::<S, ANY>(simd, query, hit)),
+        match group.single_shape() {
+            Some(other) => self.meet_shape::<ANY>(query, other, hit),
+            None => vectorized!(simd, self.search_alone::<S, ANY>(simd, query, hit)),
         }
     }
 

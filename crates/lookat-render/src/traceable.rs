@@ -249,6 +249,15 @@ pub(crate) struct Group {
 }
 
 impl Group {
+    /// The shape that is all there is, and no triangle.
+    #[inline(always)]
+    pub fn single_shape(&self) -> Option<NonTriangle> {
+        match self.non_triangles[..] {
+            [other] if self.blocks.is_empty() => Some(other),
+            _ => None,
+        }
+    }
+
     /// The triangle at a place.
     #[inline(always)]
     pub fn triangle(&self, place: u32) -> &Triangle {

@@ -67,12 +67,11 @@ impl<T: Real> Signs<T> {
         let (starts, ends) = (zero.is_at_most(g[0]), g[5].is_at_most(zero));
         let none = starts & !starts;
         let (mut is_positive, mut once, mut twice, mut is_zero) = (starts, none, none, !none);
-        for at in 1..6 {
-            let (below, above) = (g[at].is_less(zero), zero.is_less(g[at]));
-            let (below, above) = if at == 5 { (ends, !ends) } else { (below, above) };
+        for (at, x) in g.iter().enumerate().skip(1) {
+            let (below, above) = if at == 5 { (ends, !ends) } else { (x.is_less(zero), zero.is_less(*x)) };
             let changes = is_positive & below | !is_positive & above;
             (once, twice) = (once | changes, twice | once & changes);
-            is_zero = is_zero & g[at].is_at_most(zero) & zero.is_at_most(g[at]);
+            is_zero = is_zero & x.is_at_most(zero) & zero.is_at_most(*x);
             is_positive = is_positive & !below | above;
         }
         Signs { falls: starts & ends & !(is_zero & g[0].is_at_most(zero)), changes_twice: twice }

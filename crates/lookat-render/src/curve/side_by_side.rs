@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::approach::{Signs, approach, root};
 use super::bezier::{View, evaluate, may_meet, subcurve};
 use super::capsule::CapsuleNumbers;
-use super::segment::Widths;
+use super::segment::{CrossSection, Widths};
 use super::{Across, Curves, flat};
 use crate::curved::side_by_side::ShapeRays;
 use crate::number::{LANES, V3, Vec3x8, bits};
@@ -91,7 +91,7 @@ impl Curves {
             for (at, x) in [from, to, *first, *last].into_iter().enumerate() {
                 columns.0[RANGE + at][lane] = x;
             }
-            ribbons |= u64::from(segment.is_ribbon) << lane;
+            ribbons |= u64::from(matches!(segment.cross_section, CrossSection::Ribbon(_))) << lane;
         }
         let range = [columns.number(simd, RANGE), columns.number(simd, RANGE + 1)];
         let own = [

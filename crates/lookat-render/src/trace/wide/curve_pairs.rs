@@ -64,9 +64,9 @@ impl WideTracer {
     fn rays_of_curves<S: Simd>(&self, traced: &Traced<S>, pairs: &Pairs<CurvePiece>) -> ShapeRays<S> {
         let Traced { simd, scene, rays, instances, .. } = *traced;
         let (mut t_max, mut leaving) = ([1.0; LANES], 0);
-        for lane in 0..pairs.len() {
+        for (lane, t_max) in t_max.iter_mut().enumerate().take(pairs.len()) {
             let (ray, CurvePiece { primitive, .. }) = pairs.pair(lane);
-            t_max[lane] = self.end(traced, ray);
+            *t_max = self.end(traced, ray);
             let (left, instance) = (rays.leaving[ray], instances[ray]);
             let is_left = left >= PLACES
                 && rays.leaving_instance[ray] == instance

@@ -21,11 +21,11 @@ pub(super) struct AtInstance {
 const FEW: usize = 4;
 
 impl WideTracer {
-    /// Makes a ray wait if it has met an instance of an object with a hierarchy. True if it waits.
+    /// Makes a ray wait if it has met an instance of an object that is not a single shape. True if it waits.
     #[inline(always)]
     pub(super) fn waits_at<S: Simd>(&mut self, traced: &Traced<S>, ray: usize, other: NonTriangle) -> bool {
         let NonTriangle::Instance { instance, object } = other else { return false };
-        let waits = !traced.scene.objects[object as usize].blocks.is_empty();
+        let waits = traced.scene.objects[object as usize].single_shape().is_none();
         if waits {
             self.at_instances.push(AtInstance { ray: ray as u8, instance, object });
         }

@@ -63,10 +63,10 @@ impl<T: Copy> Pairs<T> {
     #[inline(always)]
     pub fn lines<S: Simd>(&self, simd: S, rays: &RayColumns) -> [Vec3x8<S>; 2] {
         let mut lines = [[[1.0; LANES]; 3]; 2];
-        for lane in 0..self.count {
-            let [o, d] = rays.line(self.pair(lane).0);
-            [lines[0][0][lane], lines[0][1][lane], lines[0][2][lane]] = o.into();
-            [lines[1][0][lane], lines[1][1][lane], lines[1][2][lane]] = d.into();
+        for (lane, ray) in self.rays.iter().enumerate().take(self.count) {
+            for (line, v) in lines.iter_mut().zip(rays.line(usize::from(*ray))) {
+                [line[0][lane], line[1][lane], line[2][lane]] = v.into();
+            }
         }
         [Vec3x8::from_arrays(simd, &lines[0]), Vec3x8::from_arrays(simd, &lines[1])]
     }
