@@ -10,6 +10,7 @@ mod coplanar;
 mod double_double;
 mod exact_camera;
 mod icosphere;
+mod media;
 mod messages;
 mod offsets;
 mod pictures;
@@ -55,6 +56,7 @@ pub fn cases() -> Vec<Case> {
         offsets::MEASURES,
         pictures::MEASURES,
         scattering::MEASURES,
+        media::MEASURES,
     ]
     .concat();
     // Some cases consist of messages alone.

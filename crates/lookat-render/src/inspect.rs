@@ -8,6 +8,7 @@ use crate::bsdf::most_lobes;
 use crate::bvh::Node;
 use crate::integrator::{SampleDimensions, SceneIntegrator, direct, path};
 use crate::light::LightTable;
+use crate::medium::cost::MediumCost;
 use crate::prepare::Prepared;
 use crate::render::{Settings, film_bytes};
 use crate::traceable::{Group, NonTriangle};
@@ -15,7 +16,7 @@ use crate::triangle::Block;
 use crate::triangle::Triangle;
 
 /// The features of the renderer that a scene uses. Rendering skips the others.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Inspection {
     /// The bytes of the film during rendering: the sums of each pixel, and the resulting picture.
     pub film_bytes: u64,
@@ -33,6 +34,8 @@ pub struct Inspection {
     pub uses_bvh: bool,
     /// The materials. `None` if the integrator does not use them.
     pub surfaces: Option<Surfaces>,
+    /// The media of the world.
+    pub media: Vec<MediumCost>,
     /// The kind of each light. Infinite lights come last.
     pub lights: Vec<&'static str>,
     /// The number of infinite lights with the same radiance in all directions. BSDF samples find these lights. Light
@@ -124,6 +127,13 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
         has_cutouts: traceable.has_cutouts(),
         uses_bvh: integrator.world().uses_bvh(),
         surfaces: asks_materials.then_some(materials),
+        media: traceable
+            .source
+            .media
+            .iter()
+            .zip(&traceable.majorants)
+            .map(|(medium, majorants)| MediumCost::of(medium, majorants.as_ref()))
+            .collect(),
         lights: lights.kinds().collect(),
         constant_skies: lights.len() - lights.eligible(false),
         choice,

@@ -84,6 +84,7 @@ pub use irradiance::{Irradiance, LightPlace, r2_sequence};
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::{Scene, glam};
+pub use medium::cost::{GridCost, MediumCost};
 pub use prepare::{Prepared, preparation_bytes};
 pub use ray::{ElementId, Hit, Ray, ShapeId};
 pub use ray_query::Picked;

@@ -1,6 +1,7 @@
 //! Participating media, prepared for rays: where light scatters along a ray, how much of it gets through, and into which directions it
 //! scatters (PBR 11.2, 11.3, 15.2).
 
+pub(crate) mod cost;
 mod grid;
 pub(crate) mod majorants;
 mod phase;

@@ -91,8 +91,17 @@ fn albedo(alpha: f64, angle: f64) -> f64 {
     (0..GRID * GRID).map(reflected).sum::<f64>() / f64::from(GRID * GRID)
 }
 
+/// The light of a floor at a place, under whatever is above it and a sun straight above, seen from close by.
+pub(super) fn floor_under_sun(place: DVec3, above: &str) -> f64 {
+    const VOLPATH: &str = "volpath\" \"integer maxdepth\" [1] \"string lightsamplestrategy\" \"uniform";
+    let sun = "LightSource \"distant\" \"point from\" [0 1 0] \"point to\" [0 0 0] ";
+    let world = format!("{sun} {above} {}", at(place, &gray_floor()));
+    let camera = format!(" Translate {} Camera", xyz(-place));
+    mean_of(&one_point(1e-6, FRAC_PI_4, 16, VOLPATH, &world).replacen(" Camera", &camera, 1))
+}
+
 /// The relative error of a number.
-fn error(found: f64, truth: f64) -> Tally {
+pub(super) fn error(found: f64, truth: f64) -> Tally {
     Tally::measured(1, (found / truth - 1.0).abs())
 }
 

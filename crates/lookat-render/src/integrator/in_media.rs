@@ -3,6 +3,7 @@
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, prelude::*};
+use glam::DVec3;
 
 use super::lighting::Lighting;
 use super::path_batch::{LightColumns, MediaBatch, MediaRoom, PathBatch, Radiance, ScatteredPaths};
@@ -10,10 +11,13 @@ use super::path_record::{PathColumns, PathRecord};
 use super::profiler::Stage;
 use super::world::{MAX_PASSED, Tracer, World};
 use crate::columns::Column;
-use crate::medium::{Media, MediumSamples};
+use crate::medium::{Media, MediumNumber, MediumSamples};
 use crate::number::{LANES, bits, eights, narrow, set_bits, set_lanes, vectorized};
-use crate::ray::ElementId;
+use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::rays::{HitColumns, OneRay, RayColumns};
+
+/// Surfaces no farther apart, relative to their largest coordinate, are in one place: 2^-48.
+const SAME_PLACE: f64 = 1.0 / (1_u64 << 48) as f64;
 
 impl Lighting<'_> {
     /// Leads the traced paths of a batch to where they scatter next, in a medium or at a surface with a material, and adds the emission
@@ -109,10 +113,10 @@ impl Lighting<'_> {
                     let (ray, Some(hit)) = self.world.one(&own.rays, &own.hits, lane) else { continue };
                     if tracer.scene.is_passed(&hit) {
                         crosses |= 1 << lane;
-                        let surface = tracer.surface(&ray, &hit);
-                        let primitive = hit.element.primitive;
-                        own.medium[lane] = media.beyond(primitive, surface.n, ray.d, own.medium[lane]);
-                        own.rays.o.set_lane(lane, surface.spawn_ray(ray.d).o);
+                        let Beyond { o, medium } =
+                            self.world.beyond(tracer, media, (&ray, &hit), own.medium[lane]);
+                        own.medium[lane] = medium;
+                        own.rays.o.set_lane(lane, o);
                     }
                 }
                 let crosses = bits(simd, crosses);
@@ -134,7 +138,43 @@ impl Lighting<'_> {
     }
 }
 
+/// Where a path or a shadow ray that crosses a surface without a material starts again, and the medium that it is in there.
+struct Beyond {
+    o: DVec3,
+    medium: MediumNumber,
+}
+
 impl World<'_> {
+    /// Leads a ray, which is in `medium` at its start, across a surface without a material that it hits.
+    ///
+    /// It starts again behind the surface, beyond all that touches it there; so whatever does is looked for first. A surface with a material
+    /// is yet to be hit. Of two boundaries in one place the ray leaves a medium first and then enters one: media that touch have no gap.
+    #[inline(never)]
+    fn beyond(
+        &self,
+        tracer: &Tracer,
+        media: &Media,
+        (ray, hit): (&Ray, &Hit),
+        medium: MediumNumber,
+    ) -> Beyond {
+        let (surface, d) = (tracer.surface(ray, hit), ray.d);
+        let (before, behind) = (surface.spawn_ray(-d).o, surface.spawn_ray(d));
+        let o = behind.o;
+        let beyond = media.beyond(hit.element.primitive, surface.n, d, medium);
+        let between = Ray { o: before, t_max: (o - before).dot(d) / d.length_squared(), ..behind };
+        let Some(touching) = tracer.scene.nearest(&between) else { return Beyond { o, medium: beyond } };
+        if !tracer.scene.is_passed(&touching) {
+            return Beyond { o: before, medium };
+        }
+        let other = tracer.surface(&between, &touching);
+        let gap = (other.p - surface.p).dot(surface.n).abs();
+        let enters = |n: DVec3| n.dot(d) < 0.0;
+        let is_first = gap <= surface.magnitude * SAME_PLACE && enters(surface.n) && !enters(other.n);
+        let medium =
+            if is_first { beyond } else { media.beyond(touching.element.primitive, other.n, d, beyond) };
+        Beyond { o, medium }
+    }
+
     /// Multiplies the light of shadow rays by what the media on their way let through. Returns the rays that no surface with a material
     /// blocks.
     #[inline(never)]
@@ -190,10 +230,9 @@ impl World<'_> {
                     let mut open = 0;
                     for (lane, ray, hit) in crossed.into_iter().filter(|(lane, ..)| is_dark >> lane & 1 == 0)
                     {
-                        let (at, surface) = (first + lane, tracer.surface(&ray, &hit));
-                        light.medium[at] =
-                            media.beyond(hit.element.primitive, surface.n, ray.d, light.medium[at]);
-                        let o = surface.spawn_ray(ray.d).o;
+                        let at = first + lane;
+                        let Beyond { o, medium } = self.beyond(tracer, media, (&ray, &hit), light.medium[at]);
+                        light.medium[at] = medium;
                         let t_max = eight.t_max[lane] - (o - ray.o).dot(ray.d);
                         let (leaving, leaving_instance) = (found.element[lane], found.instance[lane]);
                         rays.set(at, &OneRay { o, t_max, leaving, leaving_instance, ..rays.one(at) });
@@ -330,6 +369,47 @@ mod tests {
             16_384,
         );
         assert!((on_boundary / (-2.0_f32).exp() - 1.0).abs().max_element() < 0.01, "{on_boundary}");
+    }
+
+    /// Slabs that touch, in either order, and one that lies on the floor that it shades, named before or after it.
+    #[test]
+    fn boundaries_in_one_place_are_all_crossed() {
+        let face = |z: f64| format!("-9 -9 {z} 9 -9 {z} 9 9 {z} -9 9 {z} ");
+        let slab = |name: &str, from: f64, to: f64| {
+            format!(
+                "MediumInterface \"{name}\" \"\" Material \"\" Shape \"trianglemesh\"
+                 \"integer indices\" [0 1 2 0 2 3 4 6 5 4 7 6] \"point P\" [{}{}] ",
+                face(to),
+                face(from)
+            )
+        };
+        let media = ["a", "b"]
+            .map(|name| {
+                medium("\"string type\" \"homogeneous\" \"rgb sigma_a\" [.5 .5 .5] \"rgb sigma_s\" [0 0 0]")
+                    .replace("\"m\"", &format!("\"{name}\""))
+            })
+            .concat();
+        // The floor is at z = 0.7, and the light in front of it.
+        let floor = format!(
+            "MediumInterface \"\" \"\" Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+             \"point P\" [{}] ",
+            face(0.7)
+        );
+        let light =
+            "LightSource \"distant\" \"point from\" [0 0 -1] \"point to\" [0 0 0] \"rgb L\" [100 100 100] ";
+        let [near, far] = [slab("a", -1.3, -0.3), slab("b", -0.3, 0.7)];
+        let without = seen("", &format!("{light}{floor}"), 4096);
+        // There and back again.
+        let expected = without * (-2.0_f32).exp();
+        for shapes in
+            [[&near, &far, &floor], [&far, &near, &floor], [&floor, &near, &far], [&floor, &far, &near]]
+        {
+            let found = seen("", &format!("{media}{light}{}{}{}", shapes[0], shapes[1], shapes[2]), 16_384);
+            assert!(
+                ((found - expected).abs() / expected).max_element() < 0.01,
+                "{shapes:?}: {found}, not {expected}"
+            );
+        }
     }
 
     /// A dark floor sees a lamp, or a point light, through a medium: what light samples and directions find has one mean.

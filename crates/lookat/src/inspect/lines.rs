@@ -1,7 +1,7 @@
 //! The text output: one line per part of the scene.
 
 use lookat_image::byte_words;
-use lookat_render::{Elements, Surfaces};
+use lookat_render::{Elements, GridCost, MediumCost, Surfaces};
 
 use crate::inspect::needs::{AtSurface, LensSystem, Needs};
 use crate::readable::{count, grouped, plural};
@@ -20,12 +20,14 @@ impl Needs {
             ("tree", self.tree()),
             ("materials", of_surfaces(materials)),
             ("textures", of_surfaces(textures)),
+            ("media", media(&self.media)),
             ("lights", self.lights()),
             ("memory", self.memory()),
             ("arithmetic", self.arithmetic()),
             ("not used", listed(&self.unused)),
         ];
-        let lines = lines.into_iter().chain(self.view.lines());
+        let is_there = |(title, _): &(&str, String)| *title != "media" || !self.media.is_empty();
+        let lines = lines.into_iter().filter(is_there).chain(self.view.lines());
         let line = |(title, text): (&str, String)| format!("  {title:14}{}\n", wrapped(&text));
         format!("{name}\n") + &lines.map(line).collect::<String>()
     }
@@ -197,6 +199,22 @@ fn textures(surfaces: &Surfaces) -> String {
         .map(|(materials, what)| format!("{what} for {}", count(materials as u64, "material")))
         .collect();
     listed(&needs)
+}
+
+fn media(media: &[MediumCost]) -> String {
+    let one = |medium: &MediumCost| {
+        let path = medium
+            .mean_free_path
+            .map_or("no collisions".into(), |it| format!("mean free path {}", short(it)));
+        let Some(GridCost { resolution: [x, y, z], optical_depth, lookups }) = medium.grid else {
+            return format!("homogeneous, {path}");
+        };
+        let [depth, lookups] = [optical_depth, lookups].map(short);
+        format!(
+            "grid of {x} x {y} x {z}, {path} at its densest; across it optical depth {depth}, {lookups} densities looked up"
+        )
+    };
+    media.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
 /// Wraps text, indented below its first line.

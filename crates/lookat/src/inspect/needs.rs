@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use lookat_render::{
-    Choice, Elements, Inspection, SampleDimensions, Settings, Surfaces, film_bytes, preparation_bytes,
+    Choice, Elements, Inspection, MediumCost, SampleDimensions, Settings, Surfaces, film_bytes,
+    preparation_bytes,
 };
 use lookat_scene::syntax::number_bytes;
 use lookat_scene::{FilterKind, Integrator, Lens, LightChoice, Loaded, Scene};
@@ -34,6 +35,8 @@ pub struct Needs {
     pub asks_tree: bool,
     /// The materials, or null if the integrator ignores them.
     pub surfaces: Option<Surfaces>,
+    /// What media cost the rays that go through them. Lengths are in units of the world.
+    pub media: Vec<MediumCost>,
     /// The kinds of all lights.
     pub lights: Vec<&'static str>,
     /// Infinite lights of constant radiance.
@@ -222,6 +225,7 @@ impl Needs {
             has_cutouts: it.has_cutouts,
             asks_tree: it.uses_bvh,
             surfaces: it.surfaces,
+            media: it.media,
             lights: it.lights,
             constant_skies: it.constant_skies,
             light_choice: light_choice(it.choice),
