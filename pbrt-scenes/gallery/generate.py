@@ -2,7 +2,7 @@
 """Write the geometry that the gallery's scenes include: python3 generate.py
 
 Most files in geometry/ are one shape or one list of copies, without a material. The z axis points up, except in the
-dahlias, the house and the paper, where y points up. arbor.pbrt and screw.pbrt are written by hand.
+dahlias, the house, the paper, the mill and the smoke, where y points up. arbor.pbrt and screw.pbrt are written by hand.
 """
 
 import math
@@ -536,6 +536,91 @@ def clockwork():
     gear("pinion", 12, spokes=0, thick=0.22)
 
 
+def mill():
+    """A hall with three windows in the far wall, beams, sacks, barrels and a millstone. The y axis points up."""
+    window_middles, half, sill, top = [-1.85, 0.05, 1.95], 0.4, 1.45, 3.6
+    edges = [-3.3] + [x + side * half for x in window_middles for side in (-1, 1)] + [3.3]
+    walls = [((-3.3, 0, -8), (-3, 4.6, 8)), ((3, 0, -8), (3.3, 4.6, 8)), ((-3.3, 0, -8.2), (3.3, 4.6, -8))]
+    walls += [((left, 0, 8), (right, 4.6, 8.25)) for left, right in zip(edges[::2], edges[1::2])]
+    wood = [((-3.3, 4.5, -8.2), (3.3, 4.6, 8.2)), ((-0.14, 3.8, -8), (0.14, 4.15, 8))]
+    wood += [((-3, 4.15, z - 0.11), (3, 4.5, z + 0.11)) for z in (-6.4, -4.1, -1.9, 0.3, 2.5, 4.7, 6.9)]
+    wood += [((x - 0.14, 0, z - 0.14), (x + 0.14, 4.2, z + 0.14)) for x, z in ((-1.9, 3.1), (2.2, 1.6))]
+    for x in window_middles:
+        left, right = x - half, x + half
+        walls += [((left, 0, 8), (right, sill, 8.25)), ((left, top, 8), (right, 4.6, 8.25))]
+        wood += [((x - 0.025, sill, 8.1), (x + 0.025, top, 8.16))]
+        wood += [((left, y - 0.02, 8.1), (right, y + 0.02, 8.16)) for y in (sill + 0.72, sill + 1.44)]
+        wood += [((left - 0.06, sill - 0.07, 7.85), (right + 0.06, sill, 8.1))]
+
+    def placed(x, y, z, shapes):
+        return f"AttributeBegin\n  Translate {number(x)} {number(y)} {number(z)}\n  {shapes}\nAttributeEnd"
+
+    def boxes(all_boxes):
+        return [mesh('"trianglemesh"', *box(low, high)) for low, high in all_boxes]
+
+    parts = ['NamedMaterial "floor"', *boxes([((-3.3, -0.2, -8), (3.3, 0, 8))])]
+    parts += ['NamedMaterial "wall"', *boxes(walls), 'NamedMaterial "beam"', *boxes(wood)]
+    barrels = [(-2.3, -1.5), (-2.35, 4.6)]
+    for x, z in barrels:
+        body = '"float radius" 0.36 "float zmin" 0 "float zmax" 0.9'
+        lid = 'Shape "disk" "float radius" 0.36 "float height" 0.86'
+        parts.append(placed(x, 0, z, f'Rotate -90 1 0 0 Shape "cylinder" {body} {lid}'))
+    parts.append('NamedMaterial "iron"')
+    for x, z in barrels:
+        hoops = " ".join(
+            f'Shape "cylinder" "float radius" 0.366 "float zmin" {low} "float zmax" {high}'
+            for low, high in ((0.2, 0.25), (0.68, 0.73))
+        )
+        parts.append(placed(x, 0, z, f"Rotate -90 1 0 0 {hoops}"))
+    parts.append('NamedMaterial "sack"')
+    for x, z, size, lift in ((-2.45, 1.2, 0.36, 0), (-2.35, 2.1, 0.4, 0), (-1.75, 1.65, 0.34, 0), (-2.3, 1.62, 0.33, 0.52)):
+        tip = f'Translate 0 0 {number(0.9 * size)} Shape "cone" "float radius" {number(0.3 * size)} "float height" {number(0.4 * size)}'
+        shapes = f'Rotate -90 1 0 0 Scale 1 0.85 0.8 Shape "sphere" "float radius" {size} {tip}'
+        parts.append(placed(x, 0.75 * size + lift, z, shapes))
+    parts.append('NamedMaterial "stone"')
+    stone = 'Shape "cylinder" "float radius" 0.72 "float zmin" 0 "float zmax" 0.22 Shape "disk" "float radius" 0.72 "float innerradius" 0.12'
+    parts.append(placed(-2.35, 0.72, 6.6, f"Rotate 60 0 1 0 Rotate -12 1 0 0 {stone}"))
+    write("mill", "The hall of a mill.", "\n".join(parts))
+
+
+def smoke(cells=(30, 60, 30)):
+    """Densities of smoke that rises and curls, in a box 2 wide and 4 high, as a medium. The y axis points up."""
+
+    def octaves(x, y, z):
+        return sum((2 * noise(x * 2**k, y * 2**k, z * 2**k, k) - 1) / 2**k for k in range(3))
+
+    def density(x, y, z):
+        share = y / 4
+        # Folds move the middle of the column and widen it with its height.
+        middle_x = share * (0.34 * math.sin(2.1 * y + 0.4) + 0.3 * octaves(0.3, 1.1 * y, 0))
+        middle_z = share * (0.34 * math.cos(2.1 * y - 0.3) + 0.3 * octaves(9.3, 1.1 * y, 4))
+        fold = 0.2 * share**0.7
+        u = x + fold * octaves(2 * x, 1.6 * y, 2 * z)
+        w = z + fold * octaves(2 * x + 5, 1.6 * y, 2 * z + 3)
+        radius = 0.07 + 0.36 * share
+        within = max(0, 1 - ((u - middle_x) ** 2 + (w - middle_z) ** 2) / radius**2)
+        sheets = 0.12 + 1.5 * max(0, 1 - 3.2 * abs(octaves(2.4 * u, 1.9 * y, 2.4 * w))) ** 2
+        thin = 6 * (1 - share) ** 0.8 / (radius / 0.07) ** 0.6
+        edge = min(1, 8 * (1 - max(abs(x), abs(z)))) * min(1, 6 * (1 - share))
+        return max(0, within * sheets * thin * edge - 0.03)
+
+    nx, ny, nz = cells
+    densities = [
+        f"{density((i + 0.5) / nx * 2 - 1, (j + 0.5) / ny * 4, (k + 0.5) / nz * 2 - 1):.2f}".strip("0").rstrip(".") or "0"
+        for k in range(nz)
+        for j in range(ny)
+        for i in range(nx)
+    ]
+    coefficients = '"rgb sigma_a" [0.6 0.7 0.8] "rgb sigma_s" [7 7 7] "float g" [0.25]'
+    size = f'"point p0" [-1 0 -1] "point p1" [1 4 1] "integer nx" [{nx}] "integer ny" [{ny}] "integer nz" [{nz}]'
+    write(
+        "smoke",
+        "Smoke that rises and curls.",
+        f'MakeNamedMedium "smoke" "string type" "heterogeneous" {coefficients}\n  {size}\n'
+        f'  "float density" [\n{wrapped(densities, nx)}\n  ]',
+    )
+
+
 if __name__ == "__main__":
     chess()
     cross()
@@ -552,3 +637,5 @@ if __name__ == "__main__":
     paper()
     dandelion()
     clockwork()
+    mill()
+    smoke()

@@ -2,6 +2,7 @@
 
 mod facts;
 mod lights;
+mod media;
 mod placement;
 mod window;
 
@@ -97,7 +98,8 @@ pub fn advise_by(
     if let Some(found) = first.or_else(|| is_placed.then(|| placement::odd(sight)).flatten()) {
         return vec![found];
     }
-    let others = window::stretched(sight).into_iter().chain(window::blurred(sight));
+    let others =
+        window::stretched(sight).into_iter().chain(window::blurred(sight)).chain(media::wrong_side(sight));
     others.chain(lights::idle(sight)).collect()
 }
 

@@ -9,8 +9,10 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{Light, MaterialKind, View};
 use rayon::prelude::*;
 
+use super::media::WrongSide;
+
 /// Camera rays of a view: places of the crop window, evenly distributed.
-const PROBES: usize = 4096;
+pub(super) const PROBES: usize = 4096;
 /// The most surfaces without a material that a camera ray passes through.
 const MOST_PASSED: usize = 1000;
 /// The most shapes that are measured unless they are seen.
@@ -39,6 +41,8 @@ pub struct ViewFacts {
     pub inside: Option<usize>,
     /// The lights of the world. Empty if there are too many.
     pub lights: Vec<LightFacts>,
+    /// A boundary of media that is the wrong way round.
+    pub wrong_side: Option<WrongSide>,
 }
 
 /// A shape of the world, or an instance of an object.
@@ -124,6 +128,7 @@ impl ViewFacts {
             center_depth: ProbeHit::new(prepared, &camera, low + size * 0.5).map(|hit| hit.depth),
             inside,
             lights,
+            wrong_side: WrongSide::find(prepared, &camera, (0..PROBES).map(|i| low + r2_sequence(i) * size)),
             shapes: shapes.all,
         }
     }
@@ -137,18 +142,28 @@ impl ViewFacts {
 impl<'p> ProbeHit<'p> {
     /// What a camera ray through the middle of the lens sees: the first surface that has a material or emits light.
     fn new(prepared: &'p Prepared, camera: &CameraRays, film: DVec2) -> Option<ProbeHit<'p>> {
-        let mut ray = camera.ray(film, DVec2::splat(0.5));
-        for _ in 0..=MOST_PASSED {
-            let surface = prepared.surface(&ray, &prepared.nearest(&ray)?);
+        let (ray, surface) = surfaces_along(prepared, camera, film).find(|(_, surface)| {
             let primitive = surface.primitive;
-            if primitive.emission.is_some() || !matches!(primitive.material.kind(), MaterialKind::None) {
-                let (depth, glows) = (camera.depth(surface.p), surface.le(-ray.d) != Vec3::ZERO);
-                return Some(ProbeHit { surface: surface.facing(ray.d), depth, glows });
-            }
-            ray = surface.spawn_ray(ray.d);
-        }
-        None
+            primitive.emission.is_some() || !matches!(primitive.material.kind(), MaterialKind::None)
+        })?;
+        let (depth, glows) = (camera.depth(surface.p), surface.le(-ray.d) != Vec3::ZERO);
+        Some(ProbeHit { surface: surface.facing(ray.d), depth, glows })
     }
+}
+
+/// The surfaces along a camera ray through the middle of the lens, each with the ray that hits it.
+pub(super) fn surfaces_along<'p>(
+    prepared: &'p Prepared,
+    camera: &CameraRays,
+    film: DVec2,
+) -> impl Iterator<Item = (Ray, Surface<'p>)> {
+    let mut ray = camera.ray(film, DVec2::splat(0.5));
+    let next = move || {
+        let surface = prepared.surface(&ray, &prepared.nearest(&ray)?);
+        let beyond = surface.spawn_ray(ray.d);
+        Some((std::mem::replace(&mut ray, beyond), surface))
+    };
+    std::iter::from_fn(next).take(MOST_PASSED)
 }
 
 /// The share of the picture that so many camera rays are.

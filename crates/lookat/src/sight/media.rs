@@ -1,0 +1,70 @@
+//! Boundaries of media that are the wrong way round.
+
+use std::collections::BTreeMap;
+
+use lookat_render::{CameraRays, Prepared, ShapeId, Surface};
+use lookat_scene::glam::DVec2;
+use lookat_scene::syntax::{Diagnostic, Span};
+
+use super::Sight;
+use super::facts::{PROBES, surfaces_along};
+
+/// The least share of the picture in which a boundary that is the wrong way round counts.
+const LEAST: f64 = 0.01;
+
+/// A boundary that camera rays come to through another medium than the one on its side.
+#[derive(Clone)]
+pub struct WrongSide {
+    span: Option<Span>,
+    /// The share of the picture.
+    share: f64,
+}
+
+impl WrongSide {
+    /// The boundary that most of the camera rays come to first on a wrong side, of those that all of them do. `places`: those of the rays on
+    /// the film.
+    pub fn find(
+        prepared: &Prepared,
+        camera: &CameraRays,
+        places: impl Iterator<Item = DVec2>,
+    ) -> Option<WrongSide> {
+        let world = prepared.world();
+        if world.media.is_empty() {
+            return None;
+        }
+        // By boundary: the rays that come to it first, and those of them that do on a wrong side.
+        let mut counts: BTreeMap<ShapeId, [usize; 2]> = BTreeMap::new();
+        for place in places {
+            let first = surfaces_along(prepared, camera, place).find_map(|(ray, surface)| {
+                let Surface { n, element, primitive, .. } = surface;
+                let sides = primitive.medium?;
+                let own = if n.dot(ray.d) < 0.0 { sides.outside } else { sides.inside };
+                Some((element.shape(), own != world.camera_medium))
+            });
+            if let Some((shape, is_wrong)) = first {
+                let [all, wrong] = counts.entry(shape).or_default();
+                (*all, *wrong) = (*all + 1, *wrong + usize::from(is_wrong));
+            }
+        }
+        let always = counts.into_iter().filter(|(_, [all, wrong])| all == wrong);
+        let (shape, [count, _]) = always.max_by_key(|(_, [count, _])| *count)?;
+        let share = count as f64 / PROBES as f64;
+        Some(WrongSide { span: prepared.primitive(shape).span, share }).filter(|it| it.share >= LEAST)
+    }
+}
+
+/// A boundary with the wrong side towards the camera.
+pub fn wrong_side(sight: &Sight) -> Option<Diagnostic> {
+    let WrongSide { span, .. } = sight.facts.wrong_side.as_ref()?;
+    let message = match sight.scene.world.camera_medium {
+        None => "this shape has a medium on the side of the camera, which is in empty space",
+        Some(_) => "this shape has another medium on the side of the camera than the camera is in",
+    };
+    let help = "exchange the media of its MediumInterface, or turn it over with ReverseOrientation; or give the camera the medium, by \
+                MediumInterface before Camera";
+    Some(
+        Diagnostic::warning((*span)?, message)
+            .note("inside and outside are the sides of the normal's back and front")
+            .help(help),
+    )
+}
