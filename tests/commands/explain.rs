@@ -82,7 +82,7 @@ fn words_of_other_programs_lead_to_parameters() {
 #[test]
 fn what_is_not_rendered_is_explained_too() {
     assert!(explain(&["Accelerator", "bvh"]).out.contains("\"string splitmethod\", default \"sah\""));
-    assert!(explain(&["Material", "subsurface"]).out.contains("not supported: lookat renders"));
+    assert!(explain(&["Integrator", "mlt"]).out.contains("not supported: lookat renders"));
 }
 
 #[test]

@@ -291,6 +291,7 @@ fn tame_material(material: &mut Arc<Material>) {
             HairColor::Absorption(color) | HairColor::Reflectance(color) => vec![color],
             HairColor::Pigments { .. } => Vec::new(),
         },
+        MaterialKind::Subsurface(it) => vec![&mut it.surface.kr, &mut it.surface.kt],
         MaterialKind::Metal(_) | MaterialKind::Fourier(_) | MaterialKind::None => Vec::new(),
     };
     for share in shares {

@@ -8,6 +8,6 @@ mod fourier;
 mod furnace;
 mod load_again;
 mod promises;
-mod stand_ins;
+mod subsurface;
 mod supported;
 mod views;

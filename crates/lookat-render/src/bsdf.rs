@@ -82,8 +82,8 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         slots: &'s mut LobeSlots<'m, S>,
     ) -> Self {
         let (local_o, n) = (frames.to_local(wo.narrow()), n.face_forward(wo.narrow()));
-        weigh(&mut slots.0, local_o.z);
-        Bsdf { n, ns, frames, wo, local_o, slots: &slots.0 }
+        weigh(&mut slots.lobes, local_o.z);
+        Bsdf { n, ns, frames, wo, local_o, slots: &slots.lobes }
     }
 
     /// The points with lobes that pass the filter.
@@ -345,17 +345,42 @@ struct LobeSlot<'m, S: Simd> {
 }
 
 /// The lobes of all points. The lobes of each point are in order. Few materials have more than six.
-pub(crate) struct LobeSlots<'m, S: Simd>(SmallVec<[LobeSlot<'m, S>; 6]>);
+pub(crate) struct LobeSlots<'m, S: Simd> {
+    lobes: SmallVec<[LobeSlot<'m, S>; 6]>,
+    /// Of materials with a medium inside.
+    inside: Option<Inside<S>>,
+}
+
+/// The media inside of points: see [`bssrdf`](crate::bssrdf).
+#[derive(Clone, Copy)]
+pub(crate) struct Inside<S: Simd> {
+    /// The points with one.
+    pub mask: mask32x8<S>,
+    /// The two colors that describe it: see [`Body`](crate::bssrdf::Body).
+    pub colors: [Vec3fx8<S>; 2],
+    /// The index of refraction.
+    pub eta: f32x8<S>,
+}
+
+/// The medium inside of a point.
+#[derive(Debug, Clone, Copy)]
+struct PointInside {
+    colors: [Vec3; 2],
+    eta: f32,
+}
 
 /// The lobes of a material at a point.
 #[derive(Debug, Default)]
-pub(crate) struct PointLobes<'m>(Box<[PointLobe<'m>]>);
+pub(crate) struct PointLobes<'m> {
+    lobes: Box<[PointLobe<'m>]>,
+    inside: Option<PointInside>,
+}
 
 impl<'m, S: Simd> LobeSlots<'m, S> {
     /// An empty list of lobes.
     #[inline(always)]
     pub fn new() -> Self {
-        LobeSlots(SmallVec::new())
+        LobeSlots { lobes: SmallVec::new(), inside: None }
     }
 
     /// Adds the lobes of points that are alike, and have none yet.
@@ -363,8 +388,12 @@ impl<'m, S: Simd> LobeSlots<'m, S> {
     pub fn add(&mut self, simd: S, lobes: &PointLobes<'m>, points: mask64x8<S>) {
         vectorized!(simd, {
             let (own, mut from) = (narrow(points), 0);
-            for lobe in &lobes.0 {
+            for lobe in &lobes.lobes {
                 self.push(Lobe::splat(simd, lobe), own, &mut from);
+            }
+            if let Some(PointInside { colors: [a, b], eta }) = lobes.inside {
+                let colors = [Vec3fx8::splat(simd, a), Vec3fx8::splat(simd, b)];
+                self.set_inside(Inside { mask: own, colors, eta: splat_f32(simd, eta) });
             }
         })
     }
@@ -372,16 +401,46 @@ impl<'m, S: Simd> LobeSlots<'m, S> {
     /// Adds lobes at some points, whose lobes so far are in slots before `from`.
     #[inline(always)]
     fn push(&mut self, lobe: Lobes<'m, S>, own: mask32x8<S>, from: &mut usize) {
-        let at = self.0[*from..].iter().position(|slot| slot.lobe.kind == lobe.kind);
-        let at = at.map_or(self.0.len(), |at| *from + at);
-        match self.0.get_mut(at) {
+        let at = self.lobes[*from..].iter().position(|slot| slot.lobe.kind == lobe.kind);
+        let at = at.map_or(self.lobes.len(), |at| *from + at);
+        match self.lobes.get_mut(at) {
             Some(slot) => {
                 slot.lobe = lobe.keep_where(own, slot.lobe);
                 slot.mask |= own;
             }
-            None => self.0.push(LobeSlot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
+            None => self.lobes.push(LobeSlot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
         }
         *from = at + 1;
+    }
+
+    /// Adds media inside of points. Points that have one keep it.
+    #[inline(always)]
+    fn set_inside(&mut self, inside: Inside<S>) {
+        let Some(before) = &mut self.inside else {
+            self.inside = Some(inside);
+            return;
+        };
+        let own = before.mask;
+        for (before, color) in before.colors.iter_mut().zip(inside.colors) {
+            *before = before.keep_where(own, color);
+        }
+        before.eta = own.select(before.eta, inside.eta);
+        before.mask |= inside.mask;
+    }
+
+    /// The media inside of points, if any has one.
+    #[inline(always)]
+    pub fn inside(&self) -> Option<Inside<S>> {
+        self.inside
+    }
+
+    /// Points of which only diffuse light comes from inside, through boundaries of index `eta`: see [`LobeKind::Exit`].
+    #[inline(always)]
+    pub fn exits(scale: f32x8<S>, eta: f32x8<S>, points: mask64x8<S>) -> Self {
+        let color = Vec3fx8 { x: scale, y: scale, z: scale };
+        let (lobe, mut slots) = (Lobe { eta, ..Lobe::new(LobeKind::Exit, color) }, LobeSlots::new());
+        slots.push(lobe, narrow(points), &mut 0);
+        slots
     }
 
     /// About what all lobes scatter, in all, of light that comes along the normals.
@@ -389,7 +448,7 @@ impl<'m, S: Simd> LobeSlots<'m, S> {
     pub fn albedo(&self, simd: S) -> Vec3fx8<S> {
         let black = Vec3fx8::splat(simd, Vec3::ZERO);
         let mut sum = black;
-        for slot in &self.0 {
+        for slot in &self.lobes {
             sum = sum + slot.lobe.albedo(splat_f32(simd, 1.0)).keep_where(slot.mask, black);
         }
         sum
@@ -397,7 +456,13 @@ impl<'m, S: Simd> LobeSlots<'m, S> {
 
     /// The lobes of the first point.
     fn first(&self) -> PointLobes<'m> {
-        let own = self.0.iter().filter(|slot| slot.mask.to_bitmask() & 1 == 1);
-        PointLobes(own.map(|slot| slot.lobe.first()).collect())
+        let own = self.lobes.iter().filter(|slot| slot.mask.to_bitmask() & 1 == 1);
+        PointLobes {
+            lobes: own.map(|slot| slot.lobe.first()).collect(),
+            inside: self.inside.map(|inside| PointInside {
+                colors: inside.colors.map(|color| color.lane(0)),
+                eta: inside.eta[0],
+            }),
+        }
     }
 }

@@ -116,7 +116,8 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
     let Prepared { traceable, lights, .. } = prepared;
     let integrator = SceneIntegrator::new(&view.integrator, traceable, lights);
     let materials = surfaces(&integrator.world().materials.all);
-    let (choice, dimensions, depth) = integration(&view.integrator, lights, materials.specular > 0);
+    let (choice, dimensions, depth) =
+        integration(&integrator, &view.integrator, lights, materials.specular > 0);
     let asks_materials = !matches!(view.integrator, Integrator::AmbientOcclusion { .. });
     Inspection {
         film_bytes: film_bytes(view, &Settings::default()),
@@ -144,6 +145,7 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
 
 /// How lights are chosen, the sample dimensions at each surface, and the most surfaces of a path.
 fn integration(
+    of_scene: &SceneIntegrator,
     integrator: &Integrator,
     lights: &LightTable,
     is_specular: bool,
@@ -152,7 +154,8 @@ fn integration(
         |choice| if lights.is_choice(choice) { Choice::One(lights.rule(choice)) } else { Choice::Nothing };
     match *integrator {
         Integrator::Path { max_depth, light_choice, .. } => {
-            (one(light_choice), path::dimensions(max_depth, lights, light_choice), max_depth)
+            let dimensions = path::dimensions(max_depth, lights, light_choice, of_scene.has_bodies());
+            (one(light_choice), dimensions, max_depth)
         }
         Integrator::DirectLighting { strategy, max_depth } => {
             let choice = match strategy {

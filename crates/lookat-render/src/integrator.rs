@@ -1,6 +1,7 @@
 //! Integrators: the light along camera rays.
 
 mod ambient;
+mod bodies;
 pub(crate) mod direct;
 mod in_media;
 mod lighting;
@@ -25,6 +26,7 @@ pub(crate) use crate::integrator::world::{Supervisor, Tracer};
 use crate::light::LightTable;
 use crate::sampler::{CAMERA_NUMBERS, Streams};
 use crate::traceable::Traceable;
+use bodies::Bodies;
 use lighting::{LightSamples, Lighting};
 use path_batch::{BatchSurface, PathBatch, ScatteredPaths};
 pub use profiler::StageProfile;
@@ -43,7 +45,10 @@ impl<'s> SceneIntegrator<'s> {
         let world = World::new(traceable);
         match *integrator {
             Integrator::Path { max_depth, roulette_threshold, light_choice } => {
-                let lighting = Lighting::new(world, lights, LightSamples::One(light_choice), LobeFilter::All);
+                let bodies = Bodies::new(&world.materials, traceable);
+                let mut lighting =
+                    Lighting::new(world, lights, LightSamples::One(light_choice), LobeFilter::All);
+                lighting.bodies = bodies;
                 SceneIntegrator::Path(path::Paths { lighting, max_depth, roulette_threshold })
             }
             Integrator::DirectLighting { strategy, max_depth } => {
@@ -64,6 +69,11 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
+    /// True if light may enter surfaces and leave them at other points.
+    pub fn has_bodies(&self) -> bool {
+        matches!(self, SceneIntegrator::Path(path) if path.lighting.bodies.is_some())
+    }
+
     /// Adds the radiance along the camera rays of a batch, surface by surface. The radiance is incomplete once the tracer [is
     /// stopped](Tracer::is_stopped).
     #[inline(always)]
@@ -76,7 +86,7 @@ impl<'s> SceneIntegrator<'s> {
         camera: Viewer,
     ) {
         let (surfaces, numbers, sees) = match self {
-            SceneIntegrator::Path(path) => (path.max_depth, path::numbers(path.max_depth), Sees::All),
+            SceneIntegrator::Path(path) => (path.max_depth, path.numbers(), Sees::All),
             SceneIntegrator::Direct(direct) => (direct.surfaces(), direct.numbers(), Sees::Materials),
             SceneIntegrator::Ambient(_) => (1, 0, Sees::Nothing),
         };

@@ -42,6 +42,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod bsdf;
+mod bssrdf;
 mod bvh;
 mod camera;
 mod columns;

@@ -11,6 +11,7 @@ use glam::{DMat3, DVec3};
 use lookat_scene::{AnimatedTransform, MaterialKind, Mesh, Object, Primitive, Shape, Transform, World};
 use rayon::prelude::*;
 
+use crate::bssrdf::Tables;
 use crate::bvh::{Bvh, Reference, around, build};
 use crate::curve::Curves;
 use crate::curved::Curved;
@@ -43,6 +44,8 @@ pub(crate) struct Traceable {
     has_motion: bool,
     /// Of each medium whose density is a grid.
     pub majorants: Vec<Option<Majorants>>,
+    /// Of media inside of surfaces.
+    pub tables: Tables,
     pub emitters: Emitters,
     pub labels: Labels,
     /// True for each primitive that may have holes. Empty if none has.
@@ -107,6 +110,7 @@ impl Traceable {
             has_motion: instances.iter().any(|instance| instance.motion.is_some()),
             instances,
             majorants: Vec::new(),
+            tables: Tables::default(),
             emitters,
             labels,
             cutouts: Vec::new(),
@@ -124,6 +128,7 @@ impl Traceable {
         };
         self.of_objects = source.objects().into_iter().flat_map(of_object).collect();
         self.source = source.clone();
+        self.tables.renew(source);
         self.majorants = source.media.par_iter().map(Majorants::of).collect();
         let has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
         let is_cut_out = |primitive: &Primitive| primitive.cutout.is_some();

@@ -1,5 +1,6 @@
 //! Advice: each pass turns facts about a scene into messages. Here: the facts, and passes about blocks, options and names.
 
+mod bodies;
 mod lights;
 mod placement;
 mod shapes;
@@ -60,6 +61,7 @@ const WITHOUT_ERRORS: &[Pass] = &[
     shapes::emptiness,
     placement::advise_scale,
     lights::shadow_alpha,
+    bodies::bodies,
 ];
 
 /// Runs all passes.

@@ -79,8 +79,8 @@ pub use light::{Emission, Light};
 pub use load::{Loaded, load, load_again, load_opened, load_str};
 pub use lookat_syntax as syntax;
 pub use material::{
-    Disney, FourierTable, Glass, Hair, HairColor, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs,
-    Plastic, Roughness, Series, Substrate, ThinDisney, Translucent, Uber,
+    Disney, FourierTable, Glass, Hair, HairColor, Interior, Material, MaterialKind, Matte, Metal, Mirror,
+    Mix, Needs, Plastic, Roughness, Series, Substrate, Subsurface, ThinDisney, Translucent, Uber,
 };
 pub use mesh::{Cutout, Mesh, MeshError};
 

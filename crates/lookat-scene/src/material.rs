@@ -27,6 +27,7 @@ pub use crate::material::hair::{Hair, HairColor};
 pub use crate::material::models::{
     Glass, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Translucent, Uber,
 };
+pub use crate::material::subsurface::{Interior, Subsurface};
 
 /// A material.
 #[derive(Debug, Clone)]
@@ -63,6 +64,8 @@ pub enum MaterialKind {
     Uber(Box<Uber>),
     /// The material of Disney's animation studio.
     Disney(Box<Disney>),
+    /// A boundary around a medium in which light scatters.
+    Subsurface(Box<Subsurface>),
     /// Hair and fur.
     Hair(Box<Hair>),
     /// Measured or simulated scattering, in a table.
@@ -123,6 +126,16 @@ impl Material {
         all
     }
 
+    /// The part with a medium inside, in which light scatters and leaves at other points: the material or the first such part of a mix.
+    pub fn inside(&self) -> Option<&MaterialKind> {
+        match &self.kind {
+            MaterialKind::Subsurface(_) => Some(&self.kind),
+            MaterialKind::Disney(disney) => disney.scatters_inside().then_some(&self.kind),
+            MaterialKind::Mix(mix) => mix.materials.iter().find_map(|part| part.inside()),
+            _ => None,
+        }
+    }
+
     /// The textures and constants of this material and of all its parts.
     pub(crate) fn textures(&self) -> impl Iterator<Item = AnyTexture<'_>> {
         self.all()
@@ -177,14 +190,12 @@ pub(crate) const KINDS: &[Kind] = &[
         "subsurface",
         "subsurface scattering from coefficients",
         &[subsurface::COEFFICIENTS, subsurface::SURFACE, BUMP_KEYS],
-    )
-    .instead("uber with the diffuse color of the coefficients"),
+    ),
     Kind::new(
         "kdsubsurface",
         "subsurface scattering from the diffuse color",
         &[subsurface::COLOR, subsurface::SURFACE, BUMP_KEYS],
-    )
-    .instead("uber with the same Kd and index"),
+    ),
     Kind::new("fourier", "measured or simulated scattering from a file", &[fourier::KEYS, BUMP_KEYS]),
     Kind::new(
         "none",
@@ -209,6 +220,8 @@ pub(crate) fn material(params: &mut Params, named: &Named, tables: &mut Tables) 
         "substrate" => MaterialKind::Substrate(models::substrate(params)),
         "uber" => MaterialKind::Uber(Box::new(models::uber(params))),
         "disney" => MaterialKind::Disney(Box::new(disney::disney(params))),
+        "subsurface" => MaterialKind::Subsurface(Box::new(subsurface::of_coefficients(params))),
+        "kdsubsurface" => MaterialKind::Subsurface(Box::new(subsurface::of_color(params))),
         "mix" => {
             let mix = models::mix(params, named);
             params.finish();
@@ -229,15 +242,6 @@ pub(crate) fn material(params: &mut Params, named: &Named, tables: &mut Tables) 
         "none" | "" => {
             params.finish();
             return Material::new(MaterialKind::None, None);
-        }
-        _ if params.is_known_kind(KINDS) => {
-            let known = KINDS.iter().filter(|known| known.name == params.kind());
-            let known: Vec<_> = known.flat_map(Kind::parameters).collect();
-            let kind = subsurface::stand_in(params);
-            let bump = bump(params);
-            params.ignore(known.into_iter());
-            params.finish();
-            return Material::new(kind, bump);
         }
         _ => {
             params.reject_unknown_type::<()>(KINDS);
@@ -321,7 +325,11 @@ impl MaterialKind {
             MaterialKind::Metal(it) => vec![&it.eta, &it.k],
             MaterialKind::Substrate(it) => vec![&it.kd, &it.ks],
             MaterialKind::Uber(it) => vec![&it.kd, &it.ks, &it.kr, &it.kt, &it.opacity],
-            MaterialKind::Disney(it) => vec![&it.color],
+            MaterialKind::Disney(it) => vec![&it.color, &it.scatter_distance],
+            MaterialKind::Subsurface(it) => {
+                let [a, b] = it.interior.colors();
+                vec![&it.surface.kr, &it.surface.kt, a, b]
+            }
             MaterialKind::Hair(it) => it.color.color().into_iter().collect(),
             MaterialKind::Mix(it) => vec![&it.amount],
             MaterialKind::Fourier(_) | MaterialKind::None => vec![],
@@ -356,6 +364,7 @@ impl MaterialKind {
             MaterialKind::Uber(it) => {
                 it.opacity.constant() == Some(Vec3::ONE) && are_black(&[&it.kd, &it.ks, &it.kr, &it.kt])
             }
+            MaterialKind::Subsurface(it) => are_black(&[&it.surface.kr, &it.surface.kt]),
             MaterialKind::Mix(it) => it.materials.iter().all(|part| part.kind.is_black()),
             MaterialKind::Metal(_)
             | MaterialKind::Disney(_)
@@ -372,6 +381,7 @@ impl MaterialKind {
             MaterialKind::Glass(glass) => Some(&glass.eta),
             MaterialKind::Uber(uber) => Some(&uber.eta),
             MaterialKind::Disney(disney) => Some(&disney.eta),
+            MaterialKind::Subsurface(subsurface) => Some(&subsurface.surface.eta),
             MaterialKind::Hair(hair) => Some(&hair.eta),
             _ => None,
         }
@@ -391,6 +401,7 @@ impl MaterialKind {
             MaterialKind::Metal(metal) => Some(&metal.roughness),
             MaterialKind::Substrate(substrate) => Some(&substrate.roughness),
             MaterialKind::Uber(uber) => Some(&uber.roughness),
+            MaterialKind::Subsurface(subsurface) => Some(&subsurface.surface.roughness),
             _ => None,
         }
     }
@@ -407,6 +418,10 @@ impl MaterialKind {
             MaterialKind::Substrate(_) => "substrate",
             MaterialKind::Uber(_) => "uber",
             MaterialKind::Disney(_) => "disney",
+            MaterialKind::Subsurface(subsurface) => match subsurface.interior {
+                Interior::Coefficients(_) => "subsurface",
+                Interior::Color(_) => "kdsubsurface",
+            },
             MaterialKind::Hair(_) => "hair",
             MaterialKind::Fourier(_) => "fourier",
             MaterialKind::Mix(_) => "mix",

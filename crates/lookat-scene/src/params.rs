@@ -14,7 +14,7 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 use crate::cache::MeshKey;
 use crate::files::{FileResult, Files};
 use crate::report::Report;
-use crate::schema::{Key, Kind, Parameter, REQUIRED, Unit};
+use crate::schema::{Key, Kind, REQUIRED, Unit};
 use crate::texture::Textures;
 
 pub(crate) use crate::params::value::ParamValue;
@@ -289,24 +289,6 @@ impl<'a> Params<'a> {
     /// True if the unreadable parameter may be this one.
     pub fn may_lack(&self, name: &str) -> bool {
         self.report.partial && !self.was_taken(name)
-    }
-
-    /// Ignores known parameters that the constructor does not take, without a warning.
-    pub fn ignore(&mut self, known: impl Iterator<Item = Parameter>) {
-        for Parameter { name, ty, is_textured, .. } in known {
-            if self.types(name).next().is_some() {
-                continue;
-            }
-            self.register(name, ty);
-            if is_textured {
-                self.register(name, ParamType::Texture);
-            }
-            let registered = &self.registered;
-            let is_known = |param: &Param| {
-                registered.iter().any(|(name, ty)| *name == param.name.value && class(*ty) == class(param.ty))
-            };
-            self.params.retain(|param| param.name.value != name || !is_known(param));
-        }
     }
 
     /// Ignores the remaining parameters without a warning, for unsupported features.

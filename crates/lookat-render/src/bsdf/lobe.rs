@@ -35,6 +35,8 @@ pub(super) enum LobeKind<'m> {
     Hair,
     /// A table.
     Fourier(Table<'m>),
+    /// Diffuse light from inside of a body, that its boundary lets through (SeparableBSSRDFAdapter).
+    Exit,
     /// PBR 8.2.2.
     Mirror(Fresnel),
     /// PBR 8.2.3.
@@ -157,7 +159,9 @@ impl<'m, S: Simd> Lobes<'m, S> {
     #[inline(always)]
     pub fn albedo(&self, cos_o: f32x8<S>) -> Vec3fx8<S> {
         match self.kind {
-            LobeKind::Lambert | LobeKind::OrenNayar | LobeKind::LambertTransmission => self.color,
+            LobeKind::Lambert | LobeKind::OrenNayar | LobeKind::LambertTransmission | LobeKind::Exit => {
+                self.color
+            }
             LobeKind::Microfacet(fresnel) | LobeKind::Mirror(fresnel) => self.fresnel(fresnel, cos_o),
             LobeKind::Refraction => self.color - self.color * dielectric(cos_o, self.eta),
             LobeKind::Substrate => {
@@ -190,6 +194,10 @@ impl<'m, S: Simd> Lobes<'m, S> {
         match self.kind {
             LobeKind::Lambert | LobeKind::LambertTransmission => {
                 (self.color * splat_f32(simd, FRAC_1_PI), cosine(wi))
+            }
+            LobeKind::Exit => {
+                let through = 1.0 - dielectric(wi.z.abs(), self.eta);
+                (self.color * (FRAC_1_PI * through), cosine(wi))
             }
             LobeKind::OrenNayar => {
                 let [a, b] = self.roughness;
@@ -251,7 +259,7 @@ impl<'m, S: Simd> Lobes<'m, S> {
     ) -> (Vec3fx8<S>, mask32x8<S>) {
         let all = mask32x8::splat(u.token(), true);
         match self.kind {
-            LobeKind::Lambert | LobeKind::OrenNayar => (cosine_direction(wo.z, [u, v]), all),
+            LobeKind::Lambert | LobeKind::OrenNayar | LobeKind::Exit => (cosine_direction(wo.z, [u, v]), all),
             LobeKind::LambertTransmission => (cosine_direction(-wo.z, [u, v]), all),
             LobeKind::Microfacet(_) => self.facets().reflected(wo, [u, v]),
             LobeKind::RoughGlass => {

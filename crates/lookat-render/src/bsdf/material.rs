@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
 use lookat_scene::{
     Disney, Glass, Hair, HairColor, LUMINANCE, Material, MaterialKind, Matte, Metal, Mix, Plastic, Roughness,
-    Substrate, Texture, ThinDisney, Translucent, Uber,
+    Substrate, Subsurface, Texture, ThinDisney, Translucent, Uber,
 };
 
 use super::disney::DisneyLobe;
@@ -15,7 +15,7 @@ use super::hair::{absorption, logistic_scale, variance};
 use super::lobe::{LobeKind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness, in_range};
 use crate::bsdf::lobe::Fresnel;
-use crate::bsdf::{LobeSlots, PointLobes};
+use crate::bsdf::{Inside, LobeSlots, PointLobes};
 use crate::number::{LANES, Vec3fx8, baseline, bits, narrow, splat_f32, to_f32, vectorized, widen};
 use crate::texture::TexturePoint;
 
@@ -49,7 +49,7 @@ pub(crate) fn most_lobes(material: &Material) -> MostLobes {
     if material.needs().coordinates {
         return bound(material.kind());
     }
-    let PointLobes(lobes) = PointLobes::new(material.kind());
+    let PointLobes { lobes, .. } = PointLobes::new(material.kind());
     MostLobes { all: lobes.len(), specular: lobes.iter().filter(|lobe| lobe.kind.is_delta()).count() }
 }
 
@@ -66,9 +66,12 @@ fn bound(material: &MaterialKind) -> MostLobes {
         MaterialKind::Mirror(_) => most(1, 1),
         MaterialKind::Plastic(_) => most(2, 0),
         MaterialKind::Translucent(_) => most(3, 0),
-        MaterialKind::Glass(_) => most(1, 1),
+        MaterialKind::Glass(_) | MaterialKind::Subsurface(_) => most(1, 1),
         MaterialKind::Uber(_) => most(5, 3),
-        MaterialKind::Disney(disney) => most(4 + usize::from(disney.thin.is_some()), 1),
+        MaterialKind::Disney(disney) => most(
+            4 + usize::from(disney.thin.is_some()) + usize::from(disney.scatters_inside()),
+            1 + usize::from(disney.scatters_inside()),
+        ),
         MaterialKind::Mix(mix) => {
             let [a, b] = [0, 1].map(|part: usize| bound(mix.materials[part].kind()));
             most(a.all + b.all, a.specular + b.specular)
@@ -102,6 +105,7 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
                 MaterialKind::Substrate(layers) => self.substrate(layers, weight, active),
                 MaterialKind::Uber(uber) => self.uber(uber, weight, active),
                 MaterialKind::Disney(disney) => self.disney(disney, weight, active),
+                MaterialKind::Subsurface(subsurface) => self.subsurface(subsurface, weight, active),
                 MaterialKind::Hair(hair) => self.hair(hair, weight, active),
                 MaterialKind::Fourier(table) => {
                     self.push(Lobes::new(LobeKind::Fourier(Table(table)), weight), active);
@@ -218,6 +222,18 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
         }
     }
 
+    /// The boundary is that of glass.
+    #[inline(never)]
+    fn subsurface(&mut self, subsurface: &Subsurface, weight: Vec3fx8<S>, active: mask64x8<S>) {
+        vectorized!(active.token(), {
+            self.glass(&subsurface.surface, weight, active);
+            let [a, b] = subsurface.interior.colors();
+            let colors = [self.reflectance(a, active), self.reflectance(b, active)];
+            let eta = splat_f32(active.token(), subsurface.eta as f32);
+            self.slots.set_inside(Inside { mask: narrow(active), colors, eta });
+        })
+    }
+
     #[inline(always)]
     fn metal(&mut self, metal: &Metal, weight: Vec3fx8<S>, active: mask64x8<S>) {
         let colors = [self.at.value(&metal.eta, active), self.at.value(&metal.k, active)];
@@ -276,6 +292,17 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
                 transmitted = self.amount(diff_trans, 2.0, active) * 0.5;
             }
             let diffuse = weight * ((1.0 - metallic) * (1.0 - clear));
+            // Or it leaves a solid elsewhere.
+            let mut reflected = 1.0 - transmitted;
+            if disney.scatters_inside() {
+                let distance = self.reflectance(&disney.scatter_distance, active);
+                let own = active & distance.is_light() & diffuse.is_light();
+                let lobe = Lobes::new(LobeKind::Refraction, weight);
+                self.push(Lobes { eta: to_f32(eta), ..lobe }, own);
+                let mask = narrow(own);
+                self.slots.set_inside(Inside { mask, colors: [diffuse * color, distance], eta: to_f32(eta) });
+                reflected = mask.select(splat_f32(simd, 0.0), reflected);
+            }
             let sheen = self.amount(&disney.sheen, 1e6, active);
             let sheen_tint = self.share(&disney.sheen_tint, active);
             let sheen = (white + (tint - white) * sheen_tint) * sheen;
@@ -285,10 +312,7 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
                 let lobe = Lobes::new(LobeKind::Disney(DisneyLobe::Diffuse { outside }), diffuse);
                 let own = own & (color.is_light() | sheen.is_light());
                 let colors = [color, sheen];
-                self.push(
-                    Lobes { colors, roughness: [roughness, flatness], eta: 1.0 - transmitted, ..lobe },
-                    own,
-                );
+                self.push(Lobes { colors, roughness: [roughness, flatness], eta: reflected, ..lobe }, own);
             }
 
             let aspect = (1.0 - 0.9 * self.share(&disney.anisotropic, active)).sqrt();

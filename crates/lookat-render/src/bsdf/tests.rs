@@ -71,6 +71,7 @@ fn disney() -> Disney {
         clearcoat: constant(1.0),
         clearcoat_gloss: constant(0.0),
         spec_trans: constant(0.0),
+        scatter_distance: color(0.0),
         thin: None,
     }
 }
@@ -585,6 +586,7 @@ fn extreme_parameters_scatter_numbers() {
             clearcoat: constant(x),
             clearcoat_gloss: constant(x),
             spec_trans: constant(x),
+            scatter_distance: color(x as f32),
             thin: None,
         };
         let [a, b] =
@@ -624,7 +626,7 @@ fn weighed<S: Simd>(simd: S, reflectances: &[f32]) -> LobeSlots<'static, S> {
         let lobe = Lobes::new(LobeKind::Lambert, Vec3fx8::splat(simd, Vec3::splat(*color)));
         slots.push(lobe, mask32x8::splat(simd, true), &mut from);
     }
-    weigh(&mut slots.0, splat_f32(simd, 1.0));
+    weigh(&mut slots.lobes, splat_f32(simd, 1.0));
     slots
 }
 
@@ -633,7 +635,7 @@ fn weighed<S: Simd>(simd: S, reflectances: &[f32]) -> LobeSlots<'static, S> {
 fn lobes_are_likely_by_what_they_reflect() {
     let probabilities = |reflectances: &[f32]| -> Vec<f32> {
         baseline!(simd => {
-            weighed(simd, reflectances).0.iter().map(|slot| slot.probability[0]).collect()
+            weighed(simd, reflectances).lobes.iter().map(|slot| slot.probability[0]).collect()
         })
     };
     assert_eq!(probabilities(&[0.01]), [1.0]);
@@ -653,7 +655,7 @@ fn choices_keep_their_probabilities() {
     const STEPS: u32 = 10_000;
     let mut found = [(0, 0.0, 0.0); 3];
     baseline!(simd => {
-        let slots = &weighed(simd, &[0.1, 0.2, 0.7]).0;
+        let slots = &weighed(simd, &[0.1, 0.2, 0.7]).lobes;
         for step in 0..STEPS {
             let u = (f64::from(step) + 0.5) / f64::from(STEPS);
             let choice = choose(slots, LobeFilter::NonDelta, f64x8::splat(simd, u));

@@ -4,6 +4,7 @@ use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*, u32x8};
 use glam::Vec3;
 use lookat_scene::{DirectStrategy, LightChoice};
 
+use super::bodies::Bodies;
 use super::path_batch::{PathBatch, Radiance, ScatteredPaths, add_light};
 use super::path_record::{PathColumns, PathRecord};
 use super::profiler::Stage;
@@ -28,6 +29,8 @@ pub(in crate::integrator) struct Lighting<'s> {
     directions: [f32; 2],
     /// The lobes that BSDF directions are sampled from.
     pub filter: LobeFilter,
+    /// The bodies that light enters and leaves, if the integrator looks inside and there are any.
+    pub bodies: Option<Bodies<'s>>,
     /// True if surfaces with a lune sample skies differently: some shading normals differ from the geometric ones.
     pub has_lunes: bool,
 }
@@ -62,6 +65,7 @@ impl<'s> Lighting<'s> {
             directions: [false, true].map(|has_lune| directions(table, lights, has_lune) as f32),
             filter,
             has_lunes: world.materials.has_normals && table.has_skies(),
+            bodies: None,
             world,
         }
     }

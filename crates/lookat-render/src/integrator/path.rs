@@ -8,7 +8,7 @@ use std::ops::Range;
 use fearless_simd::{Simd, mask64x8};
 use lookat_scene::LightChoice;
 
-use super::SampleDimensions;
+use super::{SampleDimensions, bodies};
 use crate::bsdf::LobeFilter;
 use crate::camera::Viewer;
 use crate::integrator::lighting::{Illumination, Lighting};
@@ -31,15 +31,23 @@ fn roulette(max_depth: u32) -> Range<u32> {
 
 /// The number of sample dimensions at a surface: light choice, light, direction and roulette. It is the same at all
 /// surfaces, so that the dimensions of a surface do not depend on the surfaces before.
-pub(super) fn numbers(max_depth: u32) -> u32 {
+fn numbers(max_depth: u32) -> u32 {
     5 + u32::from(!roulette(max_depth).is_empty())
 }
 
-/// The sample dimensions at each surface with a material, with these lights.
-pub(crate) fn dimensions(max_depth: u32, lights: &LightTable, choice: LightChoice) -> Vec<SampleDimensions> {
+/// The sample dimensions at each surface with a material, with these lights. `has_bodies`: light may enter there and leave elsewhere.
+pub(crate) fn dimensions(
+    max_depth: u32,
+    lights: &LightTable,
+    choice: LightChoice,
+    has_bodies: bool,
+) -> Vec<SampleDimensions> {
     let add = |purpose, count, surfaces, needed: bool| {
+        // Where light leaves is a second vertex.
+        let count = if has_bodies { 2 * count } else { count };
         needed.then_some(SampleDimensions { purpose, count, surfaces })
     };
+    let probe = SampleDimensions { purpose: "probe", count: bodies::PROBE_NUMBERS, surfaces: 0..max_depth };
     let all = 0..max_depth;
     // Where no light is sampled, another direction takes its numbers.
     let is_sampled = lights.has_extended() && !lights.leaves_all_to_directions(false);
@@ -50,7 +58,7 @@ pub(crate) fn dimensions(max_depth: u32, lights: &LightTable, choice: LightChoic
         add("directions", 4, all, lights.leaves_all_to_directions(false)),
         add("roulette", 1, roulette(max_depth), !roulette(max_depth).is_empty()),
     ];
-    dimensions.into_iter().flatten().collect()
+    dimensions.into_iter().flatten().chain(has_bodies.then_some(probe)).collect()
 }
 
 /// A scene with path tracing.
@@ -61,6 +69,12 @@ pub(crate) struct Paths<'s> {
 }
 
 impl Paths<'_> {
+    /// The number of sample dimensions at a surface. Bodies have a second vertex there, where light leaves them.
+    pub(super) fn numbers(&self) -> u32 {
+        let own = numbers(self.max_depth);
+        if self.lighting.bodies.is_some() { 2 * own + bodies::PROBE_NUMBERS } else { own }
+    }
+
     /// Adds direct light to the paths of a batch at a surface, and continues the paths. First all are shaded, then all shadow rays are
     /// traced together, and then all rays that continue paths. At the last surface these only look for emission.
     #[inline(never)]
@@ -84,6 +98,11 @@ impl Paths<'_> {
             let Lighting { world, .. } = &self.lighting;
             if let Some(media) = &world.media {
                 self.scatter_in_media(simd, tracer, streams, media, at, batch);
+            }
+            if let Some(bodies) = &self.lighting.bodies {
+                let probes =
+                    BatchSurface { dimension: at.dimension.wrapping_add(numbers(self.max_depth)), ..at };
+                self.leave_bodies(simd, tracer, streams, bodies, probes, batch);
             }
             if tracer.is_stopped {
                 return;
@@ -172,7 +191,7 @@ impl Paths<'_> {
     /// Samples the lights of vertices and the directions that continue their paths. `active`: the vertices that scatter at all, and those
     /// that scatter into all directions.
     #[inline(always)]
-    fn scatter<S: Simd>(
+    pub(super) fn scatter<S: Simd>(
         &self,
         tracer: &mut Tracer,
         streams: &mut Streams,
@@ -184,10 +203,17 @@ impl Paths<'_> {
         let Vertices { illumination: Illumination { simd, receivers, .. }, paths, .. } = *vertices;
         vertices.direct(tracer, streams, smooth, batch);
         let is_last = depth + 1 >= self.max_depth;
-        if is_last && !tracer.may_find_light() {
+        let may_find_light = !is_last || tracer.may_find_light();
+        if !may_find_light && vertices.bodies.is_none() {
             return;
         }
-        let sample = vertices.scattering.sample(streams.next_2d(simd), LobeFilter::All);
+        let mut sample = vertices.scattering.sample(streams.next_2d(simd), LobeFilter::All);
+        if let Some(bodies) = vertices.bodies {
+            bodies.enter(vertices, &mut sample, active, batch);
+            if !may_find_light {
+                return;
+            }
+        }
         let mut scattered = vertices.scattered(&sample, active);
         scattered.eta_scale = paths.eta_scale * sample.radiance_scale;
         if is_last {
@@ -284,9 +310,12 @@ mod tests {
         );
         let lights = &Prepared::new(&scene).lights;
         for (max_depth, expected) in [(5, 5), (9, 6)] {
-            let drawn: u32 =
-                dimensions(max_depth, lights, LightChoice::Spatial).iter().map(|used| used.count).sum();
-            assert_eq!((drawn, numbers(max_depth)), (expected, expected));
+            let drawn = |has_bodies: bool| -> u32 {
+                let all = dimensions(max_depth, lights, LightChoice::Spatial, has_bodies);
+                all.iter().map(|used| used.count).sum()
+            };
+            assert_eq!((drawn(false), numbers(max_depth)), (expected, expected));
+            assert_eq!(drawn(true), 2 * expected + bodies::PROBE_NUMBERS);
         }
     }
 }

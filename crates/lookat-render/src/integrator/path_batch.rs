@@ -3,6 +3,7 @@
 use fearless_simd::{Simd, mask64x8, prelude::*, u32x8};
 use glam::Vec3;
 
+use super::bodies::BodyBatch;
 use super::path_record::{PATHS, PathColumns, PathRecord};
 use super::profiler::Stage;
 use super::receiver_columns::ReceiverColumns;
@@ -37,6 +38,8 @@ pub(crate) struct PathBatch {
     pub(in crate::integrator) emission: Radiance,
     /// For paths in media. `None` without media.
     pub(in crate::integrator) in_media: Option<Box<MediaBatch>>,
+    /// For paths in bodies. `None` until one enters any.
+    pub(in crate::integrator) in_bodies: Option<Box<BodyBatch>>,
 }
 
 /// Paths at the same depth, at most one for each sample. So a sample adds up its light in an order that does not depend on the other samples of
@@ -146,6 +149,7 @@ impl PathBatch {
             emission_rays: Box::new(ScatteredPaths::new()),
             emission: [Vec3::ZERO; PATHS],
             in_media: None,
+            in_bodies: None,
         }
     }
 
@@ -156,6 +160,9 @@ impl PathBatch {
         (self.shadow_rays.count, self.emission_rays.paths.count) = (0, 0);
         if let Some(own) = &mut self.in_media {
             own.events.count = 0;
+        }
+        if let Some(own) = &mut self.in_bodies {
+            own.clear();
         }
         self.spare.append(&mut self.pending);
     }

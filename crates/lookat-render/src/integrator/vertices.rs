@@ -4,6 +4,7 @@ use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*, u32x8};
 use glam::Vec3;
 use lookat_scene::DirectStrategy;
 
+use super::bodies::Entrances;
 use super::lighting::{Illumination, LightSamples, Lighting, most_samples};
 use super::path_batch::{PathBatch, ShadowRays};
 use super::path_record::PathRecord;
@@ -29,6 +30,8 @@ pub(in crate::integrator) struct Vertices<'v, S: Simd> {
     pub scattering: Scattering<'v, S>,
     /// The media inside and outside of the surfaces. In a medium, both are that.
     pub media: [u32x8<S>; 2],
+    /// The bodies that light enters, if there are any.
+    pub bodies: Option<&'v Entrances<S>>,
 }
 
 /// What scatters light at vertices.
@@ -85,9 +88,39 @@ impl Lighting<'_> {
     ) {
         let mut slots = LobeSlots::new();
         let views = camera.map(|of| paths.views(of, &batch.camera_samples));
-        let Shaded { found: Found { surfaces, elements, .. }, frames, .. } =
-            self.world.shaded(simd, tracer, paths, views.as_ref(), &mut slots);
-        let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, frames, -paths.rays.d, &mut slots);
+        let mut shaded = self.world.shaded(simd, tracer, paths, views.as_ref(), &mut slots);
+        let bodies = if self.bodies.is_some() {
+            self.entrances(simd, paths, &mut shaded, slots.inside())
+        } else {
+            None
+        };
+        let wo = -paths.rays.d;
+        self.at_surfaces(
+            simd,
+            tracer,
+            (paths, wo),
+            (&shaded, bodies.as_ref()),
+            &mut slots,
+            |tracer, vertices| {
+                does(tracer, vertices, batch);
+            },
+        );
+    }
+
+    /// Calls `does` with vertices at surfaces that scatter light towards `wo`.
+    #[inline(always)]
+    pub fn at_surfaces<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        (paths, wo): (&PathRecord<S>, Vec3x8<S>),
+        (shaded, bodies): (&Shaded<S>, Option<&Entrances<S>>),
+        slots: &mut LobeSlots<S>,
+        does: impl FnOnce(&mut Tracer, &Vertices<S>),
+    ) {
+        let Shaded { found: Found { surfaces, elements, .. }, frames, .. } = shaded;
+        let surfaces = *surfaces;
+        let bsdf = &Bsdf::new(surfaces.n, surfaces.ns, *frames, wo, slots);
         tracer.profile(|profiler| profiler.enter(Stage::Lights));
         let domain = bsdf.domain();
         let smooth = paths.active & bsdf.has(LobeFilter::NonDelta);
@@ -97,11 +130,11 @@ impl Lighting<'_> {
         let sampler = &self.sampler(simd, receivers, &mut estimates);
         let illumination = Illumination { simd, lighting: self, receivers, sampler };
         let media = match &self.world.media {
-            Some(media) => media.sides(&elements, paths.medium, paths.active),
+            Some(media) => media.sides(elements, paths.medium, paths.active),
             None => [paths.medium; 2],
         };
         let scattering = Scattering::Surface(bsdf);
-        does(tracer, &Vertices { illumination, paths, scattering, media }, batch);
+        does(tracer, &Vertices { illumination, paths, scattering, media, bodies });
     }
 
     /// Calls `does` with the points where paths scatter in media.
@@ -130,7 +163,7 @@ impl Lighting<'_> {
         let illumination = Illumination { simd, lighting: self, receivers, sampler };
         let asymmetry = f32x8::from_fn(simd, |lane| media.asymmetry(paths.medium[lane]));
         let scattering = Scattering::Medium(Phase { wo: (-paths.rays.d).narrow().normalize(), asymmetry });
-        does(tracer, &Vertices { illumination, paths, scattering, media: [paths.medium; 2] });
+        does(tracer, &Vertices { illumination, paths, scattering, media: [paths.medium; 2], bodies: None });
     }
 }
 
@@ -303,7 +336,11 @@ impl<S: Simd> Vertices<'_, S> {
         vectorized!(simd, {
             let sample = scattering.sample(u, lighting.filter);
             // What lies in single directions counts in full where the path goes on there.
-            let scattered = self.scattered(&sample, active & !sample.is_delta);
+            let mut active = active & !sample.is_delta;
+            if let Some(bodies) = self.bodies {
+                active &= !bodies.enters(sample.wi);
+            }
+            let scattered = self.scattered(&sample, active);
             lighting.look_for_emission((simd, tracer), &scattered, receivers, batch);
         });
     }
@@ -316,7 +353,10 @@ impl<S: Simd> Vertices<'_, S> {
             let sample = self.illumination.sample(u, chosen);
             let (f_cos, pdf) = scattering.f_cos_pdf(sample.shadow.d.narrow(), lighting.filter);
             let reflected = f_cos * sample.li;
-            let active = chosen.is_valid & sample.is_valid & reflected.is_light();
+            let mut active = chosen.is_valid & sample.is_valid & reflected.is_light();
+            if let Some(bodies) = self.bodies {
+                active &= !bodies.enters(sample.shadow.d);
+            }
             if !active.any_true() {
                 return;
             }

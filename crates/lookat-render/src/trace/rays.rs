@@ -253,6 +253,15 @@ impl HitColumns {
         self.store(from, &Stored::new(bits(simd, 0xff)), hits);
     }
 
+    /// Sets the hit of one ray to that of others of the same number.
+    pub fn copy(&mut self, ray: usize, from: &Self) {
+        let ray = ray % ROOM;
+        (self.t[ray], self.element[ray]) = (from.t[ray], from.element[ray]);
+        (self.instance[ray], self.emits[ray]) = (from.instance[ray], from.emits[ray]);
+        (self.side_0[ray], self.side_1[ray], self.side_2[ray]) =
+            (from.side_0[ray], from.side_1[ray], from.side_2[ray]);
+    }
+
     /// Removes all hits.
     #[inline(always)]
     pub fn clear(&mut self) {

@@ -51,7 +51,7 @@ pub(super) fn caustics(summary: &Summary, report: &mut Report) {
 /// True if a material has specular lobes, which reflect or refract light in single directions.
 fn is_specular(material: &Material) -> bool {
     material.all().iter().any(|part| match &part.kind {
-        MaterialKind::Mirror(_) | MaterialKind::Glass(_) => true,
+        MaterialKind::Mirror(_) | MaterialKind::Glass(_) | MaterialKind::Subsurface(_) => true,
         MaterialKind::Uber(uber) => {
             let is_black = |share: &Texture<Vec3>| share.constant() == Some(Vec3::ZERO);
             !is_black(&uber.kr) || !is_black(&uber.kt) || uber.opacity.constant() != Some(Vec3::ONE)

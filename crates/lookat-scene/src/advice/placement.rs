@@ -47,12 +47,13 @@ fn is_scaled(world_from_camera: &Transform) -> bool {
 /// True if a material has glossy lobes.
 fn is_glossy(material: &Material) -> bool {
     use MaterialKind::{
-        Disney, Fourier, Glass, Hair, Matte, Metal, Mirror, Mix, None, Plastic, Substrate, Translucent, Uber,
+        Disney, Fourier, Glass, Hair, Matte, Metal, Mirror, Mix, None, Plastic, Substrate, Subsurface,
+        Translucent, Uber,
     };
     material.all().iter().any(|part| match part.kind {
         None | Matte(_) | Mirror(_) | Mix(_) => false,
         Disney(_) | Fourier(_) | Glass(_) | Hair(_) | Metal(_) | Plastic(_) | Substrate(_)
-        | Translucent(_) | Uber(_) => true,
+        | Subsurface(_) | Translucent(_) | Uber(_) => true,
     })
 }
 

@@ -34,6 +34,8 @@ pub struct Disney {
     pub clearcoat_gloss: Texture<f64>,
     /// The share of what is not metal that transmits light specularly (`spectrans`, default 0).
     pub spec_trans: Texture<f64>,
+    /// The mean free path of light inside of a solid. Where it is 0, the surface is diffuse (`scatterdistance`, default 0).
+    pub scatter_distance: Texture<Vec3>,
     /// What belongs to thin sheets only. `None` for solids (`thin`, default false).
     pub thin: Option<ThinDisney>,
 }
@@ -48,6 +50,11 @@ pub struct ThinDisney {
 }
 
 impl Disney {
+    /// True for a solid that light may enter to leave it at other points.
+    pub fn scatters_inside(&self) -> bool {
+        self.thin.is_none() && self.scatter_distance.constant() != Some(Vec3::ZERO)
+    }
+
     /// The numbers that can be textures.
     pub(super) fn numbers(&self) -> Vec<&Texture<f64>> {
         let mut all = vec![
@@ -95,7 +102,7 @@ const SPEC_TRANS: Key<FloatTexture> = share(
     "the share of what is not metal that transmits light as glass does, clamped to 0 to 1",
 );
 const SCATTER_DISTANCE: Key<ColorTexture> =
-    Key::color_texture("scatterdistance", 0.0, "the mean free path of light inside a solid").not_rendered();
+    Key::color_texture("scatterdistance", 0.0, "about the mean free path of light inside a solid");
 const THIN: Key<bool> = Key::bool("thin", false, "true renders a thin sheet, false a solid");
 const FLATNESS: Key<FloatTexture> = share(
     "flatness",
@@ -145,18 +152,13 @@ pub(super) fn disney(params: &mut Params) -> Disney {
     let is_thin = params.take(&THIN);
     let flatness = clamped(params, &FLATNESS, 1.0);
     let diff_trans = clamped(params, &DIFF_TRANS, 2.0);
-    let distance = params.take(&SCATTER_DISTANCE);
+    let scatter_distance = params.take(&SCATTER_DISTANCE);
     if is_thin {
         params.unused(SCATTER_DISTANCE.name, "it belongs to solids", "delete scatterdistance or thin");
     } else {
         for key in [&FLATNESS, &DIFF_TRANS] {
             let help = format!("delete {}, or add \"bool thin\" \"true\"", key.name);
             params.unused(key.name, "it belongs to thin sheets", &help);
-        }
-        if distance.constant() != Some(Vec3::ZERO) {
-            let message = "lookat does not support the scatterdistance of Material \"disney\": it renders diffuse \
-                           reflection instead";
-            params.unsupported(message.into());
         }
     }
     let disney = Disney {
@@ -171,6 +173,7 @@ pub(super) fn disney(params: &mut Params) -> Disney {
         clearcoat,
         clearcoat_gloss,
         spec_trans,
+        scatter_distance,
         thin: is_thin.then_some(ThinDisney { flatness, diff_trans }),
     };
     warn_of_defects(params, &disney);

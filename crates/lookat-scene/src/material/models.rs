@@ -9,7 +9,7 @@ use crate::material::{Material, MaterialKind, Named};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture, Name, OptionalTexture};
 use crate::schema::{Key, Keys, Range, Unit};
-use crate::texture::{Texture, Value};
+use crate::texture::Texture;
 
 /// Defines a material: its struct, the keys of its parameters in the order of the documentation, and its constructor. A color is the name,
 /// the default and the meaning of its parameter; other fields come after `@`: name, type, the expression that reads it, and its keys.
@@ -436,33 +436,6 @@ fn remap(params: &mut Params, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
     remap
 }
 
-// What the stand-ins for materials that lookat does not render share.
-
-/// A color of 0 or more. Warns of a texture, and returns the default.
-pub(super) fn constant_color(params: &mut Params, key: &Key<ColorTexture>) -> Vec3 {
-    let texture = params.take(key);
-    constant_or(params, key.name, texture, key.default.0).max(Vec3::ZERO)
-}
-
-pub(super) fn constant_or<T: Value>(params: &mut Params, name: &str, texture: Texture<T>, default: T) -> T {
-    texture.constant().unwrap_or_else(|| {
-        let message = format!("lookat ignores this texture of {name}: it uses the default value");
-        params.warn(name, &message, &format!("write {name} without a texture"));
-        default
-    })
-}
-
-/// A polynomial in `x`. Its coefficients begin with the highest power.
-pub(super) fn polynomial<const N: usize>(coefficients: [f64; N], x: f64) -> f64 {
-    coefficients.iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
-}
-
 pub(super) fn gray(value: f32) -> Texture<Vec3> {
     Texture::Constant(Vec3::splat(value))
-}
-
-/// A diffuse surface under a rough gloss of the given index.
-pub(super) fn glossy(kd: Texture<Vec3>, ks: Texture<Vec3>, roughness: Roughness, eta: f64) -> Uber {
-    let [kr, kt] = [gray(0.0), gray(0.0)];
-    Uber { kd, ks, kr, kt, roughness, eta: Texture::Constant(eta), opacity: gray(1.0) }
 }

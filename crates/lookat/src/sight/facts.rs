@@ -260,7 +260,8 @@ fn is_opaque(prepared: &Prepared, id: ShapeId) -> bool {
             | MaterialKind::Metal(_)
             | MaterialKind::Mirror(_)
             | MaterialKind::Plastic(_)
-            | MaterialKind::Substrate(_) => true,
+            | MaterialKind::Substrate(_)
+            | MaterialKind::Subsurface(_) => true,
             MaterialKind::Mix(mix) => mix.materials.iter().all(|material| stops_light(material.kind())),
             MaterialKind::Disney(disney) => {
                 disney.thin.is_none() && disney.spec_trans.constant() == Some(0.0)
