@@ -278,7 +278,7 @@ fn a_file_full_of_mistakes_is_told_in_few_words() {
     assert_eq!(count(&scene(&b"AttributeEnd\n".repeat(10_000))), 1);
     assert_eq!(count(&b"Shape \"sphere\"\n".repeat(10_000)), 1);
     assert_eq!(count(&scene(&b"Translate 1, 2, 3\n".repeat(10_000))), 1);
-    assert_eq!(count(&scene(&b"Material \"subsurface\"\n".repeat(10_000))), 1);
+    assert_eq!(count(&scene(&b"Material \"matte\" \"float size\" 1\n".repeat(10_000))), 1);
     assert_eq!(count(&b"\xff\x00[\"]\n".repeat(10_000)), 2);
     // All on one line, each a mark of pbrt-v4.
     assert_eq!(count(&b"Attribute \"shape\" \"float a\" 1 ".repeat(100_000)), 2);
