@@ -621,6 +621,23 @@ def smoke(cells=(30, 60, 30)):
     )
 
 
+def candle(segments=16):
+    """A candle with a bowl around its wick, and wax that has run down its side. The axis is z; the height 1.6, the radius 0.5."""
+    side = [(0, 0), (0.46, 0), (0.5, 0.02), (0.5, 0.12), (0.49, 0.5), (0.49, 0.9), (0.485, 1.25), (0.485, 1.5)]
+    bowl = [(0.47, 1.58), (0.43, 1.6), (0.39, 1.56), (0.33, 1.42), (0.2, 1.35), (0.07, 1.34), (0, 1.34)]
+    points, faces = turned(side + bowl, segments)
+    # How far down the wax has run, along some of the segments.
+    runs = {1: 0.45, 4: 1.0, 5: 0.75, 9: 1.15, 12: 0.3, 13: 0.85}
+
+    def with_runs(index, x, y, z):
+        end = runs.get((index - 1) % segments, 2)
+        out = 1.09 if 0.05 < z < 1.6 and math.hypot(x, y) > 0.47 and z > end else 1
+        return (x * out, y * out, z)
+
+    points = [with_runs(index, *point) for index, point in enumerate(points)]
+    write("candle", "A candle.", mesh('"loopsubdiv" "integer nlevels" [4]', points, faces))
+
+
 if __name__ == "__main__":
     chess()
     cross()
@@ -639,3 +656,4 @@ if __name__ == "__main__":
     clockwork()
     mill()
     smoke()
+    candle()

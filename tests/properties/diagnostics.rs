@@ -230,7 +230,7 @@ fn columns_count_characters() {
     check_scene(
         &scene("NamedMaterial \"grün\" Shape \"sphrere\"".as_bytes()),
         &[
-            "# error 4:15-4:21: there is no named material \"grün\"",
+            "# warning 4:15-4:21: there is no named material \"grün\": the material before it, or matte in a mix, is used, as in pbrt-v3",
             "#   help: define it with MakeNamedMaterial; none is defined at this point",
             "# error 4:28-4:37: unknown Shape \"sphrere\"",
             "#   help: did you mean \"sphere\"?",

@@ -459,9 +459,8 @@ impl<'m, S: Simd> LobeSlots<'m, S> {
         let own = self.lobes.iter().filter(|slot| slot.mask.to_bitmask() & 1 == 1);
         PointLobes {
             lobes: own.map(|slot| slot.lobe.first()).collect(),
-            inside: self.inside.map(|inside| PointInside {
-                colors: inside.colors.map(|color| color.lane(0)),
-                eta: inside.eta[0],
+            inside: self.inside.filter(|inside| inside.mask.to_bitmask() & 1 == 1).map(|inside| {
+                PointInside { colors: inside.colors.map(|color| color.lane(0)), eta: inside.eta[0] }
             }),
         }
     }

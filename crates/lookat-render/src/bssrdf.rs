@@ -97,46 +97,75 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// Samples a probe: an axis, a channel, and a point around the place in the plane across the axis.
-    pub fn probe(&self, channels: &Channels, choice: f64, [u, v]: [f64; 2]) -> Option<Probe> {
+    /// Samples a probe for a path that enters with a throughput: an axis, a channel, and a point around the place in the plane across the
+    /// axis.
+    pub fn probe(
+        &self,
+        channels: &Channels,
+        throughput: Vec3,
+        choice: f64,
+        [u, v]: [f64; 2],
+    ) -> Option<Probe> {
         let [x, y, z] = self.axes;
         let (axis, rest) = match choice {
             _ if choice < 0.5 => ([x, y, z], choice * 2.0),
             _ if choice < 0.75 => ([y, z, x], choice * 4.0 - 2.0),
             _ => ([z, x, y], choice * 4.0 - 3.0),
         };
-        let count = channels.iter().flatten().count();
-        let scaled = rest * count as f64;
-        let chosen = (scaled as usize).min(count.checked_sub(1)?);
-        let radial = channels.iter().flatten().nth(chosen)?;
+        let shares = shares(channels, throughput)?;
+        let [red, green, _] = shares;
+        let (chosen, before) = match rest {
+            _ if rest < red => (0, 0.0),
+            _ if rest < red + green => (1, red),
+            _ => (2, red + green),
+        };
+        let radial = channels[chosen].as_ref()?;
         let r = radial.sample(u);
         let half = (radial.reach * radial.reach - r * r).max(0.0).sqrt();
         let ([x, y, d], (sin, cos)) = (axis, libm::sincos(2.0 * PI * v));
         let o = self.p + r * (x * cos + y * sin) - d * half;
-        let is_valid = r < radial.reach && o.is_finite();
-        is_valid.then_some(Probe { o, d, length: 2.0 * half, rest: scaled - chosen as f64 })
+        let rest = (rest - before) / shares[chosen];
+        // Where a channel has no share, rounding has chosen it.
+        let is_valid = r < radial.reach && o.is_finite() && rest < 1.0;
+        is_valid.then_some(Probe { o, d, length: 2.0 * half, rest })
     }
 
     /// What leaves at the point `p`, where the normal is `n`, over the density by area with which [`Place::probe`] finds it. Only probes of
     /// channels that reach so far find it; pbrt-v3 counts the others as well, so that there it is too dark behind thin walls.
-    pub fn weight(&self, channels: &Channels, p: DVec3, n: DVec3) -> Vec3 {
+    pub fn weight(&self, channels: &Channels, throughput: Vec3, p: DVec3, n: DVec3) -> Vec3 {
+        let Some(shares) = shares(channels, throughput) else { return Vec3::ZERO };
         let [d, n] = [p - self.p, n].map(|v| DVec3::from(self.axes.map(|axis| axis.dot(v))));
         let distance = d.length();
         let around = |a: f64, b: f64| (a * a + b * b).sqrt();
         let radii = [around(d.y, d.z), around(d.z, d.x), around(d.x, d.y)];
         let mut pdf = 0.0;
-        for radial in channels.iter().flatten().filter(|radial| distance < radial.reach) {
+        for (radial, share) in channels.iter().zip(shares) {
+            let Some(radial) = radial.as_ref().filter(|radial| distance < radial.reach) else { continue };
             for axis in 0..3 {
-                pdf += AXES[axis] * n[axis].abs() * radial.pdf(radii[axis]);
+                pdf += share * AXES[axis] * n[axis].abs() * radial.pdf(radii[axis]);
             }
         }
-        pdf /= channels.iter().flatten().count() as f64;
         let of = |channel: &Option<Radial>| match channel {
             Some(radial) if pdf > 0.0 => (radial.value(distance) / pdf) as f32,
             _ => 0.0,
         };
         Vec3::from_array(channels.each_ref().map(of))
     }
+}
+
+/// The probabilities of the channels: in proportion to the square root of the light that they bring out. `None` without any light.
+///
+/// Measured against even probabilities: the bright channel of ketchup has 0.4 of the variance, and dark channels of a color as strong twice
+/// as much. In proportion to the light itself, it would be 0.3 and six times.
+fn shares(channels: &Channels, throughput: Vec3) -> Option<[f64; 3]> {
+    let light = |channel: usize| {
+        channels[channel]
+            .as_ref()
+            .map_or(0.0, |radial| (radial.albedo * f64::from(throughput[channel])).sqrt())
+    };
+    let light: [f64; 3] = array::from_fn(light);
+    let sum: f64 = light.iter().sum();
+    (sum > 0.0 && sum.is_finite()).then(|| light.map(|of| of / sum))
 }
 
 #[cfg(test)]

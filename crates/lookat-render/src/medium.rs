@@ -119,11 +119,12 @@ impl<'s> Media<'s> {
         self.medium(number).map_or(0.0, |medium| medium.asymmetry)
     }
 
-    /// Samples where light that comes along rays scatters first, up to distances that may be infinite (PBR 15.2).
+    /// Samples where light that comes along the rays of paths scatters first, up to distances that may be infinite (PBR 15.2).
     #[inline(always)]
     pub fn sample<S: Simd>(
         &self,
         (rays, numbers): (&Rays<S>, u32x8<S>),
+        throughput: Vec3fx8<S>,
         t_max: f64x8<S>,
         active: mask64x8<S>,
     ) -> MediumSamples<S> {
@@ -140,10 +141,10 @@ impl<'s> Media<'s> {
                     even.set_lane(lane, medium);
                     (u[0][lane], u[1][lane]) = (random.next(), random.next());
                 }
-                Some(grid) => grids.push((lane, grid.sample(medium, &part, random))),
+                Some(grid) => grids.push((lane, grid.sample(medium, &part, throughput.lane(lane), random))),
             }
         }
-        let mut samples = even.sample(u[0].simd_into(simd), u[1].simd_into(simd), t_max);
+        let mut samples = even.sample(throughput, u[0].simd_into(simd), u[1].simd_into(simd), t_max);
         for (lane, GridSample { t, weight }) in grids {
             samples.weight.set_lane(lane, weight);
             if let Some(t) = t {
@@ -215,20 +216,28 @@ impl<S: Simd> EvenMedia<S> {
         Vec3fx8 { x: share_beyond(x, t), y: share_beyond(y, t), z: share_beyond(z, t) }
     }
 
-    /// Samples distances by the extinction of one channel each, chosen at random (PBR 15.2.1).
+    /// Samples distances by the extinction of one channel each (PBR 15.2.1). Channels are chosen in proportion to the throughput of paths:
+    /// it never grows in sum then. With even probabilities, as in pbrt-v3, the densest channel of a colored medium grows on some paths and is
+    /// lost on most.
     #[inline(always)]
-    fn sample(&self, channel: f64x8<S>, u: f64x8<S>, t_max: f64x8<S>) -> MediumSamples<S> {
-        let extinction = self.extinction;
-        let channel = to_f32(channel) * 3.0;
-        let sigma = channel
-            .simd_lt(1.0)
-            .select(extinction.x, channel.simd_lt(2.0).select(extinction.y, extinction.z));
+    fn sample(
+        &self,
+        throughput: Vec3fx8<S>,
+        choice: f64x8<S>,
+        u: f64x8<S>,
+        t_max: f64x8<S>,
+    ) -> MediumSamples<S> {
+        let (extinction, Vec3fx8 { x, y, z }) = (self.extinction, throughput);
+        // Below 1 also when rounded: a channel without throughput is never chosen.
+        let choice = to_f32(choice) * (1.0 - f32::EPSILON) * (x + y + z);
+        let sigma =
+            choice.simd_lt(x).select(extinction.x, choice.simd_lt(x + y).select(extinction.y, extinction.z));
         // Without extinction, infinite or no number.
         let t = to_f64(-log_1_minus(u) / sigma);
         let scatters = t.simd_lt(t_max);
         let t = scatters.select(t, t_max);
         let transmittance = self.transmittance(to_f32(t));
-        let mean = |v: Vec3fx8<S>| (v.x + v.y + v.z) * (1.0 / 3.0);
+        let mean = |v: Vec3fx8<S>| (v.x * x + v.y * y + v.z * z) / (x + y + z);
         let to_end = transmittance / mean(transmittance);
         let to_event = transmittance * self.scattering / mean(transmittance * extinction);
         MediumSamples { t, weight: to_event.keep_where_wide(scatters, to_end), scatters }
@@ -242,7 +251,7 @@ const LEAST_ASYMMETRY: f32 = 1e-3;
 
 impl<'s> PreparedMedium<'s> {
     fn new(medium: &'s Medium, majorants: Option<&'s Majorants>, origin: DVec3) -> Self {
-        let Medium { absorption, scattering, asymmetry, ref density } = *medium;
+        let Medium { absorption, scattering, asymmetry, ref density, .. } = *medium;
         let grid = match density {
             Density::Uniform => None,
             Density::Grid(grid) => majorants.map(|majorants| PreparedGrid { grid, majorants, origin }),

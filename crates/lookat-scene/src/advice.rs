@@ -2,6 +2,7 @@
 
 mod bodies;
 mod lights;
+mod media;
 mod placement;
 mod shapes;
 
@@ -13,6 +14,7 @@ use crate::draft::Built;
 use crate::facts::{Block, BlockStart, Facts};
 use crate::options::ResolvedOptions;
 use crate::report::Report;
+use crate::schema::number;
 use crate::sources::Sources;
 use crate::symbols::{SymbolKind, Symbols};
 use crate::{Emission, Integrator, Primitive};
@@ -44,6 +46,8 @@ const ALWAYS: &[Pass] = &[
     placement::transformations,
     placement::rotations,
     names,
+    media::ignored,
+    placement::motion,
     placement::advise_large_world,
     lights::caustics,
     lights::hidden_lights,
@@ -62,6 +66,8 @@ const WITHOUT_ERRORS: &[Pass] = &[
     placement::advise_scale,
     lights::shadow_alpha,
     bodies::bodies,
+    media::unseen,
+    media::dark_sky,
 ];
 
 /// Runs all passes.
@@ -92,6 +98,11 @@ impl Summary<'_> {
     fn world(&self) -> Span {
         self.facts.world_begin.unwrap_or(self.end)
     }
+}
+
+/// A size to three digits.
+fn short(size: f64) -> String {
+    number(format!("{size:.2e}").parse().unwrap_or(size))
 }
 
 fn warn(report: &mut Report, at: Span, message: impl Into<String>, help: impl Into<String>) {
@@ -187,22 +198,13 @@ fn default(kind: EntityKind) -> &'static str {
 
 pub(super) fn names(summary: &Summary, report: &mut Report) {
     for (kind, name, at) in &summary.facts.redefined {
-        let (what, name) = (short(*kind), shown(name.as_bytes()));
+        let (what, name) = (what(*kind), shown(name.as_bytes()));
         let message = format!("{what} \"{name}\" is defined again: the new definition applies from here on");
         report.push(Diagnostic::note_at(*at, message));
     }
-    if summary.resolved.is_some_and(|resolved| resolved.passes_boundaries) {
-        return;
-    }
-    let media = summary.symbols.list.iter().filter(|symbol| symbol.kind == SymbolKind::Medium);
-    let used = media.filter(|medium| medium.definition.is_some()).flat_map(|medium| &medium.uses);
-    if let Some(place) = used.min_by_key(|place| (place.file.0, place.start)) {
-        let message = "this integrator ignores media, as in pbrt-v3: it renders empty space instead";
-        warn(report, *place, message, "write Integrator \"volpath\"");
-    }
 }
 
-fn short(kind: SymbolKind) -> &'static str {
+fn what(kind: SymbolKind) -> &'static str {
     match kind {
         SymbolKind::Material => "material",
         SymbolKind::FloatTexture | SymbolKind::SpectrumTexture => "texture",

@@ -38,7 +38,7 @@ pub(crate) fn from_param(param: &Param, files: &Files, report: &mut Report) -> R
         (Values::Triples(values), ParamType::Xyz) => from_xyz(values[0].into()),
         (Values::Triples(values), _) => DVec3::from(values[0]).as_vec3(),
         (Values::Pairs(values), _) => from_blackbody(values[0][0], values[0][1]),
-        (Values::Numbers(values), _) => from_samples(values, at)?,
+        (Values::Numbers(values), _) => from_samples(values, false, at, report)?,
         (Values::Strings(names), _) => from_file(names, at, files, report)?,
         _ => Vec3::ZERO,
     })
@@ -87,18 +87,26 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
     from_spectrum(|nanometers| planck(nanometers) / peak) * scale as f32
 }
 
-/// A spectrum of alternating wavelengths and values, in any order of wavelengths.
-fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
-    if flat.is_empty() || !flat.len().is_multiple_of(2) {
-        let given = if flat.len() == 1 { "1 number".into() } else { format!("{} numbers", flat.len()) };
-        let message = format!("a spectrum takes pairs of wavelength and value, found {given}");
-        let mut error = Diagnostic::error(at, message);
-        error.help = match flat {
-            [_, _, _] => Some("declare red, green and blue as \"rgb\"".into()),
-            [gray] => Some(format!("for the same value at all wavelengths, write [400 {gray} 700 {gray}]")),
-            _ => None,
+/// A spectrum of alternating wavelengths and values, in any order of wavelengths. `is_file`: true for the numbers of a file.
+fn from_samples(flat: &[f64], is_file: bool, at: Span, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {
+    let what = if is_file { "the file of a spectrum has" } else { "a spectrum takes" };
+    let message = |given: &str| format!("{what} pairs of wavelength and value, found {given}");
+    if let [] | [_] = flat {
+        let given = if flat.is_empty() { "0 numbers" } else { "1 number" };
+        let help = flat
+            .first()
+            .map(|gray| format!("for the same value at all wavelengths, write [400 {gray} 700 {gray}]"));
+        let error = Diagnostic::error(at, message(given));
+        return Diagnostic { help, ..error }.fail();
+    }
+    if flat.len() % 2 == 1 {
+        let help = match flat {
+            [_, _, _] if !is_file => {
+                "declare red, green and blue as \"rgb\": the last number is ignored here, as in pbrt-v3"
+            }
+            _ => "the last number is ignored, as in pbrt-v3",
         };
-        return error.fail();
+        report.push(Diagnostic::warning(at, message(&format!("{} numbers", flat.len()))).help(help));
     }
     let mut samples: Vec<(f64, f64)> = flat.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -143,14 +151,7 @@ fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Re
             }
         }
     }
-    if numbers.len() % 2 == 1 {
-        let message = format!("{} has an odd number of values: {}", path.display(), numbers.len());
-        let help =
-            "a spectrum takes pairs of wavelength and value: the last number is ignored, as in pbrt-v3";
-        report.push(Diagnostic::warning(name.span, message).help(help));
-        numbers.pop();
-    }
-    from_samples(&numbers, name.span)
+    from_samples(&numbers, true, name.span, report)
 }
 
 /// A word with a decimal comma in a line that has other words without commas, such as `400 0,5`.

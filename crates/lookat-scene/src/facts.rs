@@ -37,6 +37,8 @@ pub(crate) struct Facts {
     pub rotations: Vec<Rotation>,
     /// The first `LookAt` in the world that is in no block.
     pub look_at_in_world: Option<Span>,
+    /// The ActiveTransform that nothing has ended at WorldEnd.
+    pub active: Option<Span>,
     /// Names that are defined again while a definition is in scope.
     pub redefined: Vec<(SymbolKind, String, Span)>,
     /// Objects with shapes: the place of `ObjectBegin`, and the name.

@@ -15,6 +15,8 @@ use crate::schema::{Key, Keys, Kind, Range, Unit};
 /// A participating medium. Its coefficients are linear RGB per unit of length of the world, each at least 0 and at most 1e18.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Medium {
+    /// Its name in `MakeNamedMedium`. `None` for a medium made in code.
+    pub name: Option<String>,
     /// The absorption coefficient where the density is 1 (`sigma_a` times `scale`).
     pub absorption: Vec3,
     /// The scattering coefficient where the density is 1 (`sigma_s` times `scale`).
@@ -145,7 +147,13 @@ pub(crate) fn medium(params: &mut Params, world_from_medium: Transform) -> Optio
         _ => Some(Density::Uniform),
     };
     let is_usable = params.finish();
-    density.filter(|_| is_usable).map(|density| Medium { absorption, scattering, asymmetry, density })
+    density.filter(|_| is_usable).map(|density| Medium {
+        name: None,
+        absorption,
+        scattering,
+        asymmetry,
+        density,
+    })
 }
 
 /// A coefficient of 0 or more. `measured`: its default.
@@ -182,10 +190,15 @@ fn grid(params: &mut Params, world_from_medium: Transform) -> Option<DensityGrid
         let help = "write a value for each cell, or the numbers of cells that the values are for";
         params.reject(DENSITY.name, message, Some(help));
     }
-    if let Some(at) = values.iter().position(|value| !(0.0..=color::LARGEST).contains(value)) {
+    if let Some(at) = values.iter().position(|value| !(..=color::LARGEST).contains(value)) {
         let place = params.value_place(DENSITY.name, at);
         let message = format!("a density of {}: densities are from 0 to {:e}", values[at], color::LARGEST);
-        params.error(Diagnostic::error(place, message).help("write 0 where the medium is not"));
+        params.error(Diagnostic::error(place, message).help("write a smaller number"));
+    }
+    if let Some(at) = values.iter().position(|value| *value < 0.0) {
+        let place = params.value_place(DENSITY.name, at);
+        let message = format!("a density of {} counts as 0", values[at]);
+        params.report.push(Diagnostic::warning(place, message).help("write 0 where the medium is not"));
     }
     let size = p1 - p0;
     let Some(box_from_grid) = Transform::scale(size) else {
@@ -207,7 +220,7 @@ fn grid(params: &mut Params, world_from_medium: Transform) -> Option<DensityGrid
         );
     }
     params.reserve(DENSITY.name, values.len() * size_of::<f32>())?.keep();
-    let values = values.into_iter().map(|value| value as f32).collect();
+    let values = values.into_iter().map(|value| value.max(0.0) as f32).collect();
     let resolution = resolution.map(|cells| cells as usize);
     params.usable().then(|| DensityGrid { resolution, values, grid_from_world: world_from_grid.inverse() })
 }

@@ -61,15 +61,15 @@ impl Report {
         if self.incomplete {
             return;
         }
-        let error = undefined(kind, name);
+        let warning = undefined(kind, name);
         if self.is_long() {
-            self.push(error);
+            self.push(warning);
             return;
         }
         self.places += 1;
         let (diagnostic, symbols) = (self.diagnostics.len(), self.symbols.list.len());
         self.undefined.push(Undefined { kind, name: name.value.clone(), diagnostic, symbols });
-        self.diagnostics.push(with_help(error, kind, name, known));
+        self.diagnostics.push(with_help(warning, kind, name, known));
     }
 
     /// A warning about a feature that is not rendered.

@@ -10,7 +10,8 @@ use std::sync::Arc;
 
 use glam::DMat4;
 use lookat_syntax::{
-    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, ParamType, Span, Statement, Text,
+    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, ParamType, Severity, Span, Statement,
+    Text,
 };
 
 use crate::MediumInterface;
@@ -95,18 +96,27 @@ impl<'a> Resolver<'a> {
             directive if faulty && directive.is_transformation() => {}
             Directive::Identity => self.replace(Transform::IDENTITY, at)?,
             Directive::Translate(by) => self.concat(Transform::translate(by.into()), at)?,
-            Directive::Scale(by) => self.concat(scale(by, &span)?, at)?,
+            Directive::Scale(by) => {
+                let scale = self.scale(by, span)?;
+                self.concat(scale, at)?
+            }
             Directive::Rotate([angle, axis @ ..]) => {
                 self.facts.rotations.push(Rotation { angle, axis, at: span });
                 self.concat(rotate(angle, axis, &span)?, at)?
             }
             Directive::LookAt(points) => self.look_at(points, span)?,
             Directive::Transform(m) => match DMat4::from_cols_array(&m) {
-                m if is_affine(&m) => self.replace(matrix(m, "Transform", &span)?, at)?,
+                m if is_affine(&m) => {
+                    let matrix = self.matrix(m, "Transform", span)?;
+                    self.replace(matrix, at)?
+                }
                 m => self.concat_projective(DMat4::IDENTITY, m, "Transform", span)?,
             },
             Directive::ConcatTransform(m) => match DMat4::from_cols_array(&m) {
-                m if is_affine(&m) => self.concat(matrix(m, "ConcatTransform", &span)?, at)?,
+                m if is_affine(&m) => {
+                    let matrix = self.matrix(m, "ConcatTransform", span)?;
+                    self.concat(matrix, at)?
+                }
                 m => self.concat_projective(self.current_matrix(), m, "ConcatTransform", span)?,
             },
             Directive::CoordinateSystem(name) => {
@@ -125,7 +135,10 @@ impl<'a> Resolver<'a> {
                 }
                 self.facts.placed = None;
             }
-            Directive::ActiveTransform(which) => self.state.active = which,
+            Directive::ActiveTransform(which) => {
+                self.state.active = which;
+                self.state.active_since = (which != ActiveTransform::All).then_some(span);
+            }
             Directive::TransformTimes(times) => {
                 let [start, end] = times;
                 if start >= end || !in_range(&times) {
@@ -336,27 +349,47 @@ impl Resolver<'_> {
             }
         }
     }
-}
 
-pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
-    let message =
-        if by.contains(&0.0) { "Scale by 0 is not invertible" } else { "this Scale is too small to invert" };
-    let fault =
-        || Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape");
-    Transform::scale(by.into()).map_or_else(|| fault().fail(), Ok)
+    fn scale(&mut self, by: [f64; 3], span: Span) -> Result<Transform, Box<Diagnostic>> {
+        Transform::scale(by.into()).map_or_else(
+            || {
+                let message = if by.contains(&0.0) {
+                    "Scale by 0 is not invertible"
+                } else {
+                    "this Scale is too small to invert"
+                };
+                let help = "use nonzero factors, such as 1e-3 for a thin shape";
+                self.flatten(DMat4::from_scale(by.into()), Diagnostic::error(span, message).help(help))
+            },
+            Ok,
+        )
+    }
+
+    fn matrix(&mut self, m: DMat4, keyword: &str, span: Span) -> Result<Transform, Box<Diagnostic>> {
+        Transform::from_matrix(m).map_or_else(
+            || {
+                let message = format!("the matrix of {keyword} is singular");
+                let help = "a transformation must be invertible: no row or column may be zero or a combination of the others";
+                self.flatten(m, Diagnostic::error(span, message).help(help))
+            },
+            Ok,
+        )
+    }
+
+    /// A singular transformation. What it flattens renders flat, as meshes do in pbrt-v3; there is no view from a flat camera.
+    fn flatten(&mut self, m: DMat4, error: Diagnostic) -> Result<Transform, Box<Diagnostic>> {
+        let thin = (self.block == Block::World).then(|| Transform::thickened(m)).flatten();
+        let Some(thin) = thin else { return error.fail() };
+        let note = "what it transforms is rendered flat, as meshes are in pbrt-v3";
+        self.report.push(Diagnostic { severity: Severity::Warning, ..error.note(note) });
+        Ok(thin)
+    }
 }
 
 pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
     let help = "the first number is the angle in degrees, the next three are the axis";
     let fault = || Diagnostic::error(*span, "the axis of Rotate has length 0").help(help);
     Transform::rotate(degrees, axis.into()).map_or_else(|| fault().fail(), Ok)
-}
-
-fn matrix(m: DMat4, keyword: &str, span: &Span) -> Result<Transform, Box<Diagnostic>> {
-    Transform::from_matrix(m).ok_or_else(|| {
-        let help = "a transformation must be invertible: no row or column may be zero or a combination of the others";
-        Box::new(Diagnostic::error(*span, format!("the matrix of {keyword} is singular")).help(help))
-    })
 }
 
 // The graphics state: the globals of pbrt-v3's api.cpp.
@@ -370,6 +403,8 @@ pub(crate) struct GraphicsState {
     pub projective: Option<Rc<Projective>>,
     /// The times whose transformation changes.
     pub active: ActiveTransform,
+    /// The directive that says so. `None` for all times.
+    pub active_since: Option<Span>,
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
     pub emission: Option<Arc<Emission>>,
@@ -406,6 +441,7 @@ impl GraphicsState {
             ctm: TransformSet::still(Transform::IDENTITY),
             projective: None,
             active: ActiveTransform::All,
+            active_since: None,
             reverse_orientation: false,
             material: Rc::new(MaterialInstance::default()),
             emission: None,

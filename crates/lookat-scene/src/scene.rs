@@ -189,24 +189,29 @@ impl World {
         let mut objects: HashMap<*const Object, Option<Bounds>> = HashMap::new();
         let instances = self.instances.iter().filter_map(|instance| {
             let object = objects.entry(Arc::as_ptr(&instance.object));
-            let own =
-                *object.or_insert_with(|| around(instance.object.primitives.iter().filter_map(of_shape)));
+            let own = *object
+                .or_insert_with(|| around(instance.object.primitives.iter().filter_map(Primitive::bounds)));
             own.map(|own| instance.bounds(own))
         });
-        around(self.primitives.iter().filter_map(of_shape).chain(instances))
+        around(self.primitives.iter().filter_map(Primitive::bounds).chain(instances))
     }
 }
 
-fn of_shape(primitive: &Primitive) -> Option<Bounds> {
-    match &primitive.shape {
-        Shape::TriangleMesh(mesh) => around(mesh.positions().iter().map(|point| [DVec3::from(*point); 2])),
-        Shape::Quadric(quadric) => {
-            let (low, high) = quadric.corners();
-            Some(transformed([low, high], &quadric.world_from_object))
-        }
-        Shape::Curve(curve) => {
-            let points = curve.segments.iter().flatten();
-            around(points.map(|point| [curve.world_from_object.point(*point); 2]))
+impl Primitive {
+    /// The lowest and the highest corner of a box around the shape. `None` for a shape without points.
+    pub(crate) fn bounds(&self) -> Option<Bounds> {
+        match &self.shape {
+            Shape::TriangleMesh(mesh) => {
+                around(mesh.positions().iter().map(|point| [DVec3::from(*point); 2]))
+            }
+            Shape::Quadric(quadric) => {
+                let (low, high) = quadric.corners();
+                Some(transformed([low, high], &quadric.world_from_object))
+            }
+            Shape::Curve(curve) => {
+                let points = curve.segments.iter().flatten();
+                around(points.map(|point| [curve.world_from_object.point(*point); 2]))
+            }
         }
     }
 }
@@ -219,7 +224,7 @@ fn transformed([low, high]: Bounds, transform: &Transform) -> Bounds {
     [center - extent, center + extent]
 }
 
-fn around(boxes: impl Iterator<Item = Bounds>) -> Option<Bounds> {
+pub(crate) fn around(boxes: impl Iterator<Item = Bounds>) -> Option<Bounds> {
     boxes.reduce(|[low, high], other| [low.min(other[0]), high.max(other[1])])
 }
 

@@ -36,6 +36,20 @@ impl SymbolKind {
         self.words().1
     }
 
+    /// What is rendered where a name of this kind is undefined.
+    fn without(self) -> &'static str {
+        match self {
+            SymbolKind::Material => "the material before it, or matte in a mix, is used, as in pbrt-v3",
+            SymbolKind::FloatTexture | SymbolKind::SpectrumTexture => {
+                "the parameter has its default, as in pbrt-v3"
+            }
+            SymbolKind::Object => "nothing is placed here, as in pbrt-v3",
+            SymbolKind::Medium => "it counts as empty space",
+            SymbolKind::CoordinateSystem => "the transformation stays what it is, as in pbrt-v3",
+            SymbolKind::Include => "it is left out, as in pbrt-v3",
+        }
+    }
+
     fn words(self) -> (&'static str, &'static str) {
         match self {
             SymbolKind::Material => ("named material", "MakeNamedMaterial"),
@@ -128,28 +142,30 @@ impl Index<SymbolId> for Symbols {
     }
 }
 
-/// The error for an undefined name, without advice.
+/// The warning about an undefined name, without advice. Scenes with such names exist, also among those that come with pbrt-v3, which reports
+/// an error and goes on.
 pub(crate) fn undefined(kind: SymbolKind, name: &Text) -> Diagnostic {
-    Diagnostic::error(name.span, format!("there is no {} \"{}\"", kind.name(), name.value))
+    let message = format!("there is no {} \"{}\": {}", kind.name(), name.value, kind.without());
+    Diagnostic::warning(name.span, message)
 }
 
 /// Adds how to define the name, or a similar one of the `known` names.
 pub(crate) fn with_help<'n>(
-    error: Diagnostic,
+    warning: Diagnostic,
     kind: SymbolKind,
     name: &Text,
     known: impl Iterator<Item = &'n String>,
 ) -> Diagnostic {
     let definer = kind.definer();
     let Some(known) = in_order(known.map(String::as_str)) else {
-        return error.help(format!("define it with {definer}"));
+        return warning.help(format!("define it with {definer}"));
     };
     match nearest(&name.value, known.iter().copied()) {
-        Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
+        Some(near) => warning.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
         None if known.is_empty() => {
-            error.help(format!("define it with {definer}; none is defined at this point"))
+            warning.help(format!("define it with {definer}; none is defined at this point"))
         }
-        None => error.help(format!("define it with {definer}; defined here: {}", listed(&known))),
+        None => warning.help(format!("define it with {definer}; defined here: {}", listed(&known))),
     }
 }
 
@@ -178,7 +194,7 @@ pub(crate) fn explain(undefined: &[Undefined], symbols: &[Symbol], diagnostics: 
     let defined =
         symbols.iter().enumerate().filter_map(|(at, symbol)| Some((at, symbol, symbol.definition?)));
     for Undefined { kind, name, diagnostic, symbols } in undefined {
-        let (error, definer) = (&mut diagnostics[*diagnostic], kind.definer());
+        let (warning, definer) = (&mut diagnostics[*diagnostic], kind.definer());
         let of_kind = defined.clone().filter(|(_, symbol, _)| symbol.kind == *kind);
         let of_name = |name: &str| {
             let of_name = of_kind.clone().filter(|(_, symbol, _)| symbol.name == name);
@@ -193,10 +209,10 @@ pub(crate) fn explain(undefined: &[Undefined], symbols: &[Symbol], diagnostics: 
                 format!("a definition lasts until the end of its block: move {definer} before the block"),
             ),
             // Skip the directive that uses the name.
-            (None, Some((_, place))) if !is_before(*place, error.span()) => {
+            (None, Some((_, place))) if !is_before(*place, warning.span()) => {
                 (*place, "it is defined here, too late", format!("move {definer} before the first use"))
             }
-            (None, None) if error.fix.is_none() => {
+            (None, None) if warning.fix.is_none() => {
                 // The most similar name in any block.
                 let names = of_kind.clone().map(|(_, symbol, _)| &symbol.name[..]);
                 let near = in_order(names).and_then(|names| nearest(name, names));
@@ -214,8 +230,8 @@ pub(crate) fn explain(undefined: &[Undefined], symbols: &[Symbol], diagnostics: 
             }
             _ => continue,
         };
-        *error = error.clone().related(place, text).help(help);
-        error.fix = None;
+        *warning = warning.clone().related(place, text).help(help);
+        warning.fix = None;
     }
 }
 

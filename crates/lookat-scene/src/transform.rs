@@ -4,7 +4,7 @@ mod animated;
 
 use std::ops::Mul;
 
-use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
 use lookat_syntax::Severity;
 
 pub(crate) use animated::TransformSet;
@@ -127,6 +127,21 @@ impl Transform {
         let translation = -(inverse * m.w_axis.truncate());
         let inv = DAffine3::from_mat3_translation(inverse, translation);
         inv.is_finite().then_some(Transform { m: DAffine3::from_mat4(m), inv })
+    }
+
+    /// From a singular affine matrix, with a thickness where it has none: a millionth of its size. `None` if it is not affine.
+    pub(crate) fn thickened(m: DMat4) -> Option<Self> {
+        const THICKNESS: f64 = 1e-6;
+        if m.row(3) != DVec4::W {
+            return None;
+        }
+        let linear = DMat3::from_mat4(m);
+        let size = linear.to_cols_array().iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+        let size = if size == 0.0 { 1.0 } else { size };
+        // Along no axis of theirs are usual matrices singular.
+        let rotation = DMat3::from_quat(DQuat::from_xyzw(1.0, 2.0, 3.0, 4.0).normalize());
+        let thick = linear + rotation * (size * THICKNESS);
+        Transform::from_matrix(DMat4::from_mat3_translation(thick, m.w_axis.truncate()))
     }
 
     /// True if all entries, also of the inverse, can be multiplied a few times without overflow.
@@ -354,6 +369,34 @@ mod tests {
                 let mirror = Transform::scale(DVec3::new(-size, size, size)).unwrap();
                 assert!(mirror.swaps_handedness());
             }
+        }
+
+        #[test]
+        fn singular_matrices_become_thin() {
+            let columns = |x: DVec3, y: DVec3, z: DVec3| {
+                DMat4::from_mat3_translation(DMat3::from_cols(x, y, z), DVec3::splat(7.0))
+            };
+            let [a, b] = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 0.5, 0.1)];
+            for (m, normal) in [
+                (columns(a, b, DVec3::ZERO), Some(a.cross(b))),
+                (columns(DVec3::ZERO, b * 1e20, a * 1e20), Some(a.cross(b))),
+                (columns(a, a + b, b), Some(a.cross(b))),
+                (columns(a, a, a), None),
+                (columns(DVec3::ZERO, DVec3::ZERO, DVec3::ZERO), None),
+            ] {
+                let thin = Transform::thickened(m).unwrap();
+                let size =
+                    DMat3::from_mat4(m).to_cols_array().iter().fold(1.0_f64, |max, x| max.max(x.abs()));
+                let error = thin.point(a) - m.transform_point3(a);
+                assert!(error.length() < 1e-5 * size, "{m} {error}");
+                if let Some(normal) = normal {
+                    let found = thin.normal(DVec3::new(0.3, -0.4, 0.5)).normalize();
+                    assert!(found.cross(normal.normalize()).length() < 1e-5, "{m} {found}");
+                }
+            }
+            let projective =
+                DMat4::from_cols_array(&[1., 0., 0., 1., 0., 1., 0., 0., 0., 0., 0., 0., 0., 0., 0., 1.]);
+            assert!(Transform::thickened(projective).is_none());
         }
     }
     mod angle {

@@ -60,6 +60,12 @@ fn write_figure(file: &Path, scene: &Scene, loaded: &Loaded) -> Result<(), Failu
             "--lens draws the lenses of a realistic camera; this scene has a camera of type {kind}"
         ))
     })?;
+    if !file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg")) {
+        let name = visible(&file.display().to_string());
+        return Err(
+            format!("--lens draws a figure in SVG, not {name}: choose a name that ends with .svg").into()
+        );
+    }
     check_folder(file)?;
     check_inputs(file, &loaded.inputs)?;
     Ok(write_file(file, figure.as_bytes())?)

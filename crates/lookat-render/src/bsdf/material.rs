@@ -291,7 +291,8 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
                 flatness = self.share(flat, active);
                 transmitted = self.amount(diff_trans, 2.0, active) * 0.5;
             }
-            let diffuse = weight * ((1.0 - metallic) * (1.0 - clear));
+            let share = (1.0 - metallic) * (1.0 - clear);
+            let diffuse = weight * share;
             // Or it leaves a solid elsewhere.
             let mut reflected = 1.0 - transmitted;
             if disney.scatters_inside() {
@@ -300,7 +301,8 @@ impl<'m, S: Simd> Builder<'_, 'm, S> {
                 let lobe = Lobes::new(LobeKind::Refraction, weight);
                 self.push(Lobes { eta: to_f32(eta), ..lobe }, own);
                 let mask = narrow(own);
-                self.slots.set_inside(Inside { mask, colors: [diffuse * color, distance], eta: to_f32(eta) });
+                // The lobe has the weight.
+                self.slots.set_inside(Inside { mask, colors: [color * share, distance], eta: to_f32(eta) });
                 reflected = mask.select(splat_f32(simd, 0.0), reflected);
             }
             let sheen = self.amount(&disney.sheen, 1e6, active);

@@ -12,7 +12,7 @@ const REACHED: f64 = 0.999;
 #[derive(Clone)]
 pub(crate) struct Radial {
     /// The share of the light that leaves in all.
-    albedo: f64,
+    pub albedo: f64,
     /// The distance within which probes look for light.
     pub reach: f64,
     /// One over the unit of length of the profile.

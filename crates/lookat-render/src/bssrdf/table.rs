@@ -3,7 +3,6 @@
 use std::sync::OnceLock;
 
 use lookat_scene::{MaterialKind, Subsurface, World};
-use rayon::prelude::*;
 
 use super::diffusion::Beam;
 use super::spline::{self, Spline};
@@ -34,7 +33,8 @@ impl Table {
         }
         let beam = Beam::new(g, eta);
         let profile = |albedo: f64| radii.map(|r| 2.0 * std::f64::consts::PI * r * beam.exitance(albedo, r));
-        let profiles: Vec<_> = albedos.into_par_iter().map(profile).collect();
+        // One by one: whoever waits for threads here may be given work that waits for this table.
+        let profiles: Vec<_> = albedos.into_iter().map(profile).collect();
         let effective: Vec<f64> =
             profiles.iter().map(|profile| Spline::new(&radii, profile).integral()).collect();
         let effective = Spline::new(&albedos, &effective);

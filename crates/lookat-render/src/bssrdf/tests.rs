@@ -94,15 +94,16 @@ fn probes_of_a_plane_find_all_light() {
     // The frame leans, as that of a shading normal.
     let lean = (n + 0.5 * x).normalize();
     let place = Place { p: DVec3::splat(2.0), axes: [lean.cross(y), y, lean] };
+    let throughput = Vec3::new(1.0, 0.5, 2.0);
     let (count, mut sum) = (1 << 18, Vec3::ZERO);
     for index in 0..count {
         // Points of Roberts' sequence in three dimensions.
         let u = |share: f64| (f64::from(index) * share + 0.5).fract();
         let [a, b, c] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_5].map(u);
-        let Some(probe) = place.probe(&channels, a, [b, c]) else { continue };
+        let Some(probe) = place.probe(&channels, throughput, a, [b, c]) else { continue };
         let t = (place.p - probe.o).dot(n) / probe.d.dot(n);
         if t > 0.0 && t < probe.length {
-            sum += place.weight(&channels, probe.o + probe.d * t, n);
+            sum += place.weight(&channels, throughput, probe.o + probe.d * t, n);
         }
     }
     let found = sum / count as f32;
@@ -114,6 +115,7 @@ fn probes_of_a_plane_find_all_light() {
 
 #[test]
 fn bad_values_give_no_light_or_finite_light() {
+    let mut found = 0;
     let bad = [0.0, -1.0, 1e-300, 1e300, f64::INFINITY, f64::NAN, 1.0];
     for (g, eta) in [(-1.0, 1e-3), (1.0, 1e9), (1.0, 1.0), (0.0, 2.6)] {
         let table = Table::new(g, eta);
@@ -122,15 +124,22 @@ fn bad_values_give_no_light_or_finite_light() {
                 for medium in [Medium::Coefficients(&table), Medium::Color(&table)] {
                     let channels = medium.channels([Vec3::splat(a as f32), Vec3::splat(b as f32)]);
                     let place = Place { p: DVec3::ONE, axes: [DVec3::X, DVec3::Y, DVec3::Z] };
-                    let Some(probe) = place.probe(&channels, 0.3, [0.4, 0.6]) else { continue };
+                    for throughput in [Vec3::X, Vec3::ZERO, Vec3::NAN, Vec3::new(1e30, 0.0, 1e-30)] {
+                        let probe = place.probe(&channels, throughput, 0.3, [0.4, 0.6]);
+                        let rest = probe.map_or(0.0, |probe| probe.rest);
+                        assert!((0.0..1.0).contains(&rest), "{throughput} {rest}");
+                    }
+                    let Some(probe) = place.probe(&channels, Vec3::ONE, 0.3, [0.4, 0.6]) else { continue };
+                    found += 1;
                     let p = probe.o + probe.d * probe.length * 0.5;
                     assert!(p.is_finite() && probe.length >= 0.0, "{g} {eta} {a} {b}");
-                    let weight = place.weight(&channels, p, DVec3::Z);
+                    let weight = place.weight(&channels, Vec3::ONE, p, DVec3::Z);
                     assert!(!weight.is_nan() && weight.min_element() >= 0.0, "{g} {eta} {a} {b}: {weight}");
                 }
             }
         }
     }
+    assert!(found > 10, "{found}");
 }
 
 /// The mean color of what a camera on the z axis sees in a narrow view.
@@ -212,5 +221,27 @@ fn bodies_look_alike_however_they_are_given() {
             let error = ((found - expected) / expected).abs().max_element();
             assert!(error < 0.01, "{world} {integrator}: {found}, not {expected}");
         }
+    }
+}
+
+/// A mix of a body with itself is the body, and a body without a diffuse share is none.
+#[test]
+fn shares_of_bodies_count_once() {
+    let path = "\"path\" \"integer maxdepth\" 4";
+    let disney = |rest: &str| format!("\"disney\" \"rgb color\" [.8 .5 .3] {rest}");
+    let body = "\"rgb scatterdistance\" [.3 .2 .1]";
+    let named = |material: &str| material.replacen("\"disney\"", "\"a\" \"string type\" \"disney\"", 1);
+    let mix = "Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"a\" \"rgb amount\" [.3 .3 .3]";
+    for (one, other) in [
+        (format!("Material {}", disney(body)), format!("MakeNamedMaterial {} {mix}", named(&disney(body)))),
+        (
+            format!("Material {}", disney("\"float spectrans\" 1")),
+            format!("Material {}", disney(&format!("\"float spectrans\" 1 {body}"))),
+        ),
+    ] {
+        let [one, other] =
+            [one, other].map(|material| seen(&format!("{LIGHT} {material} {BOX}"), path, 4096));
+        let error = ((other - one) / one).abs().max_element();
+        assert!(one.min_element() > 0.02 && error < 0.02, "{other}, not {one}");
     }
 }

@@ -40,7 +40,7 @@ impl Capsule {
 }
 
 impl<T: Real> CapsuleNumbers<T> {
-    /// Whether a ray may meet it at `t_max` or before. Never false if it does.
+    /// Whether a ray may meet it at `t_max` or before. Never false if it does, for rays that start no farther away than about 1e9 of its radii.
     #[inline(always)]
     pub fn may_meet(&self, o: V3<T>, d: V3<T>, t_max: T) -> T::Mask {
         let (radius, [a, b]) = (self.radius, self.ends);

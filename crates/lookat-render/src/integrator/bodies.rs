@@ -39,10 +39,15 @@ impl<'s> Bodies<'s> {
     fn of(&self, entry: &Entry) -> Option<&Body<'s>> {
         self.of_material[entry.material as usize].as_ref()
     }
+
+    /// The channels of a body where a path has entered it.
+    fn channels<'a>(&'a self, entry: &'a Entry) -> Option<&'a Channels> {
+        self.of(entry)?.constant.as_ref().or(entry.channels.as_ref())
+    }
 }
 
-/// Where rays meet bodies. Their shading normals are on the side of the rays, which is outside: wherever light gets, no medium is clear
-/// enough to see a surface from inside.
+/// Where rays meet bodies. Their shading normals are on the side of the rays, which counts as outside: what a boundary lets through leaves it
+/// by subsurface scattering alone.
 #[derive(Clone, Copy)]
 pub(in crate::integrator) struct Entrances<S: Simd> {
     mask: mask64x8<S>,
@@ -227,8 +232,9 @@ impl Paths<'_> {
                     if body.constant.is_none() {
                         entry.channels = Some(body.channels(entry.colors));
                     }
-                    let Some(channels) = body.constant.as_ref().or(entry.channels.as_ref()) else { continue };
-                    let probe = entry.place.probe(channels, choice[lane], [u[lane], v[lane]]);
+                    let Some(channels) = bodies.channels(entry) else { continue };
+                    let throughput = record.throughput.lane(lane);
+                    let probe = entry.place.probe(channels, throughput, choice[lane], [u[lane], v[lane]]);
                     let Some(probe) = probe else { continue };
                     entry.rest = probe.rest;
                     let ray = OneRay {
@@ -317,11 +323,11 @@ impl Paths<'_> {
                 let mut leaving = 0;
                 for lane in set_lanes(record.active) {
                     let entry = &entries[first + lane];
-                    let Some(body) = bodies.of(entry) else { continue };
+                    let Some(channels) = bodies.channels(entry) else { continue };
                     let n = DVec3::from(surfaces.n.lane(lane));
-                    let Some(channels) = body.constant.as_ref().or(entry.channels.as_ref()) else { continue };
-                    let weight = entry.place.weight(channels, surfaces.p.lane(lane), n) * entry.found as f32;
-                    let throughput = record.throughput.lane(lane) * weight;
+                    let throughput = record.throughput.lane(lane);
+                    let weight = entry.place.weight(channels, throughput, surfaces.p.lane(lane), n);
+                    let throughput = throughput * weight * entry.found as f32;
                     if throughput.max_element() > 0.0 && throughput.is_finite() {
                         record.throughput.set_lane(lane, throughput);
                         eta[lane] = entry.eta;

@@ -76,7 +76,7 @@ impl Lighting<'_> {
                 let infinite = f64::INFINITY.simd_into(simd);
                 let end = own.hits.is_hit().select(own.hits.t, infinite);
                 let MediumSamples { scatters, t, weight } =
-                    media.sample((&own.rays, own.medium), end, own.active);
+                    media.sample((&own.rays, own.medium), own.throughput, end, own.active);
                 own.throughput = own.throughput * weight;
                 own.active &= own.throughput.is_light();
                 own.scatters = scatters;
@@ -161,7 +161,9 @@ impl World<'_> {
         let (before, behind) = (surface.spawn_ray(-d).o, surface.spawn_ray(d));
         let o = behind.o;
         let beyond = media.beyond(hit.element.primitive, surface.n, d, medium);
-        let between = Ray { o: before, t_max: (o - before).dot(d) / d.length_squared(), ..behind };
+        // Across the surface: at a grazing angle, a way along the ray ends before it.
+        let across = o - before;
+        let between = Ray { o: before, d: across.normalize(), t_max: across.length(), ..behind };
         let Some(touching) = tracer.scene.nearest(&between) else { return Beyond { o, medium: beyond } };
         if !tracer.scene.is_passed(&touching) {
             return Beyond { o: before, medium };
@@ -283,13 +285,16 @@ mod tests {
     /// Media that absorb nothing are invisible under an even sky.
     #[test]
     fn media_that_absorb_nothing_lose_no_light() {
-        for kind in ["\"string type\" \"homogeneous\"", GRID] {
+        let kinds = ["\"string type\" \"homogeneous\"", GRID];
+        // In the colored ones most paths see one channel alone.
+        let scattering = ["[1 1 1]", "[9 3 1]"];
+        for (kind, sigma_s) in kinds.into_iter().flat_map(|kind| scattering.map(|sigma_s| (kind, sigma_s))) {
             for g in [-0.7, 0.0, 0.9] {
                 let medium = medium(&format!(
-                    "{kind} \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [1 1 1] \"float g\" {g}"
+                    "{kind} \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" {sigma_s} \"float g\" {g}"
                 ));
                 let found = seen("", &format!("{medium} LightSource \"infinite\" {BOX}"), 1024);
-                assert!((found - 1.0).abs().max_element() < 0.01, "{kind} {g}: {found}");
+                assert!((found - 1.0).abs().max_element() < 0.01, "{kind} {sigma_s} {g}: {found}");
             }
         }
     }
@@ -395,15 +400,19 @@ mod tests {
              \"point P\" [{}] ",
             face(0.7)
         );
-        let light =
-            "LightSource \"distant\" \"point from\" [0 0 -1] \"point to\" [0 0 0] \"rgb L\" [100 100 100] ";
         let [near, far] = [slab("a", -1.3, -0.3), slab("b", -0.3, 0.7)];
-        let without = seen("", &format!("{light}{floor}"), 4096);
-        // There and back again.
-        let expected = without * (-2.0_f32).exp();
-        for shapes in
-            [[&near, &far, &floor], [&far, &near, &floor], [&floor, &near, &far], [&floor, &far, &near]]
+        let orders =
+            [[&near, &far, &floor], [&far, &near, &floor], [&floor, &near, &far], [&floor, &far, &near]];
+        // From above, and at an angle whose cosine is 0.4.
+        for (shapes, (x, cosine)) in
+            orders.into_iter().flat_map(|order| [(order, (0.0, 1.0)), (order, (2.291_288, 0.4_f32))])
         {
+            let light = format!(
+                "LightSource \"distant\" \"point from\" [{x} 0 -1] \"point to\" [0 0 0] \"rgb L\" [100 100 100] "
+            );
+            let without = seen("", &format!("{light}{floor}"), 4096);
+            // There and back again.
+            let expected = without * (-1.0 - 1.0 / cosine).exp();
             let found = seen("", &format!("{media}{light}{}{}{}", shapes[0], shapes[1], shapes[2]), 16_384);
             assert!(
                 ((found - expected).abs() / expected).max_element() < 0.01,

@@ -6,8 +6,10 @@ use serde::Serialize;
 use super::majorants::Majorants;
 
 /// What a medium costs the rays that go through it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MediumCost {
+    /// Its name in `MakeNamedMedium`.
+    pub name: Option<String>,
     /// The mean free path where the medium is densest, in units of the world. `None` for a medium that light goes through unhindered.
     pub mean_free_path: Option<f64>,
     /// `None` for a homogeneous medium, whose distances and transmittances have a closed form.
@@ -27,10 +29,11 @@ pub struct GridCost {
 
 impl MediumCost {
     pub(crate) fn of(medium: &Medium, majorants: Option<&Majorants>) -> Self {
+        let name = medium.name.clone();
         let extinction = f64::from((medium.absorption + medium.scattering).max_element());
         let free_path = |most: f32| Some(1.0 / (extinction * f64::from(most))).filter(|it| it.is_finite());
         let (Density::Grid(grid), Some(majorants)) = (&medium.density, majorants) else {
-            return MediumCost { mean_free_path: free_path(1.0), grid: None };
+            return MediumCost { name, mean_free_path: free_path(1.0), grid: None };
         };
         // The axes of the grid, in the world.
         let axes = grid.grid_from_world.inverse_linear();
@@ -41,6 +44,7 @@ impl MediumCost {
             sum / densities.len() as f64 * extinction * length
         };
         MediumCost {
+            name,
             mean_free_path: free_path(grid.values.iter().fold(0.0, |most: f32, density| most.max(*density))),
             grid: Some(GridCost {
                 resolution: grid.resolution,
@@ -63,7 +67,7 @@ mod tests {
             "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"volpath\" WorldBegin
              MakeNamedMedium \"m\" {medium} MediumInterface \"m\" \"\" Material \"\" Shape \"sphere\" WorldEnd"
         ));
-        crate::inspect(&Prepared::new(&scene), &scene.view).media[0]
+        crate::inspect(&Prepared::new(&scene), &scene.view).media.swap_remove(0)
     }
 
     #[test]

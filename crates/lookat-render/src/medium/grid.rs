@@ -68,16 +68,22 @@ impl PreparedGrid<'_> {
         lerp(rest.z, along_y(0), along_y(1))
     }
 
-    /// Delta tracking. Where the channels differ, a collision is real with the mean probability of what is left of them, and weights make up
-    /// for the difference (Kutz et al., "Spectral and Decomposition Tracking for Rendering Heterogeneous Volumes", SIGGRAPH 2017).
-    pub fn sample(&self, medium: &PreparedMedium, part: &RayPart, random: &mut Random) -> GridSample {
+    /// Delta tracking for a path. Where the channels differ, a collision is real with the mean probability of what is left of its throughput,
+    /// and weights make up for the difference (Kutz et al., "Spectral and Decomposition Tracking for Rendering Heterogeneous Volumes", SIGGRAPH 2017).
+    pub fn sample(
+        &self,
+        medium: &PreparedMedium,
+        part: &RayPart,
+        throughput: Vec3,
+        random: &mut Random,
+    ) -> GridSample {
         let (mut weight, collisions) = (Vec3::ONE, self.collisions(medium, part));
         let Some(mut collisions) = collisions else { return GridSample { t: None, weight } };
         while let Some((t, real)) = collisions.next(random)
-            && weight != Vec3::ZERO
+            && throughput * weight != Vec3::ZERO
         {
-            // The channels count by what they have left.
-            let probability = (weight * real).element_sum() / weight.element_sum();
+            let left = throughput * weight;
+            let probability = (left * real).element_sum() / left.element_sum();
             if random.next() < f64::from(probability) {
                 let albedo = medium.scattering / medium.extinction.max(Vec3::splat(f32::MIN_POSITIVE));
                 return GridSample { t: Some(t), weight: weight * real * albedo / probability };
@@ -95,11 +101,10 @@ impl PreparedGrid<'_> {
             share *= Vec3::ONE - real;
             let most = share.max_element();
             if most < 0.1 {
-                let survival = most.min(0.95);
-                if random.next() >= f64::from(survival) {
+                if random.next() >= f64::from(most) {
                     return Vec3::ZERO;
                 }
-                share /= survival;
+                share /= most;
             }
         }
         share
@@ -261,7 +266,7 @@ mod tests {
         let grid = grid();
         let density = Density::Grid(Box::new(grid.clone()));
         let (absorption, scattering) = (Vec3::new(0.4, 0.1, 0.0), Vec3::new(0.4, 0.7, 0.2));
-        let medium = Medium { absorption, scattering, asymmetry: 0.0, density };
+        let medium = Medium { name: None, absorption, scattering, asymmetry: 0.0, density };
         let majorants = Majorants::of(&medium);
         let medium = PreparedMedium::new(&medium, majorants.as_ref(), DVec3::ZERO);
         let prepared = medium.grid.as_ref().unwrap();
@@ -282,10 +287,11 @@ mod tests {
                 .sum();
             let expected = (-(absorption + scattering) * sum as f32).exp();
             let (mut ratio, mut delta, count) = (Vec3::ZERO, Vec3::ZERO, 40_000);
+            let throughput = Vec3::new(1.0, 2.0, 0.5);
             for number in 0..count {
                 let mut random = Random(number);
                 ratio += prepared.transmittance(&medium, &RayPart { o, d, t_max }, &mut random);
-                let sample = prepared.sample(&medium, &RayPart { o, d, t_max }, &mut random);
+                let sample = prepared.sample(&medium, &RayPart { o, d, t_max }, throughput, &mut random);
                 delta += if sample.t.is_none() { sample.weight } else { Vec3::ZERO };
             }
             for found in [ratio, delta].map(|sum| sum / count as f32) {

@@ -1,8 +1,17 @@
 //! Advice about surfaces that light enters to leave them at other points.
 
-use crate::advice::{Summary, warn};
+use std::sync::Arc;
+
+use crate::advice::{Summary, short, warn};
 use crate::report::Report;
-use crate::{Integrator, MaterialKind, Primitive, Shape};
+use crate::scene::around;
+use crate::{Integrator, Interior, Material, MaterialKind, Primitive, Shape};
+
+/// Between these mean free paths, relative to the size of a body, light gets in and out of it elsewhere.
+const SMALLEST: f64 = 1e-6;
+const LARGEST: f64 = 10.0;
+/// The most materials whose bodies are compared: each comparison looks at all.
+const MOST_COMPARED: usize = 100;
 
 pub(super) fn bodies(summary: &Summary, report: &mut Report) {
     let has_inside = |primitive: &&&Primitive| primitive.material.inside().is_some();
@@ -20,6 +29,12 @@ pub(super) fn bodies(summary: &Summary, report: &mut Report) {
         _ => return,
     }
     let is_mix = |primitive: &&&Primitive| matches!(primitive.material.kind, MaterialKind::Mix(_));
+    for at in
+        drawn().filter(|primitive| insides(primitive) > 1).filter_map(|primitive| primitive.material.span)
+    {
+        let message = "two parts of this mix have a medium inside: the colors of both are used with the model of the first";
+        warn(report, at, message, "mix the colors with a texture, in one material");
+    }
     let mut mixes: Vec<_> = drawn().filter(is_mix).filter_map(|primitive| primitive.material.span).collect();
     mixes.dedup();
     for at in mixes {
@@ -30,9 +45,74 @@ pub(super) fn bodies(summary: &Summary, report: &mut Report) {
     let is_inside_out = |primitive: &&&Primitive| {
         matches!(primitive.shape, Shape::Quadric(_)) && primitive.reverse_orientation != primitive.mirrored
     };
+    sizes(summary, report);
     for at in drawn().filter(is_inside_out).filter_map(|primitive| primitive.span) {
         let message = "the normals of this shape point inside: in pbrt-v3 no light leaves its material";
         let help = "ReverseOrientation, or a mirroring transformation, turns normals; with one more, lookat and pbrt-v3 agree";
         warn(report, at, message, help);
     }
+}
+
+/// The number of the parts of a material with a medium inside.
+fn insides(primitive: &Primitive) -> usize {
+    let is_body = |part: &&Material| !matches!(part.kind, MaterialKind::Mix(_)) && part.inside().is_some();
+    primitive.material.all().into_iter().filter(|part| is_body(part)).count()
+}
+
+/// Compares mean free paths with the sizes of bodies: who writes millimeters in a world of meters gets no light out.
+fn sizes(summary: &Summary, report: &mut Report) {
+    let mut by_material: Vec<(&Arc<Material>, Vec<&Primitive>)> = Vec::new();
+    for primitive in summary.built.world.primitives.iter().filter(|it| it.material.inside().is_some()) {
+        let is_full = by_material.len() == MOST_COMPARED;
+        match by_material.iter_mut().find(|(material, _)| Arc::ptr_eq(material, &primitive.material)) {
+            Some((_, all)) => all.push(primitive),
+            None if is_full => {}
+            None => by_material.push((&primitive.material, vec![primitive])),
+        }
+    }
+    for (material, primitives) in by_material {
+        let Some(at) = material.span else { continue };
+        let bounds = around(primitives.into_iter().filter_map(Primitive::bounds));
+        let Some(([shortest, longest], [low, high])) = mean_free_paths(material).zip(bounds) else {
+            continue;
+        };
+        let size = (high - low).max_element();
+        if shortest > LARGEST * size {
+            let message = format!(
+                "the mean free path of light inside is {}, and all shapes of this material are {} wide: they are nearly black",
+                short(shortest),
+                short(size)
+            );
+            warn(
+                report,
+                at,
+                message,
+                "nearly no light leaves them again: check the unit, and \"float scale\"",
+            );
+        } else if longest < SMALLEST * size {
+            let message = format!(
+                "the mean free path of light inside is {}, and all shapes of this material are {} wide: light leaves where it enters",
+                short(longest),
+                short(size)
+            );
+            let help = "check the unit and \"float scale\"; if it is meant, \"plastic\" looks the same and has less noise";
+            warn(report, at, message, help);
+        }
+    }
+}
+
+/// The shortest and the longest mean free path of the channels of a medium that is everywhere the same. `None` if no light scatters in it.
+fn mean_free_paths(material: &Material) -> Option<[f64; 2]> {
+    let paths = match material.inside()? {
+        MaterialKind::Subsurface(of) => match &of.interior {
+            Interior::Coefficients([absorption, scattering]) => {
+                (absorption.constant()? + scattering.constant()?).recip()
+            }
+            Interior::Color([_, path]) => path.constant()?,
+        },
+        MaterialKind::Disney(disney) => disney.scatter_distance.constant()?,
+        _ => return None,
+    };
+    let paths = || paths.to_array().into_iter().map(f64::from).filter(|path| *path > 0.0 && path.is_finite());
+    Some([paths().reduce(f64::min)?, paths().reduce(f64::max)?])
 }

@@ -40,7 +40,8 @@ pub(super) fn caustics(summary: &Summary, report: &mut Report) {
     let Some(kind) = summary.resolved.and_then(|resolved| resolved.replaced_integrator.as_ref()) else {
         return;
     };
-    let message = format!("lookat renders Integrator \"{}\" with \"path\"", kind.value);
+    let with = if summary.built.world.media.is_empty() { "path" } else { "volpath" };
+    let message = format!("lookat renders Integrator \"{}\" with \"{with}\"", kind.value);
     let casts_caustics = summary.built.world.lights.iter().any(Light::is_delta)
         && summary.drawn.iter().any(|primitive| is_specular(&primitive.material));
     report.push(if casts_caustics { Diagnostic::warning(kind.span, message).help(

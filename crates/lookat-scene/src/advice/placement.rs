@@ -6,7 +6,32 @@ use lookat_syntax::{Diagnostic, Span};
 use crate::advice::{Summary, warn};
 use crate::facts::Rotation;
 use crate::report::Report;
-use crate::{Integrator, Material, MaterialKind, Transform, transform};
+use crate::{Integrator, Material, MaterialKind, Shutter, Transform, transform};
+
+/// Warns of motion that applies to more or fewer shapes than meant, or at other times.
+pub(super) fn motion(summary: &Summary, report: &mut Report) {
+    if let Some(at) = summary.facts.active {
+        let message = "nothing ends this ActiveTransform: all transformations behind it apply to one of the times alone";
+        let help = "write ActiveTransform All before shapes that stand still";
+        report.push(Diagnostic::note_at(at, message).help(help));
+    }
+    let Some(resolved) = summary.resolved else { return };
+    let camera = &resolved.view.camera;
+    let Shutter { open, close, transform_times: [start, end] } = camera.shutter;
+    let is_instant = open == close;
+    let is_before = close < start || close == start && !is_instant;
+    let is_after = open > end || open == end && !is_instant;
+    if (is_before || is_after) && (camera.motion.is_some() || summary.built.world.has_motion()) {
+        let [when, what] = if is_before { ["before", "start"] } else { ["after", "end"] };
+        let open = if is_instant { format!("at {open}") } else { format!("from {open} to {close}") };
+        let message = format!(
+            "nothing moves: the shutter is open {open}, {when} all motion, which lasts from {start} to {end}; the picture shows its {what}"
+        );
+        let help =
+            "write shutteropen and shutterclose of Camera, or TransformTimes, so that these times overlap";
+        warn(report, summary.facts.camera.as_ref().map_or(summary.world(), |(at, _)| *at), message, help);
+    }
+}
 
 // Scales before the camera, which pbrt-v3 handles badly.
 

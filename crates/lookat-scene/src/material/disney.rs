@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use crate::material::models::{ETA, reflectance};
+use crate::material::models::{ETA, not_negative, reflectance};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture};
 use crate::schema::{Key, Keys, Range};
@@ -153,6 +153,8 @@ pub(super) fn disney(params: &mut Params) -> Disney {
     let flatness = clamped(params, &FLATNESS, 1.0);
     let diff_trans = clamped(params, &DIFF_TRANS, 2.0);
     let scatter_distance = params.take(&SCATTER_DISTANCE);
+    let scatter_distance =
+        not_negative(params, SCATTER_DISTANCE.name, scatter_distance, "write distances of 0 or more");
     if is_thin {
         params.unused(SCATTER_DISTANCE.name, "it belongs to solids", "delete scatterdistance or thin");
     } else {

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use crate::material::models::reflectance;
+use crate::material::models::{not_negative, reflectance};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture};
 use crate::schema::{Key, Keys, Range, Unit};
@@ -84,6 +84,7 @@ pub(super) const KEYS: Keys = &[&SIGMA_A, &COLOR, &EUMELANIN, &PHEOMELANIN, &IND
 
 pub(super) fn hair(params: &mut Params) -> Hair {
     let absorption = params.take(&SIGMA_A);
+    let absorption = not_negative(params, SIGMA_A.name, absorption, "write coefficients of 0 or more");
     let reflectance = reflectance(params, &COLOR);
     let [mut eumelanin, pheomelanin] = [&EUMELANIN, &PHEOMELANIN].map(|key| params.take(key));
     for (name, number) in [(EUMELANIN.name, &eumelanin), (PHEOMELANIN.name, &pheomelanin)] {
@@ -92,19 +93,11 @@ pub(super) fn hair(params: &mut Params) -> Hair {
             params.warn(name, &message, "write a concentration of 0 or more");
         }
     }
-    let is_negative = absorption.constant().is_some_and(|color| color.min_element() < 0.0);
-    if is_negative {
-        let message = "sigma_a is negative: it is used as 0, as in pbrt-v3";
-        params.warn(SIGMA_A.name, message, "write coefficients of 0 or more");
-    }
     let color = if params.was_taken(SIGMA_A.name) {
         for name in [COLOR.name, EUMELANIN.name, PHEOMELANIN.name] {
             params.replaced_by(name, &[SIGMA_A.name]);
         }
-        HairColor::Absorption(match absorption {
-            Texture::Constant(color) => Texture::Constant(color.max(Vec3::ZERO)),
-            varying => varying,
-        })
+        HairColor::Absorption(absorption)
     } else if params.was_taken(COLOR.name) {
         for name in [EUMELANIN.name, PHEOMELANIN.name] {
             params.replaced_by(name, &[COLOR.name]);

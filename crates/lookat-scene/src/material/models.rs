@@ -317,14 +317,22 @@ pub(super) fn reflectance(params: &mut Params, key: &Key<ColorTexture>) -> Textu
             "use colors from 0 to 1: divide by 255 if yours go to 255",
         );
     }
-    if color.min_element() < 0.0 && is_rgb {
-        params.warn(
-            name,
-            &format!("{name} is negative: it is used as 0, as in pbrt-v3"),
-            "use colors from 0 to 1",
-        );
+    not_negative(params, name, reflectance, "use colors from 0 to 1")
+}
+
+/// A color of which negative components count as 0, with a warning if it is a constant that has them.
+pub(super) fn not_negative(
+    params: &mut Params,
+    name: &'static str,
+    color: Texture<Vec3>,
+    help: &str,
+) -> Texture<Vec3> {
+    let Texture::Constant(constant) = color else { return color };
+    // Spectra outside of the sRGB gamut have negative components.
+    if constant.min_element() < 0.0 && params.was_of_type(name, &[ParamType::Rgb, ParamType::Texture]) {
+        params.warn(name, &format!("{name} is negative: it is used as 0"), help);
     }
-    Texture::Constant(color.max(Vec3::ZERO))
+    Texture::Constant(constant.max(Vec3::ZERO))
 }
 
 /// The index of refraction by either name. `eta` has precedence, as in pbrt-v3.

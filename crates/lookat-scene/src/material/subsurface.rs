@@ -4,7 +4,7 @@
 use glam::Vec3;
 use lookat_syntax::ParamType;
 
-use crate::material::models::{Glass, REMAP, Roughness, along_each, gray, reflectance};
+use crate::material::models::{Glass, REMAP, Roughness, along_each, gray, not_negative, reflectance};
 use crate::medium::measured::{MeasuredMedium, MediumName, measured};
 use crate::params::Params;
 use crate::params::value::{ColorTexture, FloatTexture};
@@ -51,8 +51,14 @@ const SIGMA_A: Key<ColorTexture> =
 const SIGMA_S: Key<ColorTexture> =
     coefficient("sigma_s", [2.55, 3.21, 3.77], "the scattering coefficient, per unit of the world");
 const G: Key<f64> = Key::float("g", 0.0, "the asymmetry of scattering, clamped to -1 (back) to 1 (forward)");
-const SCALE: Key<f64> = Key::float("scale", 1.0, "a factor of the coefficients");
-const PATH_SCALE: Key<f64> = Key::float("scale", 1.0, "a factor of the mean free path");
+const SCALE: Key<f64> = Key::float(
+    "scale",
+    1.0,
+    "a factor of the coefficients: for a named medium, the millimeters in a unit of the world",
+)
+.within(Range::above(0.0));
+const PATH_SCALE: Key<f64> =
+    Key::float("scale", 1.0, "a factor of the mean free path").within(Range::above(0.0));
 const ETA: Key<f64> = Key::float("eta", 1.33, "the index of refraction").within(Range::above(0.0));
 const KR: Key<ColorTexture> = Key::color_texture("Kr", 1.0, "the factor of reflection at the surface");
 const KT: Key<ColorTexture> = Key::color_texture("Kt", 1.0, "the factor of light that enters");
@@ -70,7 +76,8 @@ pub(in crate::material) const SURFACE: Keys = &[&ETA, &KR, &KT, &ROUGHNESS[0], &
 pub(super) fn of_color(params: &mut Params) -> Subsurface {
     let kd = reflectance(params, &KD);
     let mean_free_path = params.take(&MFP);
-    let g = params.take(&G);
+    let mean_free_path = not_negative(params, MFP.name, mean_free_path, "write paths above 0");
+    let g = asymmetry(params);
     let scale = params.take(&PATH_SCALE);
     let mean_free_path = scaled(params, scale, mean_free_path);
     under_surface(params, g, Interior::Color([kd, mean_free_path]))
@@ -85,11 +92,27 @@ pub(super) fn of_coefficients(params: &mut Params) -> Subsurface {
     };
     let absorption = params.take(&of_medium(SIGMA_A, |medium| medium.absorption));
     let scattering = params.take(&of_medium(SIGMA_S, |medium| medium.scattering));
-    // The measured coefficients are reduced: as if light scattered evenly.
-    let g = if medium.is_some() { 0.0 } else { params.take(&G) };
+    let [absorption, scattering] = [(SIGMA_A.name, absorption), (SIGMA_S.name, scattering)]
+        .map(|(name, color)| not_negative(params, name, color, "write coefficients of 0 or more"));
+    let g = if medium.is_some() {
+        params.take(&G);
+        params.unused(G.name, "the coefficients of named media are for scattering that is even", "delete g");
+        0.0
+    } else {
+        asymmetry(params)
+    };
     let scale = params.take(&SCALE);
     let coefficients = [absorption, scattering].map(|texture| scaled(params, scale, texture));
     under_surface(params, g, Interior::Coefficients(coefficients))
+}
+
+fn asymmetry(params: &mut Params) -> f64 {
+    let g = params.take(&G);
+    if g.abs() > 1.0 {
+        let message = format!("{} is outside of -1 to 1: it is used as {}", G.name, g.signum());
+        params.warn(G.name, &message, "write 0 for even scattering, and up to 1 for forward scattering");
+    }
+    g
 }
 
 fn scaled(params: &mut Params, scale: f64, texture: Texture<Vec3>) -> Texture<Vec3> {

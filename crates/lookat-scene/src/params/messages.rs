@@ -7,14 +7,12 @@ use lookat_syntax::{
 use crate::names::Names;
 use crate::params::{Params, class};
 use crate::schema::{Kind, OLDER, Synonym, parameter_synonyms, type_synonym};
-use crate::symbols::SymbolKind;
+use crate::symbols::{SymbolKind, undefined};
 
 impl Params<'_> {
     /// The value of a name. Reports an undefined name.
     pub fn find<'n, T: Clone>(&mut self, names: &'n Names<T>, name: &Text) -> Option<&'n T> {
-        let found = names.find(name, self.report);
-        self.failed |= found.is_none();
-        found
+        names.find(name, self.report)
     }
 
     /// A named texture. Reports a texture of the `other` value type, unless a missing file may define the right one.
@@ -27,16 +25,14 @@ impl Params<'_> {
         if names.get(&name.value).is_some() || other.get(&name.value).is_none() {
             return self.find(names, name);
         }
-        self.failed = true;
         other.find(name, self.report);
         if !self.report.incomplete {
             let (has, needs) = match names.kind() {
                 SymbolKind::FloatTexture => ("spectrum", "float"),
                 _ => ("float", "spectrum"),
             };
-            let message = format!("there is no {} \"{}\"", names.kind().name(), name.value);
             let help = format!("this texture has {has} values; this parameter needs a {needs} texture");
-            self.report.push(Diagnostic::error(name.span, message).help(help));
+            self.report.push(undefined(names.kind(), name).help(help));
         }
         None
     }

@@ -74,6 +74,7 @@ impl Resolver<'_> {
         self.state.ctm = TransformSet::still(Transform::IDENTITY);
         self.state.projective = None;
         self.state.active = ActiveTransform::All;
+        self.state.active_since = None;
         self.definitions.coordinate_systems.define_builtin("world", self.state.ctm.clone().into());
         self.resolved = Some(self.resolve_options(at));
     }
@@ -84,6 +85,7 @@ impl Resolver<'_> {
             self.facts.unclosed.push(open.start);
             self.restore(open);
         }
+        self.facts.active = self.state.active_since;
         if self.resolved.as_ref().is_some_and(|resolved| resolved.passes_boundaries) {
             // As in pbrt-v3, which makes the camera here.
             self.draft.camera_medium = self.state.medium.outside;

@@ -12,7 +12,7 @@ use crate::params::Params;
 use crate::resolve::GraphicsState;
 use crate::shape::Geometry;
 use crate::symbols::{SymbolId, SymbolKind};
-use crate::{Material, MaterialKind, Primitive, Shape, light, material, medium, shape, texture};
+use crate::{Material, MaterialKind, Medium, Primitive, Shape, light, material, medium, shape, texture};
 
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
@@ -95,7 +95,7 @@ impl Resolver<'_> {
             self.facts.redefined.push((SymbolKind::Medium, name.value.clone(), name.span));
         }
         let number = medium.map(|medium| {
-            self.draft.media.push(medium);
+            self.draft.media.push(Medium { name: Some(name.value.clone()), ..medium });
             self.draft.media.len() as u32 - 1
         });
         self.definitions.media.define(&name, number, &mut self.report);

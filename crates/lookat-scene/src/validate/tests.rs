@@ -164,6 +164,7 @@ fn broken_promises_are_named() {
                 grid_from_world: Transform::IDENTITY,
             }));
             world.media.push(Medium {
+                name: None,
                 absorption: Vec3::ONE,
                 scattering: Vec3::ONE,
                 asymmetry: 0.0,

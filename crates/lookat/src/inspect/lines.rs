@@ -4,7 +4,7 @@ use lookat_image::byte_words;
 use lookat_render::{Elements, GridCost, MediumCost, Surfaces};
 
 use crate::inspect::needs::{AtSurface, LensSystem, Needs};
-use crate::readable::{count, grouped, plural};
+use crate::readable::{count, grouped, plural, visible};
 use crate::sight::short;
 
 impl Needs {
@@ -206,12 +206,13 @@ fn media(media: &[MediumCost]) -> String {
         let path = medium
             .mean_free_path
             .map_or("no collisions".into(), |it| format!("mean free path {}", short(it)));
+        let name = medium.name.as_deref().map_or("a medium".into(), |name| visible(&format!("\"{name}\"")));
         let Some(GridCost { resolution: [x, y, z], optical_depth, lookups }) = medium.grid else {
-            return format!("homogeneous, {path}");
+            return format!("{name} homogeneous, {path}");
         };
         let [depth, lookups] = [optical_depth, lookups].map(short);
         format!(
-            "grid of {x} x {y} x {z}, {path} at its densest; across it optical depth {depth}, {lookups} densities looked up"
+            "{name} a grid of {x} x {y} x {z}, {path} at its densest; across it optical depth {depth}, {lookups} densities looked up"
         )
     };
     media.iter().map(one).collect::<Vec<_>>().join("; ")

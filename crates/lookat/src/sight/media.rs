@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 
 use lookat_render::{CameraRays, Prepared, ShapeId, Surface};
+use lookat_scene::MaterialKind;
 use lookat_scene::glam::DVec2;
 use lookat_scene::syntax::{Diagnostic, Span};
 
 use super::Sight;
 use super::facts::{PROBES, surfaces_along};
+use crate::readable::visible;
 
 /// The least share of the picture in which a boundary that is the wrong way round counts.
 const LEAST: f64 = 0.01;
@@ -35,7 +37,14 @@ impl WrongSide {
         // By boundary: the rays that come to it first, and those of them that do on a wrong side.
         let mut counts: BTreeMap<ShapeId, [usize; 2]> = BTreeMap::new();
         for place in places {
-            let first = surfaces_along(prepared, camera, place).find_map(|(ray, surface)| {
+            // Up to a surface that may hide what is behind it.
+            let mut is_hidden = false;
+            let surfaces = surfaces_along(prepared, camera, place).take_while(|(_, surface)| {
+                let is_shown = !is_hidden;
+                is_hidden = !matches!(surface.primitive.material.kind(), MaterialKind::None);
+                is_shown
+            });
+            let first = surfaces.into_iter().find_map(|(ray, surface)| {
                 let Surface { n, element, primitive, .. } = surface;
                 let sides = primitive.medium?;
                 let own = if n.dot(ray.d) < 0.0 { sides.outside } else { sides.inside };
@@ -56,9 +65,19 @@ impl WrongSide {
 /// A boundary with the wrong side towards the camera.
 pub fn wrong_side(sight: &Sight) -> Option<Diagnostic> {
     let WrongSide { span, .. } = sight.facts.wrong_side.as_ref()?;
-    let message = match sight.scene.world.camera_medium {
-        None => "this shape has a medium on the side of the camera, which is in empty space",
-        Some(_) => "this shape has another medium on the side of the camera than the camera is in",
+    let world = &sight.scene.world;
+    let own = world.camera_medium.and_then(|it| world.media.get(it as usize)?.name.as_deref());
+    let message = match (world.camera_medium, own) {
+        (None, _) => "this shape has a medium on the side of the camera, which is in empty space".into(),
+        (Some(_), None) => {
+            "this shape has another medium on the side of the camera than the camera is in".into()
+        }
+        (Some(_), Some(name)) => {
+            format!(
+                "this shape has another medium on the side of the camera than the camera is in: it is in \"{}\"",
+                visible(name)
+            )
+        }
     };
     let help = "exchange the media of its MediumInterface, or turn it over with ReverseOrientation; or give the camera the medium, by \
                 MediumInterface before Camera";

@@ -150,7 +150,8 @@ fn middle([low, high]: [DVec3; 2]) -> DVec3 {
 fn far_away(sight: &Sight) -> Option<Diagnostic> {
     let [low, high] = sight.bounds()?;
     let at = sight.in_camera(middle([low, high]));
-    let apparent = sight.world_size() / sight.extent_at(at.z)?;
+    let unit = sight.scene.view.camera.middle().vector(DVec3::Z).length();
+    let apparent = sight.world_size() / (sight.extent_at(at.z)? * unit);
     // The widest angles show everything small in the middle and large at the edge.
     let is_wide =
         matches!(sight.scene.view.camera.projection, Projection::Perspective { fov } if fov > WIDEST);
