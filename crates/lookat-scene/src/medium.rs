@@ -233,7 +233,8 @@ mod tests {
     fn found(medium: &str) -> Vec<String> {
         let text = format!(
             "Film \"image\" Sampler \"sobol\" Camera \"perspective\" Integrator \"volpath\" WorldBegin
-            LightSource \"infinite\" MakeNamedMedium \"fog\" {medium} Shape \"sphere\" WorldEnd"
+            LightSource \"infinite\" MakeNamedMedium \"fog\" {medium}
+            MediumInterface \"fog\" \"\" Material \"\" Shape \"sphere\" WorldEnd"
         );
         load_str(&text).diagnostics.into_iter().map(|diagnostic| diagnostic.message).collect()
     }
