@@ -38,9 +38,8 @@ fn diffuse(o: f64, i: f64, _: f64) -> [f64; 3] {
     if o * i > 0.0 { [0.0; 3] } else { [0.8, 0.4, 0.1].map(|color| color / std::f64::consts::PI) }
 }
 
-/// The bytes of a table whose cosines are those of a scene's.
+/// The bytes of a table with cosines that are closer near the horizon and along the normal, as in the scenes' tables.
 fn table(bsdf: Bsdf, channels: usize, half: usize) -> Vec<u8> {
-    // More cosines near the horizon and along the normal.
     let positive = (0..half).map(|at| {
         let x = (at as f64 + 0.2) / (half as f64 - 0.8);
         0.5 * (x + x * x * (3.0 - 2.0 * x))

@@ -77,26 +77,19 @@ fn sizes(summary: &Summary, report: &mut Report) {
             continue;
         };
         let size = (high - low).max_element();
+        let message = |path: f64, what: &str| {
+            format!(
+                "the mean free path of light inside is {}, and all shapes of this material are {} wide: {what}",
+                short(path),
+                short(size)
+            )
+        };
         if shortest > LARGEST * size {
-            let message = format!(
-                "the mean free path of light inside is {}, and all shapes of this material are {} wide: they are nearly black",
-                short(shortest),
-                short(size)
-            );
-            warn(
-                report,
-                at,
-                message,
-                "nearly no light leaves them again: check the unit, and \"float scale\"",
-            );
+            let help = "nearly no light leaves them again: check the unit, and \"float scale\"";
+            warn(report, at, message(shortest, "they are nearly black"), help);
         } else if longest < SMALLEST * size {
-            let message = format!(
-                "the mean free path of light inside is {}, and all shapes of this material are {} wide: light leaves where it enters",
-                short(longest),
-                short(size)
-            );
             let help = "check the unit and \"float scale\"; if it is meant, \"plastic\" looks the same and has less noise";
-            warn(report, at, message, help);
+            warn(report, at, message(longest, "light leaves where it enters"), help);
         }
     }
 }
