@@ -150,6 +150,9 @@ fn what_is_wrong_is_refused() {
     assert!(
         refused(0, ("Kd", "rgb"), json!([1, 1])).contains("Kd needs 3 numbers (red, green, blue), found 2")
     );
+    assert!(
+        refused(0, ("Kd", "texture"), json!(["bricks"])).contains("there is no spectrum texture \"bricks\"")
+    );
     assert!(refused(0, ("bumpmap", "string"), json!(["a.png"])).contains("cannot name files"));
     assert!(refused(1, ("L", "rgb"), json!([1e30, 1, 1])).contains("1e18"));
     let old = json!([{"place": {"at": {"reading": 99, "file": 0, "start": 3}}}]);

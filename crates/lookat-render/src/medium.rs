@@ -84,15 +84,6 @@ impl<'s> Media<'s> {
         self.interfaces[primitive as usize]
     }
 
-    /// The medium that a ray in direction `d` is in behind a point of a primitive with geometric normal `n`, if it was in `before`.
-    pub fn beyond(&self, primitive: u32, n: DVec3, d: DVec3, before: MediumNumber) -> MediumNumber {
-        match self.interface(primitive) {
-            Some([_, outside]) if n.dot(d) > 0.0 => outside,
-            Some([inside, _]) => inside,
-            None => before,
-        }
-    }
-
     /// The media inside and outside of elements, of rays that come through other media.
     #[inline(always)]
     pub fn sides<S: Simd>(

@@ -31,21 +31,39 @@ struct Query<'q> {
     leaving: u32,
     /// True for shadow rays, which may pass other holes.
     is_shadow: bool,
+    /// Only hits that come later than this one count.
+    after: Option<Hit>,
 }
 
 impl<'q> Query<'q> {
     #[inline(always)]
     fn new(group: &'q Group, ray: &'q Ray, instance: u32, is_shadow: bool) -> Self {
         let leaving = if ray.leaving.instance == instance { ray.leaving_place } else { Hit::NO_PLACE };
-        Query { group, ray, instance, leaving, is_shadow }
+        Query { group, ray, instance, leaving, is_shadow, after: None }
+    }
+
+    /// The query in an object, of a ray in its space.
+    #[inline(always)]
+    fn within(&self, group: &'q Group, ray: &'q Ray, instance: u32) -> Self {
+        Query { after: self.after, ..Query::new(group, ray, instance, self.is_shadow) }
     }
 }
 
 impl Traceable {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
+        self.nearest_after(ray, None)
+    }
+
+    /// The hits of a ray in the order of their distances; those at one distance in the order of their elements. Of an element that the ray
+    /// meets twice, the first counts.
+    pub fn hits(&self, ray: &Ray) -> impl Iterator<Item = Hit> {
+        std::iter::successors(self.nearest(ray), |hit| self.nearest_after(ray, Some(*hit)))
+    }
+
+    fn nearest_after(&self, ray: &Ray, after: Option<Hit>) -> Option<Hit> {
         let mut hit = nothing(ray);
-        let query = self.query(ray, false);
+        let query = Query { after, ..self.query(ray, false) };
         side_by_side!(self.level, simd => self.search_alone::<_, false>(simd, query, &mut hit)).then_some(hit)
     }
 
@@ -174,7 +192,7 @@ impl Traceable {
                 NonTriangle::Instance { instance, .. } => {
                     let placed = self.placed(instance, query.ray.time);
                     let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
-                    self.search_all::<ANY>(Query::new(group, ray, instance, query.is_shadow), hit)
+                    self.search_all::<ANY>(query.within(group, ray, instance), hit)
                 }
                 other => self.meet_shape::<ANY>(query, other, hit),
             };
@@ -196,7 +214,7 @@ impl Traceable {
         };
         let placed = self.placed(instance, query.ray.time);
         let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
-        let query = Query::new(group, ray, instance, query.is_shadow);
+        let query = query.within(group, ray, instance);
         match group.single_shape() {
             Some(other) => self.meet_shape::<ANY>(query, other, hit),
             None => vectorized!(simd, self.search_alone::<S, ANY>(simd, query, hit)),
@@ -258,8 +276,9 @@ impl Traceable {
     fn accept<const ANY: bool>(&self, query: Query, found: Hit, hit: &mut Hit) -> bool {
         debug_assert!(!ANY || found.element != query.ray.target, "it was left out before");
         let counts = if ANY { found.t <= hit.t } else { hit.yields_to(found.t, found.element) };
+        let is_later = query.after.is_none_or(|after| found.yields_to(after.t, after.element));
         let Hit { element, barycentric, .. } = found;
-        let accepted = counts && self.is_valid(element, barycentric, query.is_shadow);
+        let accepted = counts && is_later && self.is_valid(element, barycentric, query.is_shadow);
         if accepted {
             *hit = found;
         }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::lighting::Lighting;
 use super::path_batch::{LightColumns, MediaBatch, MediaRoom, PathBatch, Radiance, ScatteredPaths};
-use super::path_record::{PathColumns, PathRecord};
+use super::path_record::{PATHS, PathColumns, PathRecord};
 use super::profiler::Stage;
 use super::world::{MAX_PASSED, Tracer, World};
 use crate::columns::Column;
@@ -15,9 +15,6 @@ use crate::medium::{Media, MediumNumber, MediumSamples};
 use crate::number::{LANES, bits, eights, narrow, set_bits, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::rays::{HitColumns, OneRay, RayColumns};
-
-/// Surfaces no farther apart, relative to their largest coordinate, are in one place: 2^-48.
-const SAME_PLACE: f64 = 1.0 / (1_u64 << 48) as f64;
 
 impl Lighting<'_> {
     /// Leads the traced paths of a batch to where they scatter next, in a medium or at a surface with a material, and adds the emission
@@ -50,10 +47,20 @@ impl Lighting<'_> {
             self.sample_media(simd, media, scattered, ahead);
             self.add_emission(simd, tracer, ahead, ahead.paths.all(), radiance);
             scattered.paths.count = 0;
-            self.cross(simd, tracer, media, ahead, (&mut *scattered, &mut *arrived), events.as_deref_mut());
+            let ahead_of_surfaces = self.cross(
+                simd,
+                tracer,
+                media,
+                ahead,
+                (&mut *scattered, &mut *arrived),
+                events.as_deref_mut(),
+            );
             let (all, paths) = (scattered.paths.all(), &mut scattered.paths);
             if all != 0 {
                 self.world.nearest(simd, tracer, &paths.rays, all, &mut paths.hits);
+            }
+            for (path, hit) in ahead_of_surfaces {
+                paths.hits.set(path, &hit, tracer.scene.labels, tracer.scene.emits(&hit));
             }
         }
         std::mem::swap(scattered, arrived);
@@ -91,7 +98,8 @@ impl Lighting<'_> {
         });
     }
 
-    /// Moves paths that have met surfaces without a material to behind these, and the others that go on to their vertices.
+    /// Moves paths that have met surfaces without a material to behind these, and the others that go on to their vertices. Returns the
+    /// crossing paths whose next hit is known: see [`Crossing::met`].
     #[inline(never)]
     fn cross<S: Simd>(
         &self,
@@ -101,22 +109,24 @@ impl Lighting<'_> {
         ScatteredPaths { paths, receivers }: &ScatteredPaths,
         (crossing, arrived): (&mut ScatteredPaths, &mut ScatteredPaths),
         mut events: Option<&mut PathColumns>,
-    ) {
+    ) -> ArrayVec<(usize, Hit), PATHS> {
         vectorized!(simd, {
-            let own = &mut PathRecord::none(simd);
+            let (own, mut known) = (&mut PathRecord::none(simd), ArrayVec::new());
             for first in (0..paths.count).step_by(LANES) {
                 paths.load(simd, first, paths.count, own);
                 let receivers = receivers.eight(simd, first, self.has_lunes);
                 let going_on = own.active & own.hits.is_hit();
-                let mut crosses = 0;
+                let mut crosses = 0_u64;
                 for lane in set_lanes(going_on & !own.scatters) {
                     let (ray, Some(hit)) = self.world.one(&own.rays, &own.hits, lane) else { continue };
                     if tracer.scene.is_passed(&hit) {
-                        crosses |= 1 << lane;
-                        let Beyond { o, medium } =
-                            self.world.beyond(tracer, media, (&ray, &hit), own.medium[lane]);
+                        let Crossing { o, medium, met } =
+                            self.world.cross(tracer, media, (&ray, &hit), own.medium[lane]);
                         own.medium[lane] = medium;
                         own.rays.o.set_lane(lane, o);
+                        let path = crossing.paths.count + crosses.count_ones() as usize;
+                        known.extend(met.map(|hit| (path, hit)));
+                        crosses |= 1 << lane;
                     }
                 }
                 let crosses = bits(simd, crosses);
@@ -134,47 +144,94 @@ impl Lighting<'_> {
                     events.push_with_hits(own);
                 }
             }
-        });
+            known
+        })
     }
 }
 
-/// Where a path or a shadow ray that crosses a surface without a material starts again, and the medium that it is in there.
-struct Beyond {
+/// A path or a shadow ray behind a surface without a material.
+struct Crossing {
+    /// Where it starts again.
     o: DVec3,
+    /// The medium that it is in there.
     medium: MediumNumber,
+    /// A surface with a material in the same place, which it hits next.
+    met: Option<Hit>,
+}
+
+/// The most boundaries in one place that are told apart.
+const MOST_TOUCHING: usize = 16;
+
+/// A boundary that a ray crosses.
+struct Boundary {
+    /// The medium in front of it.
+    from: MediumNumber,
+    /// The medium behind it.
+    to: MediumNumber,
+    /// True if the ray comes from inside.
+    is_exit: bool,
+}
+
+impl Boundary {
+    /// The boundary at a hit of a ray in direction `d`, where the geometric normal is `n`. `None` if the media on its sides are not said.
+    fn new(media: &Media, hit: &Hit, n: DVec3, d: DVec3) -> Option<Self> {
+        let [inside, outside] = media.interface(hit.element.primitive)?;
+        let is_exit = n.dot(d) > 0.0;
+        let (from, to) = if is_exit { (inside, outside) } else { (outside, inside) };
+        Some(Boundary { from, to, is_exit })
+    }
+
+    /// The medium behind boundaries in one place.
+    fn cross_all(
+        mut boundaries: ArrayVec<Boundary, MOST_TOUCHING>,
+        mut medium: MediumNumber,
+    ) -> MediumNumber {
+        let next_of = |boundaries: &[Boundary], medium| boundaries.iter().position(|it| it.from == medium);
+        // Where none begins in the medium, the scene contradicts itself. Then a ray leaves a medium before it enters another.
+        let mut next = next_of(&boundaries, medium)
+            .or_else(|| boundaries.iter().position(|it| it.is_exit))
+            .or((!boundaries.is_empty()).then_some(0));
+        while let Some(index) = next {
+            medium = boundaries.remove(index).to;
+            next = next_of(&boundaries, medium);
+        }
+        medium
+    }
 }
 
 impl World<'_> {
     /// Leads a ray, which is in `medium` at its start, across a surface without a material that it hits.
     ///
-    /// It starts again behind the surface, beyond all that touches it there; so whatever does is looked for first. A surface with a material
-    /// is yet to be hit. Of two boundaries in one place the ray leaves a medium first and then enters one: media that touch have no gap.
+    /// It starts again behind the surface, beyond all that touches it there; so whatever does is looked for first, and crossed too, in an
+    /// order in which each boundary begins in the medium where the one before ends. A surface with a material is hit from the medium before.
     #[inline(never)]
-    fn beyond(
+    fn cross(
         &self,
         tracer: &Tracer,
         media: &Media,
         (ray, hit): (&Ray, &Hit),
         medium: MediumNumber,
-    ) -> Beyond {
-        let (surface, d) = (tracer.surface(ray, hit), ray.d);
-        let (before, behind) = (surface.spawn_ray(-d).o, surface.spawn_ray(d));
-        let o = behind.o;
-        let beyond = media.beyond(hit.element.primitive, surface.n, d, medium);
+    ) -> Crossing {
+        let (scene, surface) = (tracer.scene, tracer.surface(ray, hit));
+        let (before, behind) = (surface.spawn_ray(-ray.d).o, surface.spawn_ray(ray.d));
         // Across the surface: at a grazing angle, a way along the ray ends before it.
-        let across = o - before;
+        let across = behind.o - before;
         let between = Ray { o: before, d: across.normalize(), t_max: across.length(), ..behind };
-        let Some(touching) = tracer.scene.nearest(&between) else { return Beyond { o, medium: beyond } };
-        if !tracer.scene.is_passed(&touching) {
-            return Beyond { o: before, medium };
+        let mut boundaries = ArrayVec::<_, MOST_TOUCHING>::new();
+        boundaries.extend(Boundary::new(media, hit, surface.n, ray.d));
+        for touching in scene.hits(&between).take(MOST_TOUCHING - 1) {
+            if scene.is_passed(&touching) {
+                let n = tracer.surface(&between, &touching).n;
+                boundaries.extend(Boundary::new(media, &touching, n, between.d));
+                continue;
+            }
+            let ahead = Ray { o: before, ..behind };
+            let met = scene.hits(&ahead).take(MOST_TOUCHING).find(|hit| hit.element == touching.element);
+            if met.is_some() {
+                return Crossing { o: before, medium, met };
+            }
         }
-        let other = tracer.surface(&between, &touching);
-        let gap = (other.p - surface.p).dot(surface.n).abs();
-        let enters = |n: DVec3| n.dot(d) < 0.0;
-        let is_first = gap <= surface.magnitude * SAME_PLACE && enters(surface.n) && !enters(other.n);
-        let medium =
-            if is_first { beyond } else { media.beyond(touching.element.primitive, other.n, d, beyond) };
-        Beyond { o, medium }
+        Crossing { o: behind.o, medium: Boundary::cross_all(boundaries, medium), met: None }
     }
 
     /// Multiplies the light of shadow rays by what the media on their way let through. Returns the rays that no surface with a material
@@ -193,6 +250,9 @@ impl World<'_> {
             for t_max in rays.t_max.iter_mut().filter(|t_max| **t_max == f64::INFINITY) {
                 *t_max = media.reach;
             }
+            let is_target = |hit: &Hit, target: f64| {
+                hit.element.instance == ElementId::WORLD && tracer.scene.labels.of(hit.element) == target
+            };
             let (mut rest, mut free, mut hits) = (all, 0, HitColumns::new());
             for _ in 0..MAX_PASSED {
                 if rest == 0 {
@@ -206,10 +266,7 @@ impl World<'_> {
                     for lane in set_bits(own) {
                         let (ray, hit) = self.one(&eight, &found, lane);
                         // The light itself is no obstacle.
-                        let hit = hit.filter(|hit| {
-                            hit.element.instance != ElementId::WORLD
-                                || tracer.scene.labels.of(hit.element) != eight.target[lane]
-                        });
+                        let hit = hit.filter(|hit| !is_target(hit, eight.target[lane]));
                         match hit {
                             Some(hit) if tracer.scene.is_passed(&hit) => {
                                 end[lane] = hit.t;
@@ -233,7 +290,12 @@ impl World<'_> {
                     for (lane, ray, hit) in crossed.into_iter().filter(|(lane, ..)| is_dark >> lane & 1 == 0)
                     {
                         let at = first + lane;
-                        let Beyond { o, medium } = self.beyond(tracer, media, (&ray, &hit), light.medium[at]);
+                        let Crossing { o, medium, met } =
+                            self.cross(tracer, media, (&ray, &hit), light.medium[at]);
+                        if let Some(met) = met {
+                            blocked |= u64::from(!is_target(&met, eight.target[lane])) << lane;
+                            continue;
+                        }
                         light.medium[at] = medium;
                         let t_max = eight.t_max[lane] - (o - ray.o).dot(ray.d);
                         let (leaving, leaving_instance) = (found.element[lane], found.instance[lane]);
@@ -418,6 +480,52 @@ mod tests {
                 ((found - expected).abs() / expected).max_element() < 0.01,
                 "{shapes:?}: {found}, not {expected}"
             );
+        }
+    }
+
+    /// Slabs within each other whose far sides are in one place, in any order, in front of a lamp, a floor in that place, or another slab.
+    #[test]
+    fn media_in_each_other_are_left_where_all_end() {
+        let face = |z: f64| format!("-9 -9 {z} 9 -9 {z} 9 9 {z} -9 9 {z} ");
+        let slab = |name: &str, around: &str, from: f64, to: f64| {
+            format!(
+                "MediumInterface \"{name}\" \"{around}\" Material \"\" Shape \"trianglemesh\"
+                 \"integer indices\" [0 1 2 0 2 3 4 6 5 4 7 6] \"point P\" [{}{}] ",
+                face(to),
+                face(from)
+            )
+        };
+        let media = [("a", 0.25), ("b", 0.5), ("c", 1.0)]
+            .map(|(name, sigma)| {
+                medium(&format!(
+                    "\"string type\" \"homogeneous\" \"rgb sigma_a\" [{sigma} {sigma} {sigma}] \"rgb sigma_s\" [0 0 0]"
+                ))
+                .replace("\"m\"", &format!("\"{name}\""))
+            })
+            .concat();
+        let slabs = [slab("a", "", -2.0, 1.0), slab("b", "a", -1.0, 1.0), slab("c", "b", 0.0, 1.0)];
+        let black = "AttributeBegin MediumInterface \"\" \"\" Material \"matte\" \"rgb Kd\" [0 0 0]";
+        let square = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]";
+        // A floor that glows where all end.
+        let floor = format!(
+            "{black} AreaLightSource \"diffuse\" \"bool twosided\" \"true\" {square} \"point P\" [{}] AttributeEnd ",
+            face(1.0)
+        );
+        for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            let inside = format!("AttributeBegin {} AttributeEnd ", order.map(|at| &*slabs[at]).concat());
+            for (world, depth) in [
+                (format!("{floor}{inside}"), 0.25 + 0.5 + 1.0),
+                (format!("{inside}{floor}"), 0.25 + 0.5 + 1.0),
+                (format!("{LAMP}{inside}"), 0.25 + 0.5 + 1.0),
+                (format!("{LAMP}{inside}{}", slab("a", "", 1.0, 3.0)), 0.25 + 0.5 + 1.0 + 2.0 * 0.25),
+            ] {
+                let found = seen("", &format!("{media}{world}"), 4096);
+                let expected = (-depth as f32).exp();
+                assert!(
+                    (found / expected - 1.0).abs().max_element() < 0.02,
+                    "{order:?} {world}: {found}, not {expected}"
+                );
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use lookat_scene::syntax::{EntityKind, Fix, ParamType};
-use lookat_scene::{Location, Sources, ViewOverride};
+use lookat_scene::{Location, Sources, Symbol, ViewOverride};
 
 use crate::failure::Failure;
 use crate::source::DirectiveText;
@@ -141,9 +141,11 @@ impl Engine {
             changes(sources, &fixes)?,
         );
         let loaded = self.load_once();
-        let read = match loaded.scene {
-            Some(_) => self.open(loaded),
-            None => Err(first_error(&loaded).into()),
+        let known = self.opened.as_ref().map_or(&[][..], |opened| &opened.loaded.symbols);
+        let read = match new_undefined(&loaded.symbols, known) {
+            _ if loaded.scene.is_none() => Err(first_error(&loaded).into()),
+            Some(symbol) => Err(format!("there is no {} \"{}\"", symbol.kind.name(), symbol.name).into()),
+            None => self.open(loaded),
         };
         match &read {
             Ok(()) => {
@@ -191,6 +193,14 @@ fn moved(at: At, fixes: &[Fix], reading: u32) -> At {
     let grown: i64 =
         before.map(|fix| fix.replacement.len() as i64 - i64::from(fix.span.end - fix.span.start)).sum();
     At { reading, start: (i64::from(at.start) + grown).max(0) as u32, ..at }
+}
+
+/// An undefined name that was not used before.
+fn new_undefined<'s>(symbols: &'s [Symbol], before: &[Symbol]) -> Option<&'s Symbol> {
+    let same = |symbol: &Symbol, other: &Symbol| (symbol.kind, &symbol.name) == (other.kind, &other.name);
+    let is_undefined = |symbol: &&Symbol| symbol.definition.is_none();
+    let mut undefined = symbols.iter().filter(is_undefined);
+    undefined.find(|symbol| !before.iter().filter(is_undefined).any(|other| same(symbol, other)))
 }
 
 /// The message of the first error.
