@@ -154,7 +154,11 @@ fn integration(
         |choice| if lights.is_choice(choice) { Choice::One(lights.rule(choice)) } else { Choice::Nothing };
     match *integrator {
         Integrator::Path { max_depth, light_choice, .. } => {
-            let dimensions = path::dimensions(max_depth, lights, light_choice, of_scene.has_bodies());
+            let mut dimensions = path::dimensions(max_depth, lights, light_choice, of_scene.has_bodies());
+            if of_scene.world().media.is_some() {
+                let purpose = "way through media";
+                dimensions.push(SampleDimensions { purpose, count: 2, surfaces: 0..max_depth });
+            }
             (one(light_choice), dimensions, max_depth)
         }
         Integrator::DirectLighting { strategy, max_depth } => {

@@ -95,7 +95,7 @@ impl<'s> SceneIntegrator<'s> {
         world.nearest_of_camera(simd, tracer, &paths.rays, paths.all(), &mut paths.hits);
         if let (SceneIntegrator::Path(path), Some(media)) = (self, &world.media) {
             paths.set_medium(media.of_camera);
-            path.lighting.advance(simd, tracer, media, batch);
+            path.lighting.advance(simd, tracer, (streams, 0), media, batch);
         } else {
             world.add_emitted(simd, tracer, paths, sees, radiance);
             if surfaces > 0 {

@@ -110,14 +110,15 @@ impl<'s> Media<'s> {
         self.medium(number).map_or(0.0, |medium| medium.asymmetry)
     }
 
-    /// Samples where light that comes along the rays of paths scatters first, up to distances that may be infinite (PBR 15.2).
+    /// Samples where light that comes along the rays of paths scatters first, up to distances that may be infinite (PBR 15.2). `uniforms`: two
+    /// random numbers for each ray that has any.
     #[inline(always)]
     pub fn sample<S: Simd>(
         &self,
         (rays, numbers): (&Rays<S>, u32x8<S>),
         throughput: Vec3fx8<S>,
         t_max: f64x8<S>,
-        active: mask64x8<S>,
+        (active, uniforms): (mask64x8<S>, &[Option<[f64; 2]>; LANES]),
     ) -> MediumSamples<S> {
         let simd = t_max.token();
         let mut even = EvenMedia::new(simd);
@@ -126,7 +127,7 @@ impl<'s> Media<'s> {
         for lane in set_lanes(active) {
             let Some(medium) = self.medium(numbers[lane]) else { continue };
             let part = RayPart { o: rays.o.lane(lane), d: rays.d.lane(lane), t_max: t_max[lane] };
-            let random = &mut Random::new(&part);
+            let random = &mut Random::new(&part, uniforms[lane]);
             match &medium.grid {
                 None => {
                     even.set_lane(lane, medium);
@@ -135,7 +136,7 @@ impl<'s> Media<'s> {
                 Some(grid) => grids.push((lane, grid.sample(medium, &part, throughput.lane(lane), random))),
             }
         }
-        let mut samples = even.sample(throughput, u[0].simd_into(simd), u[1].simd_into(simd), t_max);
+        let mut samples = even.sample(throughput, u[1].simd_into(simd), u[0].simd_into(simd), t_max);
         for (lane, GridSample { t, weight }) in grids {
             samples.weight.set_lane(lane, weight);
             if let Some(t) = t {
@@ -163,7 +164,7 @@ impl<'s> Media<'s> {
                 None => even.set_lane(lane, medium),
                 Some(grid) => {
                     let part = RayPart { o: rays.o.lane(lane), d: rays.d.lane(lane), t_max: t_max[lane] };
-                    let share = grid.transmittance(medium, &part, &mut Random::new(&part));
+                    let share = grid.transmittance(medium, &part, &mut Random::new(&part, None));
                     grids.push((lane, share));
                 }
             }

@@ -126,6 +126,15 @@ impl Streams {
         self.points.number(simd, TIME)
     }
 
+    /// Two numbers for the way of each path to its surface of a number, through media. They take no dimension of others.
+    #[inline(always)]
+    pub fn on_the_way<S: Simd>(&self, simd: S, depth: u32) -> [f64x8<S>; 2] {
+        [1, 2].map(
+            #[inline(always)]
+            |number| self.points.number(simd, TIME.wrapping_sub(depth.wrapping_mul(2).wrapping_add(number))),
+        )
+    }
+
     /// Points of the unit square.
     #[inline(always)]
     pub fn next_2d<S: Simd>(&mut self, simd: S) -> [f64x8<S>; 2] {

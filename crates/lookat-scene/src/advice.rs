@@ -68,6 +68,7 @@ const WITHOUT_ERRORS: &[Pass] = &[
     bodies::bodies,
     media::unseen,
     media::dark_sky,
+    media::grids,
 ];
 
 /// Runs all passes.

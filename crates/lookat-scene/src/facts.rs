@@ -91,5 +91,7 @@ pub(crate) struct BlockStart {
 pub(crate) struct Rotation {
     pub angle: f64,
     pub axis: [f64; 3],
+    /// True if it applies to one of the two times of motion alone.
+    pub is_motion: bool,
     pub at: Span,
 }

@@ -101,7 +101,8 @@ impl<'a> Resolver<'a> {
                 self.concat(scale, at)?
             }
             Directive::Rotate([angle, axis @ ..]) => {
-                self.facts.rotations.push(Rotation { angle, axis, at: span });
+                let is_motion = self.state.active != ActiveTransform::All;
+                self.facts.rotations.push(Rotation { angle, axis, is_motion, at: span });
                 self.concat(rotate(angle, axis, &span)?, at)?
             }
             Directive::LookAt(points) => self.look_at(points, span)?,

@@ -217,7 +217,7 @@ impl Primitive {
 }
 
 /// The box around a transformed box.
-fn transformed([low, high]: Bounds, transform: &Transform) -> Bounds {
+pub(crate) fn transformed([low, high]: Bounds, transform: &Transform) -> Bounds {
     let (center, half) = ((low + high) / 2.0, (high - low) / 2.0);
     let extent = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| transform.vector(axis * half).abs());
     let (center, extent) = (transform.point(center), extent[0] + extent[1] + extent[2]);

@@ -11,24 +11,42 @@ use super::path_record::{PATHS, PathColumns, PathRecord};
 use super::profiler::Stage;
 use super::world::{MAX_PASSED, Tracer, World};
 use crate::columns::Column;
-use crate::medium::{Media, MediumNumber, MediumSamples};
+use crate::medium::{EMPTY, Media, MediumNumber, MediumSamples};
 use crate::number::{LANES, bits, eights, narrow, set_bits, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
+use crate::sampler::Streams;
 use crate::trace::rays::{HitColumns, OneRay, RayColumns};
+
+/// What continues paths that scatter in media.
+pub(super) struct Events<'e> {
+    /// Those that have scattered.
+    pub paths: &'e mut PathColumns,
+    pub streams: &'e mut Streams,
+    /// The number of surfaces before.
+    pub depth: u32,
+}
 
 impl Lighting<'_> {
     /// Leads the traced paths of a batch to where they scatter next, in a medium or at a surface with a material, and adds the emission
-    /// that they see on their way.
-    pub fn advance<S: Simd>(&self, simd: S, tracer: &mut Tracer, media: &Media, batch: &mut PathBatch) {
+    /// that they see on their way. `depth`: the number of surfaces before.
+    pub fn advance<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        (streams, depth): (&mut Streams, u32),
+        media: &Media,
+        batch: &mut PathBatch,
+    ) {
         let mut own = batch.in_media.take().unwrap_or_else(MediaBatch::new);
-        let MediaBatch { events, room } = &mut *own;
-        events.count = 0;
+        let MediaBatch { events: paths, room } = &mut *own;
+        paths.count = 0;
         let (scattered, radiance) = batch.branch(0);
+        let events = Events { paths, streams, depth };
         self.lead(simd, tracer, media, (scattered, radiance), Some(events), room);
         batch.in_media = Some(own);
     }
 
-    /// Does what [`Lighting::advance`] does. Without `events`, paths that scatter in media end.
+    /// Does what [`Lighting::advance`] does. Without `events`, what paths would scatter is lost to them.
     #[inline(never)]
     pub fn lead<S: Simd>(
         &self,
@@ -36,16 +54,18 @@ impl Lighting<'_> {
         tracer: &mut Tracer,
         media: &Media,
         (scattered, radiance): (&mut ScatteredPaths, &mut Radiance),
-        mut events: Option<&mut PathColumns>,
+        mut events: Option<Events>,
         MediaRoom { ahead, arrived }: &mut MediaRoom,
     ) {
         arrived.paths.count = 0;
+        let mut has_numbers = 0;
         for _ in 0..MAX_PASSED {
             if scattered.paths.count == 0 {
                 break;
             }
-            self.sample_media(simd, media, scattered, ahead);
-            self.add_emission(simd, tracer, ahead, ahead.paths.all(), radiance);
+            // Whether paths scatter before or not: so emission has no noise of that.
+            self.add_emission(simd, tracer, scattered, scattered.paths.all(), radiance);
+            self.sample_media(simd, media, scattered, (&mut events, &mut has_numbers), ahead);
             scattered.paths.count = 0;
             let ahead_of_surfaces = self.cross(
                 simd,
@@ -53,7 +73,7 @@ impl Lighting<'_> {
                 media,
                 ahead,
                 (&mut *scattered, &mut *arrived),
-                events.as_deref_mut(),
+                events.as_mut().map(|events| &mut *events.paths),
             );
             let (all, paths) = (scattered.paths.all(), &mut scattered.paths);
             if all != 0 {
@@ -66,13 +86,15 @@ impl Lighting<'_> {
         std::mem::swap(scattered, arrived);
     }
 
-    /// Samples where paths scatter before they get to the ends of their rays.
+    /// Samples where paths scatter before they get to the ends of their rays. `had_numbers`: bits of the samples whose paths have used the
+    /// numbers that the sampler has for this way; other numbers are random.
     #[inline(never)]
     fn sample_media<S: Simd>(
         &self,
         simd: S,
         media: &Media,
         ScatteredPaths { paths, receivers }: &ScatteredPaths,
+        (events, had_numbers): (&mut Option<Events>, &mut u64),
         ahead: &mut ScatteredPaths,
     ) {
         vectorized!(simd, {
@@ -80,18 +102,36 @@ impl Lighting<'_> {
             ahead.paths.count = 0;
             for first in (0..paths.count).step_by(LANES) {
                 paths.load(simd, first, paths.count, own);
-                let infinite = f64::INFINITY.simd_into(simd);
-                let end = own.hits.is_hit().select(own.hits.t, infinite);
-                let MediumSamples { scatters, t, weight } =
-                    media.sample((&own.rays, own.medium), own.throughput, end, own.active);
+                let (end, way) = (own.ends(), (&own.rays, own.medium));
+                let MediumSamples { scatters, t, weight } = match events {
+                    Some(Events { streams, depth, .. }) => {
+                        let is_new = |lane: &usize| {
+                            own.medium[*lane] != EMPTY && *had_numbers >> own.samples[*lane] & 1 == 0
+                        };
+                        let new = set_lanes(own.active).filter(is_new).fold(0, |new, lane| new | 1 << lane);
+                        let mut uniforms = [None; LANES];
+                        if new != 0 {
+                            streams.choose(simd, &own.samples, 0);
+                            let [a, b] = streams.on_the_way(simd, *depth);
+                            for lane in set_bits(new) {
+                                uniforms[lane] = Some([a[lane], b[lane]]);
+                                *had_numbers |= 1 << own.samples[lane];
+                            }
+                        }
+                        media.sample(way, own.throughput, end, (own.active, &uniforms))
+                    }
+                    None => {
+                        let weight = media.transmittance(way, end, own.active);
+                        MediumSamples { scatters: bits(simd, 0), t: end, weight }
+                    }
+                };
                 own.throughput = own.throughput * weight;
                 own.active &= own.throughput.is_light();
                 own.scatters = scatters;
                 own.hits.t = t;
-                // It is a hit, of nothing that emits.
+                // It is a hit of nothing.
                 let element = own.hits.element;
                 own.hits.element = scatters.select(element.max(0.0), element);
-                own.hits.emits &= !scatters;
                 let receivers = receivers.eight(simd, first, self.has_lunes);
                 ahead.push_with_hits(own, &receivers);
             }

@@ -86,7 +86,7 @@ impl Lighting<'_> {
         }
     }
 
-    /// Adds the MIS-weighted emission that scattered rays see, once they are traced. `active`: the rays that may see any; each bit is one.
+    /// Adds the MIS-weighted emission that scattered rays see, once they are traced, through the media that they are in. `active`: the rays that may see any; each bit is one.
     #[inline(never)]
     pub fn add_emission<S: Simd>(
         &self,
@@ -105,7 +105,12 @@ impl Lighting<'_> {
                 if self.table.has_skies() {
                     sees |= !own.hits.is_hit();
                 }
-                if (sees & own.active).any_true() {
+                own.active &= sees;
+                if own.active.any_true() {
+                    if let Some(media) = &self.world.media {
+                        let shares = media.transmittance((&own.rays, own.medium), own.ends(), own.active);
+                        own.throughput = own.throughput * shares;
+                    }
                     let receivers = &receivers.eight(simd, first, self.has_lunes);
                     let mut estimates = Estimates::new();
                     let sampler = &self.sampler(simd, receivers, &mut estimates);

@@ -114,7 +114,7 @@ impl Paths<'_> {
                 let PathColumns { rays, hits, .. } = &mut scattered.paths;
                 world.nearest(simd, tracer, rays, all, hits);
                 if let Some(media) = &world.media {
-                    self.lighting.advance(simd, tracer, media, batch);
+                    self.lighting.advance(simd, tracer, (streams, at.depth + 1), media, batch);
                 } else {
                     self.lighting.add_emission(simd, tracer, scattered, all, radiance);
                     world.continue_paths(simd, tracer, &mut scattered.paths, Sees::All, radiance);

@@ -1,6 +1,6 @@
 //! The state of paths between two surfaces: eight paths side by side, and the columns that store many.
 
-use fearless_simd::{Simd, f32x8, mask64x8, prelude::*, u32x8};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*, u32x8};
 use glam::{DVec3, Vec3};
 
 use crate::camera::{CameraSample, Viewer, Views};
@@ -66,6 +66,12 @@ impl<S: Simd> PathRecord<S> {
     pub fn none(simd: S) -> Self {
         let zero = Vec3x8::splat(simd, DVec3::ZERO);
         PathRecord::new(simd, Rays::new(zero, zero), [0; LANES], mask64x8::splat(simd, false))
+    }
+
+    /// The distances at which the rays end; infinite without a hit.
+    #[inline(always)]
+    pub fn ends(&self) -> f64x8<S> {
+        self.hits.is_hit().select(self.hits.t, f64::INFINITY.simd_into(self.hits.t.token()))
     }
 
     /// The camera samples that have sent the rays, of all in the batch.

@@ -1,5 +1,6 @@
 //! Tracking in media whose density is a grid: where a ray scatters, and how much light gets along it (PBR 15.2.2; PBR, fourth edition, 11.4.3).
 
+use arrayvec::ArrayVec;
 use glam::{DVec3, Vec3};
 use lookat_scene::DensityGrid;
 
@@ -203,19 +204,26 @@ impl Collisions<'_> {
 }
 
 /// Random numbers for tracking in media, as many as it takes.
-pub(super) struct Random(u64);
+pub(super) struct Random {
+    /// The first ones, if a sampler gives any; the last number comes first.
+    given: ArrayVec<f64, 2>,
+    state: u64,
+}
 
 impl Random {
-    /// Numbers that depend on a ray alone. No two rays of a picture are the same, and other seeds give other rays.
-    pub fn new(part: &RayPart) -> Self {
+    /// Numbers that depend on a ray alone, after those of a sampler. No two rays of a picture are the same, and other seeds give other rays.
+    pub fn new(part: &RayPart, given: Option<[f64; 2]>) -> Self {
         let numbers = part.o.to_array().into_iter().chain(part.d.to_array());
-        Random(numbers.fold(0, |hash, number| mix(hash ^ number.to_bits())))
+        let state = numbers.fold(0, |hash, number| mix(hash ^ number.to_bits()));
+        Random { given: given.into_iter().flatten().rev().collect(), state }
     }
 
     /// A number from 0 to 1, below 1.
     pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        unit(mix(self.0))
+        self.given.pop().unwrap_or_else(|| {
+            self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            unit(mix(self.state))
+        })
     }
 }
 
@@ -289,7 +297,7 @@ mod tests {
             let (mut ratio, mut delta, count) = (Vec3::ZERO, Vec3::ZERO, 40_000);
             let throughput = Vec3::new(1.0, 2.0, 0.5);
             for number in 0..count {
-                let mut random = Random(number);
+                let mut random = Random { given: ArrayVec::new(), state: number };
                 ratio += prepared.transmittance(&medium, &RayPart { o, d, t_max }, &mut random);
                 let sample = prepared.sample(&medium, &RayPart { o, d, t_max }, throughput, &mut random);
                 delta += if sample.t.is_none() { sample.weight } else { Vec3::ZERO };

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::{BVec3, Vec3};
+
 use crate::advice::{Summary, short, warn};
 use crate::report::Report;
 use crate::scene::around;
@@ -72,6 +74,15 @@ fn sizes(summary: &Summary, report: &mut Report) {
     }
     for (material, primitives) in by_material {
         let Some(at) = material.span else { continue };
+        if let Some(paths) = mean_free_path(material)
+            && paths.cmple(Vec3::ZERO).any()
+        {
+            let message = format!(
+                "no light that enters these shapes leaves them in {}: its mean free path there is 0",
+                named(paths.cmple(Vec3::ZERO))
+            );
+            warn(report, at, message, "write more than 0");
+        }
         let bounds = around(primitives.into_iter().filter_map(Primitive::bounds));
         let Some(([shortest, longest], [low, high])) = mean_free_paths(material).zip(bounds) else {
             continue;
@@ -96,16 +107,27 @@ fn sizes(summary: &Summary, report: &mut Report) {
 
 /// The shortest and the longest mean free path of the channels of a medium that is everywhere the same. `None` if no light scatters in it.
 fn mean_free_paths(material: &Material) -> Option<[f64; 2]> {
-    let paths = match material.inside()? {
+    let paths = mean_free_path(material)?;
+    let paths = || paths.to_array().into_iter().map(f64::from).filter(|path| *path > 0.0 && path.is_finite());
+    Some([paths().reduce(f64::min)?, paths().reduce(f64::max)?])
+}
+
+/// The channels of a mask in words.
+fn named(channels: BVec3) -> String {
+    let names = [(channels.x, "red"), (channels.y, "green"), (channels.z, "blue")];
+    names.into_iter().filter(|(is_in, _)| *is_in).map(|(_, name)| name).collect::<Vec<_>>().join(", ")
+}
+
+/// The mean free path of each channel of a medium that is everywhere the same.
+fn mean_free_path(material: &Material) -> Option<Vec3> {
+    Some(match material.inside()? {
         MaterialKind::Subsurface(of) => match &of.interior {
             Interior::Coefficients([absorption, scattering]) => {
                 (absorption.constant()? + scattering.constant()?).recip()
             }
             Interior::Color([_, path]) => path.constant()?,
         },
-        MaterialKind::Disney(disney) => disney.scatter_distance.constant()?,
+        MaterialKind::Disney(disney) => disney.scatter_distance.constant().filter(|it| *it != Vec3::ZERO)?,
         _ => return None,
-    };
-    let paths = || paths.to_array().into_iter().map(f64::from).filter(|path| *path > 0.0 && path.is_finite());
-    Some([paths().reduce(f64::min)?, paths().reduce(f64::max)?])
+    })
 }

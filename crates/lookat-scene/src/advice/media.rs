@@ -5,7 +5,7 @@ use lookat_syntax::{Span, shown};
 
 use crate::advice::{Summary, short, warn};
 use crate::report::Report;
-use crate::scene::around;
+use crate::scene::{around, transformed};
 use crate::shape::QuadricForm;
 use crate::symbols::{Symbol, SymbolKind};
 use crate::{Density, Light, Material, MaterialKind, Primitive, Shape};
@@ -49,7 +49,7 @@ pub(super) fn unseen(summary: &Summary, report: &mut Report) {
     for (index, ((symbol, definition), boundaries)) in (0_u32..).zip(summary.media().zip(&all)) {
         let bounds = around(boundaries.iter().filter_map(|primitive| primitive.bounds()));
         // Light that opaque shapes reflect is in the medium on their side.
-        let is_within = bounds.is_some_and(|[low, high]| eye.cmpge(low).all() && eye.cmple(high).all());
+        let is_within = bounds.is_some_and(|bounds| contains(bounds, eye));
         let is_hidden = |primitive: &&Primitive| {
             let is_inside = primitive.medium.is_some_and(|it| it.inside == Some(index));
             is_inside && !is_within && is_solid(primitive) && is_opaque(primitive)
@@ -75,10 +75,16 @@ pub(super) fn unseen(summary: &Summary, report: &mut Report) {
         } else {
             let message =
                 format!("no shape and no camera has medium \"{name}\" on one side alone: it is not seen");
-            let help = "MediumInterface is for the shapes that follow it in its block; before Camera, its second name is where the eye is";
+            let help = format!(
+                "MediumInterface is for the shapes that follow it in its block, and one name alone counts on both sides: write \"{name}\" \"\""
+            );
             warn(report, symbol.uses[0], message, help);
         }
     }
+}
+
+fn contains([low, high]: [DVec3; 2], p: DVec3) -> bool {
+    p.cmpge(low).all() && p.cmple(high).all()
 }
 
 /// True for a shape that may have an inside: not for a wall.
@@ -121,22 +127,78 @@ pub(super) fn dark_sky(summary: &Summary, report: &mut Report) {
     let is_far = |light: &Light| {
         matches!(light, Light::Distant { .. } | Light::Infinite { .. } | Light::Environment { .. })
     };
+    let is_even = |light: &Light| matches!(light, Light::Infinite { .. });
+    let eye = summary.resolved.map(|resolved| resolved.view.camera.middle().point(DVec3::ZERO));
+    let ends_at = |primitive: &Primitive| {
+        let is_around = |[low, high]: [DVec3; 2]| eye.is_some_and(|eye| contains([low, high], eye));
+        !is_opaque(primitive) && primitive.bounds().is_some_and(is_around)
+    };
     if medium.density != Density::Uniform
         || !world.lights.iter().any(is_far)
-        || summary.boundaries()[index as usize].iter().any(|primitive| !is_opaque(primitive))
+        || summary.boundaries()[index as usize].iter().any(|primitive| ends_at(primitive))
     {
         return;
     }
     let Some([low, high]) = world.bounds() else { return };
     let extinction = f64::from((medium.absorption + medium.scattering).min_element());
     let size = (high - low).length();
+    let help = "end the medium at a shape with Material \"\" around the scene, write a smaller scale, or use lamps inside the medium";
     if extinction * size > OPTICAL_DEPTH {
         let message = format!(
             "light from infinity does not get through the medium around the camera: its mean free path is {}, and the way around the world {}",
             short(1.0 / extinction),
             short(size)
         );
-        let help = "end the medium at a shape with Material \"\" around the scene, write a smaller scale, or use lamps inside the medium";
         warn(report, summary.world(), message, help);
+    } else if extinction > 0.0 && world.lights.iter().any(is_even) {
+        let message =
+            "a constant infinite light is dark in a medium that has no end, as the one around the camera";
+        let help = "end the medium at a shape with Material \"\" around the scene, or use distant lights, or lamps inside the medium";
+        warn(report, summary.world(), message, help);
+    }
+}
+
+/// Grids that rays do not meet, or stay in for long.
+pub(super) fn grids(summary: &Summary, report: &mut Report) {
+    /// After so many, the renderer ends a ray.
+    const COLLISIONS: f64 = 1e4;
+    let world = &summary.built.world;
+    let all = summary.boundaries();
+    for (index, (symbol, definition)) in summary.media().enumerate() {
+        let Some(medium) = world.media.get(index) else { continue };
+        let Density::Grid(grid) = &medium.density else { continue };
+        let name = shown(symbol.name.as_bytes());
+        let world_from_grid = grid.grid_from_world.inverse();
+        let [low, high] = transformed([DVec3::ZERO, DVec3::ONE], &world_from_grid);
+        let bounds = around(all[index].iter().filter_map(|primitive| primitive.bounds()));
+        // Shapes of objects are wherever these are placed.
+        let is_placed = all[index].iter().all(|it| world.primitives.iter().any(|own| std::ptr::eq(own, *it)));
+        let is_around = world.camera_medium == Some(index as u32);
+        if let Some([from, to]) = bounds.filter(|_| is_placed && !is_around)
+            && (from.cmpgt(high).any() || to.cmplt(low).any())
+        {
+            let message = format!(
+                "the grid of medium \"{name}\" is outside of all shapes that it is in: they are empty"
+            );
+            let help = "p0 and p1 are in the coordinates at MakeNamedMedium: move it behind the transformations of the shape";
+            warn(report, definition, message, help);
+            continue;
+        }
+        let densest = grid.values.iter().fold(0.0, |most: f32, density| most.max(*density));
+        let extinction = f64::from((medium.absorption + medium.scattering).max_element() * densest);
+        let collisions = extinction
+            * DVec3::AXES.map(|axis| world_from_grid.vector(axis).length()).into_iter().fold(0.0, f64::max);
+        if collisions > COLLISIONS {
+            let message = format!(
+                "medium \"{name}\" is very dense: where it is densest, a ray across has {} collisions, and rendering is slow",
+                short(collisions)
+            );
+            warn(
+                report,
+                definition,
+                message,
+                "write a smaller scale, or a shape in place of what lets no light in",
+            );
+        }
     }
 }

@@ -111,6 +111,7 @@ const MANY: usize = 20;
 pub(super) fn rotations(summary: &Summary, report: &mut Report) {
     let rotations = &summary.facts.rotations;
     report.extend(rotations.iter().filter_map(angle_last));
+    report.extend(rotations.iter().filter_map(half_turn));
     let doubtful: Vec<Diagnostic> = rotations.iter().filter_map(radians).collect();
     if rotations.len() < MANY * doubtful.len() {
         report.extend(doubtful);
@@ -122,7 +123,17 @@ fn radians(rotation: &Rotation) -> Option<Diagnostic> {
     Some(Diagnostic::new(severity, rotation.at, message).help(help))
 }
 
-fn angle_last(Rotation { angle, axis: [x, y, z], at }: &Rotation) -> Option<Diagnostic> {
+/// Motion turns the short way between two matrices, which do not tell how they came about.
+fn half_turn(rotation: &Rotation) -> Option<Diagnostic> {
+    let is_far = rotation.is_motion && rotation.angle.abs() >= 180.0;
+    let warning = is_far.then(|| {
+        let message = "motion turns the short way, by at most 180 degrees: after half a turn it goes backwards, after a whole one it stands still";
+        Diagnostic::warning(rotation.at, message)
+    })?;
+    Some(warning.help("write less than 180 degrees, and a shorter shutter or later TransformTimes"))
+}
+
+fn angle_last(Rotation { angle, axis: [x, y, z], at, .. }: &Rotation) -> Option<Diagnostic> {
     let is_axis = [angle, x, y].into_iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
     if !is_axis || !(10.0..=720.0).contains(&z.abs()) {
         return None;

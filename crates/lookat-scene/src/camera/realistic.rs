@@ -62,22 +62,37 @@ pub(super) fn realistic(params: &mut Params, film: &Film, view: &ViewOverride) -
     Some(Camera { shutter, lens: Some(lens), ..Camera::new(Transform::IDENTITY, projection, film) })
 }
 
+/// Lenses that are shorter, in millimeters, are in other units.
+const SHORTEST: f64 = 0.5;
+/// Pictures of smaller apertures than this f-number are of nothing but diffraction; who writes one means meters.
+const SMALLEST_APERTURE: f64 = 200.0;
+
 /// The lens system of a file, with its stop at the aperture.
 fn lens_system(params: &mut Params, file: &Text, aperture: f64, weighting: Weighting) -> Option<LensSystem> {
     let rows = lens_rows(params, file)?;
     let stops: Vec<&LensRow> = rows.iter().filter(|row| row.curvature_radius == 0.0).collect();
-    if stops.is_empty() && params.was_taken(APERTURE_DIAMETER.name) {
+    let is_given = params.was_taken(APERTURE_DIAMETER.name);
+    if stops.is_empty() && is_given {
         let message = "the lens file has no aperture stop: aperturediameter has no effect, as in pbrt-v3";
         let help = "in the lens file, write a line with radius 0 where the stop is, such as `0 2 1 10` for one of up to 10 mm";
         params.warn(APERTURE_DIAMETER.name, message, help);
     }
-    if let Some(stop) = stops.iter().find(|stop| aperture > stop.aperture_diameter) {
+    if let Some(stop) = stops.iter().find(|stop| is_given && aperture > stop.aperture_diameter) {
         let most = number(stop.aperture_diameter);
         let message = format!(
             "aperturediameter is larger than the stop in line {} of the lens file: it is {most}, as in pbrt-v3",
             stop.line
         );
         params.warn(APERTURE_DIAMETER.name, &message, &format!("write at most {most}"));
+    }
+    let length: f64 = rows.iter().map(|row| row.thickness.abs()).sum();
+    if length < SHORTEST {
+        let message = format!("the lenses are {} mm long: lens files are in millimeters", number(length));
+        params.warn(
+            LENS_FILE.name,
+            &message,
+            "multiply all lengths, if the file is in centimeters or meters",
+        );
     }
     let element = |row: &LensRow| {
         let is_stop = row.curvature_radius == 0.0;
@@ -89,7 +104,12 @@ fn lens_system(params: &mut Params, file: &Text, aperture: f64, weighting: Weigh
             aperture_radius: diameter * MILLIMETER / 2.0,
         }
     };
-    Some(LensSystem { elements: rows.iter().map(element).collect(), weighting })
+    let lenses = LensSystem { elements: rows.iter().map(element).collect(), weighting };
+    if let Some(f_number) = lenses.f_number().filter(|it| *it > SMALLEST_APERTURE && length >= SHORTEST) {
+        let message = format!("the aperture is f/{f_number:.0}: aperturediameter is in millimeters");
+        params.warn(APERTURE_DIAMETER.name, &message, "multiply it by 1000, if it is in meters");
+    }
+    Some(lenses)
 }
 
 /// Reports a distance, which the caller has set, that the lens cannot focus on.

@@ -58,6 +58,7 @@ impl ViewOverride {
             return Err(format!("the window is empty: {SCREEN_WINDOW_HELP}"));
         }
         let within = |value: Option<f64>, range: Range, name: &str, unit: &str| match value {
+            Some(value) if value.is_nan() => Err(format!("{name} must be a number")),
             Some(value) if !range.contains(value) => Err(format!("{name} must be {}{unit}", range.words())),
             Some(value) if !in_range(&[value]) => Err(format!("{name} is too large")),
             _ => Ok(()),

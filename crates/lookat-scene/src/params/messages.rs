@@ -279,6 +279,7 @@ fn is_of_v4(keyword: &str, kind: &str) -> bool {
         "Sampler" => &["zsobol", "paddedsobol", "independent", "pmj02bn"],
         "Integrator" => &["simplepath", "simplevolpath", "lightpath", "randomwalk"],
         "Texture" => &["directionmix"],
+        "MakeNamedMedium" => &["uniformgrid", "rgbgrid", "cloud", "nanovdb"],
         _ => &[],
     };
     kinds.contains(&kind)
