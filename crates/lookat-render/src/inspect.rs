@@ -157,7 +157,7 @@ fn integration(
             let mut dimensions = path::dimensions(max_depth, lights, light_choice, of_scene.has_bodies());
             if of_scene.world().media.is_some() {
                 let purpose = "way through media";
-                dimensions.push(SampleDimensions { purpose, count: 2, surfaces: 0..max_depth });
+                dimensions.push(SampleDimensions { purpose, count: 2, surfaces: 0..max_depth.max(1) });
             }
             (one(light_choice), dimensions, max_depth)
         }

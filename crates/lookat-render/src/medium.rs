@@ -43,6 +43,14 @@ struct PreparedMedium<'s> {
     grid: Option<PreparedGrid<'s>>,
 }
 
+/// The random numbers of eight samples for a way through media.
+pub(crate) struct SampleNumbers {
+    /// The first ones, where the sampler gives any.
+    pub first: [Option<[f64; 2]>; LANES],
+    /// The seeds of the others.
+    pub seeds: [u64; LANES],
+}
+
 /// What rays meet in media.
 pub(crate) struct MediumSamples<S: Simd> {
     /// The rays that scatter before their ends.
@@ -110,33 +118,47 @@ impl<'s> Media<'s> {
         self.medium(number).map_or(0.0, |medium| medium.asymmetry)
     }
 
-    /// Samples where light that comes along the rays of paths scatters first, up to distances that may be infinite (PBR 15.2). `uniforms`: two
-    /// random numbers for each ray that has any.
+    /// Samples where light that comes along the rays of paths scatters first, up to distances that may be infinite (PBR 15.2). `numbers`: those
+    /// that the samples of the rays have for it.
     #[inline(always)]
     pub fn sample<S: Simd>(
         &self,
-        (rays, numbers): (&Rays<S>, u32x8<S>),
+        (rays, media): (&Rays<S>, u32x8<S>),
         throughput: Vec3fx8<S>,
         t_max: f64x8<S>,
-        (active, uniforms): (mask64x8<S>, &[Option<[f64; 2]>; LANES]),
+        (active, numbers): (mask64x8<S>, &SampleNumbers),
     ) -> MediumSamples<S> {
         let simd = t_max.token();
         let mut even = EvenMedia::new(simd);
-        let mut u = [[0.5; LANES]; 2];
+        let (mut u, mut absorbs) = ([[0.5; LANES]; 2], 0);
         let mut grids: ArrayVec<(usize, GridSample), LANES> = ArrayVec::new();
         for lane in set_lanes(active) {
-            let Some(medium) = self.medium(numbers[lane]) else { continue };
+            let Some(medium) = self.medium(media[lane]) else { continue };
             let part = RayPart { o: rays.o.lane(lane), d: rays.d.lane(lane), t_max: t_max[lane] };
-            let random = &mut Random::new(&part, uniforms[lane]);
+            let random = &mut Random::new(&part, numbers.seeds[lane], numbers.first[lane]);
+            let is_absorber = medium.scattering == Vec3::ZERO;
             match &medium.grid {
                 None => {
                     even.set_lane(lane, medium);
                     (u[0][lane], u[1][lane]) = (random.next(), random.next());
+                    absorbs |= u64::from(is_absorber) << lane;
+                }
+                Some(grid) if is_absorber => {
+                    let weight = grid.transmittance(medium, &part, random);
+                    grids.push((lane, GridSample { t: None, weight }));
                 }
                 Some(grid) => grids.push((lane, grid.sample(medium, &part, throughput.lane(lane), random))),
             }
         }
         let mut samples = even.sample(throughput, u[1].simd_into(simd), u[0].simd_into(simd), t_max);
+        if absorbs != 0 {
+            // What scatters nothing ends no path: without chance, there is no noise.
+            let absorbs = bits(simd, absorbs);
+            let weight = even.transmittance(to_f32(t_max));
+            samples.weight = weight.keep_where_wide(absorbs, samples.weight);
+            samples.scatters &= !absorbs;
+            samples.t = absorbs.select(t_max, samples.t);
+        }
         for (lane, GridSample { t, weight }) in grids {
             samples.weight.set_lane(lane, weight);
             if let Some(t) = t {
@@ -151,20 +173,20 @@ impl<'s> Media<'s> {
     #[inline(always)]
     pub fn transmittance<S: Simd>(
         &self,
-        (rays, numbers): (&Rays<S>, u32x8<S>),
+        (rays, media): (&Rays<S>, u32x8<S>),
         t_max: f64x8<S>,
-        active: mask64x8<S>,
+        (active, seeds): (mask64x8<S>, &[u64; LANES]),
     ) -> Vec3fx8<S> {
         let simd = t_max.token();
         let mut even = EvenMedia::new(simd);
         let mut grids: ArrayVec<(usize, Vec3), LANES> = ArrayVec::new();
         for lane in set_lanes(active) {
-            let Some(medium) = self.medium(numbers[lane]) else { continue };
+            let Some(medium) = self.medium(media[lane]) else { continue };
             match &medium.grid {
                 None => even.set_lane(lane, medium),
                 Some(grid) => {
                     let part = RayPart { o: rays.o.lane(lane), d: rays.d.lane(lane), t_max: t_max[lane] };
-                    let share = grid.transmittance(medium, &part, &mut Random::new(&part, None));
+                    let share = grid.transmittance(medium, &part, &mut Random::new(&part, seeds[lane], None));
                     grids.push((lane, share));
                 }
             }

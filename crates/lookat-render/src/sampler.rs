@@ -40,6 +40,14 @@ pub(crate) struct Sample {
     pub index: u32,
 }
 
+impl Sample {
+    /// A number that no other sample of a picture, or of another seed, is likely to have.
+    pub fn hash(&self) -> u64 {
+        let [x, y] = self.pixel.map(|at| u64::from(at as u32));
+        mix(mix(mix(self.seed) ^ (x << 32 | y)) ^ u64::from(self.index))
+    }
+}
+
 /// Numbers for camera samples of any pixels, eight of which are had at a time. Each call takes the next dimensions.
 #[derive(Debug, Clone)]
 pub(crate) struct Streams {

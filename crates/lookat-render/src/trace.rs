@@ -31,8 +31,8 @@ struct Query<'q> {
     leaving: u32,
     /// True for shadow rays, which may pass other holes.
     is_shadow: bool,
-    /// Only hits that come later than this one count.
-    after: Option<Hit>,
+    /// Only hits that come later than one at this distance, of this element, count.
+    after: Option<(f64, ElementId)>,
 }
 
 impl<'q> Query<'q> {
@@ -57,11 +57,16 @@ impl Traceable {
 
     /// The hits of a ray in the order of their distances; those at one distance in the order of their elements. Of an element that the ray
     /// meets twice, the first counts.
-    pub fn hits(&self, ray: &Ray) -> impl Iterator<Item = Hit> {
-        std::iter::successors(self.nearest(ray), |hit| self.nearest_after(ray, Some(*hit)))
+    pub fn hits<'r>(&'r self, ray: &'r Ray) -> impl Iterator<Item = Hit> + use<'r> {
+        let mut after = None;
+        std::iter::from_fn(move || {
+            let hit = self.nearest_after(ray, after)?;
+            after = Some((hit.t, hit.element));
+            Some(hit)
+        })
     }
 
-    fn nearest_after(&self, ray: &Ray, after: Option<Hit>) -> Option<Hit> {
+    fn nearest_after(&self, ray: &Ray, after: Option<(f64, ElementId)>) -> Option<Hit> {
         let mut hit = nothing(ray);
         let query = Query { after, ..self.query(ray, false) };
         side_by_side!(self.level, simd => self.search_alone::<_, false>(simd, query, &mut hit)).then_some(hit)
@@ -276,7 +281,7 @@ impl Traceable {
     fn accept<const ANY: bool>(&self, query: Query, found: Hit, hit: &mut Hit) -> bool {
         debug_assert!(!ANY || found.element != query.ray.target, "it was left out before");
         let counts = if ANY { found.t <= hit.t } else { hit.yields_to(found.t, found.element) };
-        let is_later = query.after.is_none_or(|after| found.yields_to(after.t, after.element));
+        let is_later = query.after.is_none_or(|(t, element)| found.yields_to(t, element));
         let Hit { element, barycentric, .. } = found;
         let accepted = counts && is_later && self.is_valid(element, barycentric, query.is_shadow);
         if accepted {

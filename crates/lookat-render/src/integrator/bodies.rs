@@ -62,16 +62,10 @@ pub(in crate::integrator) struct Entrances<S: Simd> {
 }
 
 impl<S: Simd> Entrances<S> {
-    /// Where rays in directions `d` enter bodies. Their light is not what surfaces reflect.
+    /// Where rays in directions `d` enter bodies.
     #[inline(always)]
     pub fn enters(&self, d: Vec3x8<S>) -> mask64x8<S> {
         self.mask & self.ns.dot(d).simd_lt(0.0)
-    }
-
-    /// Where rays in directions `d` would start inside of bodies. `n`: the geometric normals.
-    #[inline(always)]
-    pub fn is_inside(&self, d: Vec3x8<S>, n: Vec3x8<S>) -> mask64x8<S> {
-        self.mask & (n.dot(d).simd_lt(0.0) ^ self.is_reversed)
     }
 
     /// Takes samples out that enter bodies. Their paths wait in the batch.

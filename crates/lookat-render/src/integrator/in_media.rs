@@ -11,7 +11,7 @@ use super::path_record::{PATHS, PathColumns, PathRecord};
 use super::profiler::Stage;
 use super::world::{MAX_PASSED, Tracer, World};
 use crate::columns::Column;
-use crate::medium::{EMPTY, Media, MediumNumber, MediumSamples};
+use crate::medium::{EMPTY, Media, MediumNumber, MediumSamples, SampleNumbers};
 use crate::number::{LANES, bits, eights, narrow, set_bits, set_lanes, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::sampler::Streams;
@@ -58,14 +58,14 @@ impl Lighting<'_> {
         MediaRoom { ahead, arrived }: &mut MediaRoom,
     ) {
         arrived.paths.count = 0;
-        let mut has_numbers = 0;
+        let mut numbered = 0;
         for _ in 0..MAX_PASSED {
             if scattered.paths.count == 0 {
                 break;
             }
             // Whether paths scatter before or not: so emission has no noise of that.
             self.add_emission(simd, tracer, scattered, scattered.paths.all(), radiance);
-            self.sample_media(simd, media, scattered, (&mut events, &mut has_numbers), ahead);
+            self.sample_media(simd, tracer, media, scattered, (&mut events, &mut numbered), ahead);
             scattered.paths.count = 0;
             let ahead_of_surfaces = self.cross(
                 simd,
@@ -86,42 +86,45 @@ impl Lighting<'_> {
         std::mem::swap(scattered, arrived);
     }
 
-    /// Samples where paths scatter before they get to the ends of their rays. `had_numbers`: bits of the samples whose paths have used the
-    /// numbers that the sampler has for this way; other numbers are random.
+    /// Samples where paths scatter before they get to the ends of their rays; without `events`, only attenuates them. `numbered`: bits of the
+    /// samples whose paths have used the numbers that the sampler has for this way.
     #[inline(never)]
     fn sample_media<S: Simd>(
         &self,
         simd: S,
+        tracer: &Tracer,
         media: &Media,
         ScatteredPaths { paths, receivers }: &ScatteredPaths,
-        (events, had_numbers): (&mut Option<Events>, &mut u64),
+        (events, numbered): (&mut Option<Events>, &mut u64),
         ahead: &mut ScatteredPaths,
     ) {
         vectorized!(simd, {
             let own = &mut PathRecord::none(simd);
             ahead.paths.count = 0;
-            for first in (0..paths.count).step_by(LANES) {
-                paths.load(simd, first, paths.count, own);
+            for at in (0..paths.count).step_by(LANES) {
+                paths.load(simd, at, paths.count, own);
                 let (end, way) = (own.ends(), (&own.rays, own.medium));
+                let seeds = tracer.seeds_of(own.samples);
                 let MediumSamples { scatters, t, weight } = match events {
                     Some(Events { streams, depth, .. }) => {
                         let is_new = |lane: &usize| {
-                            own.medium[*lane] != EMPTY && *had_numbers >> own.samples[*lane] & 1 == 0
+                            own.medium[*lane] != EMPTY && *numbered >> own.samples[*lane] & 1 == 0
                         };
                         let new = set_lanes(own.active).filter(is_new).fold(0, |new, lane| new | 1 << lane);
-                        let mut uniforms = [None; LANES];
+                        let mut first = [None; LANES];
                         if new != 0 {
                             streams.choose(simd, &own.samples, 0);
                             let [a, b] = streams.on_the_way(simd, *depth);
                             for lane in set_bits(new) {
-                                uniforms[lane] = Some([a[lane], b[lane]]);
-                                *had_numbers |= 1 << own.samples[lane];
+                                first[lane] = Some([a[lane], b[lane]]);
+                                *numbered |= 1 << own.samples[lane];
                             }
                         }
-                        media.sample(way, own.throughput, end, (own.active, &uniforms))
+                        let numbers = &SampleNumbers { first, seeds };
+                        media.sample(way, own.throughput, end, (own.active, numbers))
                     }
                     None => {
-                        let weight = media.transmittance(way, end, own.active);
+                        let weight = media.transmittance(way, end, (own.active, &seeds));
                         MediumSamples { scatters: bits(simd, 0), t: end, weight }
                     }
                 };
@@ -132,7 +135,7 @@ impl Lighting<'_> {
                 // It is a hit of nothing.
                 let element = own.hits.element;
                 own.hits.element = scatters.select(element.max(0.0), element);
-                let receivers = receivers.eight(simd, first, self.has_lunes);
+                let receivers = receivers.eight(simd, at, self.has_lunes);
                 ahead.push_with_hits(own, &receivers);
             }
         });
@@ -318,7 +321,8 @@ impl World<'_> {
                     }
                     let medium = Column::load(simd, &light.medium[first..first + LANES]);
                     let going_on = bits(simd, own & !blocked);
-                    let shares = media.transmittance((&eight, medium), end, going_on);
+                    let seeds = tracer.seeds_of(light.samples_from(first));
+                    let shares = media.transmittance((&eight, medium), end, (going_on, &seeds));
                     let is_dark = !shares.is_light().to_bitmask();
                     for lane in set_lanes(going_on) {
                         let (at, share) = (first + lane, shares.lane(lane));
@@ -428,6 +432,40 @@ mod tests {
             let error = (found - expected).abs() / expected;
             assert!(error.max_element() < 0.02, "{before} {world}: {found}, not {expected}");
         }
+    }
+
+    /// What absorbs alone leaves nothing to chance: one sample gives the closed form.
+    #[test]
+    fn media_that_scatter_nothing_add_no_noise() {
+        let even =
+            medium("\"string type\" \"homogeneous\" \"rgb sigma_a\" [.1 .5 1] \"rgb sigma_s\" [0 0 0]");
+        let world = format!(
+            "{even} LightSource \"infinite\" {BOX} Material \"mirror\" \"rgb Kr\" [1 1 1] Shape \"disk\" "
+        );
+        let expected = (Vec3::new(-0.1, -0.5, -1.0) * 3.4).exp();
+        let found = seen("", &world, 1);
+        assert!(((found - expected).abs() / expected).max_element() < 2e-3, "{found}, not {expected}");
+    }
+
+    /// Samples that see the same rays have other random numbers all the same.
+    #[test]
+    fn samples_of_one_ray_differ() {
+        let medium = medium(&format!("{GRID} \"rgb sigma_a\" [1 1 1] \"rgb sigma_s\" [0 0 0]"));
+        let picture = |samples: u32| {
+            let scene = scene(&format!(
+                "LookAt 0 0 -5 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" 10 Film \"image\" \"integer xresolution\" 8
+                 \"integer yresolution\" 8 PixelFilter \"box\" Sampler \"halton\" \"integer pixelsamples\" {samples} \"bool samplepixelcenter\" \"true\"
+                 Integrator \"volpath\" WorldBegin {medium} LightSource \"point\" \"point from\" [0 0 -9] \"rgb I\" [99 99 99]
+                 {BOX} Material \"matte\" MediumInterface \"\" \"\" Translate 0 0 2 Shape \"disk\" \"float radius\" 9 WorldEnd"
+            ));
+            render(&scene, &Settings::default(), &|_| ControlFlow::Continue(())).image.rgb().unwrap()
+        };
+        let [few, some, many] = [16, 256, 4096].map(picture);
+        let error = |of: &[[f32; 3]]| {
+            let squares = of.iter().zip(&many).map(|(a, b)| (a[0] / b[0] - 1.0).powi(2));
+            (squares.sum::<f32>() / many.len() as f32).sqrt()
+        };
+        assert!(error(&few) > 0.02 && error(&some) < 0.5 * error(&few), "{} {}", error(&few), error(&some));
     }
 
     /// Thin slabs, in each other and in an instance, and an eye on a boundary.

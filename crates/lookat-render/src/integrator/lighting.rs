@@ -86,7 +86,7 @@ impl Lighting<'_> {
         }
     }
 
-    /// Adds the MIS-weighted emission that scattered rays see, once they are traced, through the media that they are in. `active`: the rays that may see any; each bit is one.
+    /// Adds the MIS-weighted emission that scattered rays see, once they are traced, times the transmittance on their way. `active`: the rays that may see any; each bit is one.
     #[inline(never)]
     pub fn add_emission<S: Simd>(
         &self,
@@ -108,7 +108,8 @@ impl Lighting<'_> {
                 own.active &= sees;
                 if own.active.any_true() {
                     if let Some(media) = &self.world.media {
-                        let shares = media.transmittance((&own.rays, own.medium), own.ends(), own.active);
+                        let own_samples = (own.active, &tracer.seeds_of(own.samples));
+                        let shares = media.transmittance((&own.rays, own.medium), own.ends(), own_samples);
                         own.throughput = own.throughput * shares;
                     }
                     let receivers = &receivers.eight(simd, first, self.has_lunes);

@@ -113,6 +113,14 @@ columns! {
     }
 }
 
+impl LightColumns {
+    /// The samples of eight shadow rays, from one on.
+    #[inline(always)]
+    pub fn samples_from(&self, first: usize) -> [u16; LANES] {
+        std::array::from_fn(|lane| self.samples[first + lane] as u16)
+    }
+}
+
 /// The paths of a batch that scatter in media, and room for paths on their way.
 pub(in crate::integrator) struct MediaBatch {
     /// Paths that have scattered in media.

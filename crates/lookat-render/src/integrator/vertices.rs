@@ -353,13 +353,9 @@ impl<S: Simd> Vertices<'_, S> {
             let sample = self.illumination.sample(u, chosen);
             let (f_cos, pdf) = scattering.f_cos_pdf(sample.shadow.d.narrow(), lighting.filter);
             let reflected = f_cos * sample.li;
-            let (mut active, mut has_pdf) =
-                (chosen.is_valid & sample.is_valid & reflected.is_light(), sample.has_pdf);
+            let mut active = chosen.is_valid & sample.is_valid & reflected.is_light();
             if let Some(bodies) = self.bodies {
-                // Where a shading normal leans, some of what is reflected is found by no BSDF sample: those enter.
-                let d = sample.shadow.d;
-                active &= !bodies.is_inside(d, self.illumination.receivers.surfaces.n.widen());
-                has_pdf &= !bodies.enters(d);
+                active &= !bodies.enters(sample.shadow.d);
             }
             if !active.any_true() {
                 return;
@@ -368,7 +364,7 @@ impl<S: Simd> Vertices<'_, S> {
             let other = pdf * self.illumination.directions();
             let density = sample.pdf * chosen.probability;
             let weight = weights(is_sky, density, other);
-            let share = narrow(has_pdf).select(weight, splat_f32(simd, 1.0)) / density;
+            let share = narrow(sample.has_pdf).select(weight, splat_f32(simd, 1.0)) / density;
             let PathRecord { throughput, samples, .. } = *self.paths;
             let light = throughput * (reflected * share);
             let medium = self.medium_towards(sample.shadow.d);

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, prelude::*};
 use glam::Vec3;
 
-use super::path_record::PathRecord;
+use super::path_record::{PATHS, PathRecord};
 use super::profiler::{Profiler, Stage};
 use crate::bsdf::LobeSlots;
 use crate::camera::Views;
@@ -342,6 +342,8 @@ pub(crate) struct Tracer<'s> {
     pub(super) scene: &'s Traceable,
     pub(super) lights: &'s LightTable,
     pub rays: u64,
+    /// A number of each sample of a batch, for random numbers that no sampler gives.
+    pub seeds: [u64; PATHS],
     /// The number of packets of camera rays that go together.
     pub packet_count: PacketCount,
     pub(super) wide: Box<WideTracer>,
@@ -360,6 +362,7 @@ impl<'s> Tracer<'s> {
             scene,
             lights,
             rays: 0,
+            seeds: [0; PATHS],
             packet_count: PacketCount::LARGEST,
             wide: Box::new(WideTracer::new()),
             supervisor: None,
@@ -367,6 +370,12 @@ impl<'s> Tracer<'s> {
             is_stopped: false,
             profiler: None,
         }
+    }
+
+    /// The seeds of some samples of the batch.
+    #[inline(always)]
+    pub fn seeds_of(&self, samples: [u16; LANES]) -> [u64; LANES] {
+        samples.map(|sample| self.seeds[usize::from(sample) % PATHS])
     }
 
     /// Lets a supervisor decide when sampling stops.

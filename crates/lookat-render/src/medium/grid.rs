@@ -211,10 +211,10 @@ pub(super) struct Random {
 }
 
 impl Random {
-    /// Numbers that depend on a ray alone, after those of a sampler. No two rays of a picture are the same, and other seeds give other rays.
-    pub fn new(part: &RayPart, given: Option<[f64; 2]>) -> Self {
+    /// Numbers that depend on a ray and on the sample that it belongs to, after those of a sampler. `seed`: other samples have others.
+    pub fn new(part: &RayPart, seed: u64, given: Option<[f64; 2]>) -> Self {
         let numbers = part.o.to_array().into_iter().chain(part.d.to_array());
-        let state = numbers.fold(0, |hash, number| mix(hash ^ number.to_bits()));
+        let state = numbers.fold(seed, |hash, number| mix(hash ^ number.to_bits()));
         Random { given: given.into_iter().flatten().rev().collect(), state }
     }
 

@@ -313,6 +313,11 @@ impl Context<'_> {
     #[inline(always)]
     pub(super) fn start_paths<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample]) {
         worker.batch.clear();
+        if self.integrator.world().media.is_some() {
+            for (seed, sample) in worker.tracer.seeds.iter_mut().zip(samples) {
+                *seed = sample.hash();
+            }
+        }
         for first in (0..samples.len()).step_by(LANES) {
             let count = LANES.min(samples.len() - first);
             let own = std::array::from_fn(|lane| (first + lane.min(count - 1)) as u16);
