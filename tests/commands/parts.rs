@@ -39,7 +39,8 @@ fn parts_add_up_to_the_file_of_one_rendering() {
         folder.write("fine.pbrt", scene);
         let layers: &[&str] = if number % 3 == 0 { &["--layers", "depth,albedo,samples"] } else { &[] };
         let render = |more: &[&str]| {
-            let run = folder.run(&[&["render", "fine.pbrt", "-q", "--resolution", "12x9"], layers, more].concat());
+            let run =
+                folder.run(&[&["render", "fine.pbrt", "-q", "--resolution", "12x9"], layers, more].concat());
             assert_eq!((run.status, &*run.err), (0, ""), "{scene}");
         };
         render(&["-o", "whole.exr"]);
@@ -98,16 +99,40 @@ fn what_does_not_add_up_is_refused() {
     let bytes = std::fs::read(folder.path("b.exr")).unwrap();
     std::fs::write(folder.path("cut.exr"), &bytes[..bytes.len() / 2]).unwrap();
     for (files, expected) in [
-        (&["a.exr", "b.exr", "c.exr"][..], "error: part 3/4 is missing; to add up what there is, use --partial"),
+        (
+            &["a.exr", "b.exr", "c.exr"][..],
+            "error: part 3/4 is missing; to add up what there is, use --partial",
+        ),
         (&["b.exr"], "error: the parts 0/4, 2/4, 3/4 are missing; to add up what there is, use --partial"),
         (&["a.exr", "b.exr", "a.exr"], "error: a.exr is named twice"),
-        (&["a.exr", "b.exr", "c.exr", "half.exr"], "error: c.exr and half.exr overlap: both have sample 2 of each pixel; leave one out"),
-        (&["a.exr", "seed.exr"], "error: a.exr and seed.exr are no parts of one rendering: the seeds 0 and 1 differ"),
-        (&["a.exr", "more.exr"], "error: a.exr and more.exr are no parts of one rendering: their pictures have 4 and 8 samples per pixel"),
-        (&["a.exr", "view.exr"], "error: a.exr and view.exr are no parts of one rendering: camera, film, filter or integrator differ"),
-        (&["a.exr", "small.exr"], "error: a.exr and small.exr are no parts of one rendering: camera, film, filter or integrator differ"),
-        (&["a.exr", "changed.exr"], "error: a.exr and changed.exr are no parts of one rendering: the file fine.pbrt of the scene differs"),
-        (&["a.exr", "picture.exr"], "error: picture.exr is no part of a rendering: only `lookat render --part` and `lookat merge --partial` write parts"),
+        (
+            &["a.exr", "b.exr", "c.exr", "half.exr"],
+            "error: c.exr and half.exr overlap: both have sample 2 of each pixel; leave one out",
+        ),
+        (
+            &["a.exr", "seed.exr"],
+            "error: a.exr and seed.exr are no parts of one rendering: the seeds 0 and 1 differ",
+        ),
+        (
+            &["a.exr", "more.exr"],
+            "error: a.exr and more.exr are no parts of one rendering: their pictures have 4 and 8 samples per pixel",
+        ),
+        (
+            &["a.exr", "view.exr"],
+            "error: a.exr and view.exr are no parts of one rendering: camera, film, filter or integrator differ",
+        ),
+        (
+            &["a.exr", "small.exr"],
+            "error: a.exr and small.exr are no parts of one rendering: camera, film, filter or integrator differ",
+        ),
+        (
+            &["a.exr", "changed.exr"],
+            "error: a.exr and changed.exr are no parts of one rendering: the file fine.pbrt of the scene differs",
+        ),
+        (
+            &["a.exr", "picture.exr"],
+            "error: picture.exr is no part of a rendering: only `lookat render --part` and `lookat merge --partial` write parts",
+        ),
         (&["a.exr", "none.exr"], "error: cannot read none.exr: there is no such file or folder"),
     ] {
         let run = folder.run(&[&["merge"], files, &["-o", "merged.exr"]].concat());
@@ -129,4 +154,66 @@ fn what_does_not_add_up_is_refused() {
     }
     let run = folder.run(&["render", "fine.pbrt", "--part", "0/2", "-o", "x.png"]);
     assert!(run.err.contains("only an .exr file can store a part"), "{}", run.err);
+}
+
+/// The script for Slurm, with stand-ins for its program that run the jobs one after the other.
+#[cfg(unix)]
+#[test]
+fn the_script_for_slurm_renders_and_merges() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = Folder::new();
+    folder.write(
+        "sbatch",
+        r#"#!/bin/sh
+job=$(cat)
+case "$*" in
+*--array=0-3*) for SLURM_ARRAY_TASK_ID in 2 0 3 1; do
+    export SLURM_ARRAY_TASK_ID
+    echo "$job" | sh || exit 1
+done; echo 17 ;;
+*--dependency=afterok:17*--kill-on-invalid-dep=yes*) echo "$job" | sh ;;
+*) exit 1 ;;
+esac
+"#,
+    );
+    std::fs::set_permissions(folder.path("sbatch"), PermissionsExt::from_mode(0o755)).unwrap();
+    folder.write("a scene's.pbrt", FINE);
+    let run = folder.run(&[
+        "farm",
+        "slurm",
+        "a scene's.pbrt",
+        "--parts",
+        "4",
+        "-o",
+        "the picture.exr",
+        "--",
+        "--spp",
+        "8",
+    ]);
+    assert_eq!(run.status, 0, "{}", run.err);
+    let path = format!("{}:{}", folder.path("").display(), std::env::var("PATH").unwrap());
+    let mut shell =
+        Command::new("sh").env("PATH", path).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    shell.stdin.take().unwrap().write_all(run.out.as_bytes()).unwrap();
+    let ended = shell.wait_with_output().unwrap();
+    assert!(ended.status.success(), "{}\n{}", run.out, String::from_utf8_lossy(&ended.stderr));
+    folder.run(&["render", "a scene's.pbrt", "--spp", "8", "-q", "-o", "whole.exr"]);
+    let [merged, whole] =
+        ["the picture.exr", "whole.exr"].map(|name| Image::read(&folder.path(name)).unwrap());
+    assert_eq!(merged.rgb(), whole.rgb());
+    for (arguments, expected) in [
+        (&["fine.pbrt", "--parts", "5", "-o", "a.exr"][..], "4 samples per pixel make at most 4 parts"),
+        (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--watch"], "leave out -o, --part, --watch"),
+        (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--ssp", "8"], "'--ssp'"),
+        (&["fine.pbrt", "--parts", "2", "-o", "none/a.exr"], "there is no folder"),
+        (&["none.pbrt", "--parts", "2", "-o", "a.exr"], "none.pbrt"),
+    ] {
+        let run = folder.run(&[&["farm", "slurm"], arguments].concat());
+        assert!(
+            run.status != 0 && run.out.is_empty() && run.err.contains(expected),
+            "{arguments:?}: {}",
+            run.err
+        );
+    }
 }

@@ -8,7 +8,7 @@ mod rendering;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use lookat_render::{Layers, Part};
 use lookat_scene::MAX_SAMPLES;
 
@@ -44,6 +44,8 @@ pub enum Command {
     Compare(Compare),
     /// Add up the parts of a rendering
     Merge(Merge),
+    /// Print a script that renders a scene in parts on many machines, and merges them
+    Farm(Farm),
     /// Write a picture in another format, with exposure, tone curve, crop window or layer
     Convert(Convert),
     /// Render the scenes of a folder and compare them with their reference pictures
@@ -319,6 +321,33 @@ pub struct Merge {
     pub quiet: bool,
     #[command(flatten)]
     pub memory: Memory,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Send the script to a shell where the engine's programs are: lookat farm slurm scene.pbrt --parts 16 -o scene.exr -- --spp 4096 | sh"
+)]
+pub struct Farm {
+    /// The engine that runs the jobs
+    pub engine: Engine,
+    /// The scene file, in a folder that all machines see
+    pub scene: PathBuf,
+    /// Number of parts
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1, MOST_PARTS))]
+    pub parts: u32,
+    /// The picture file, in a folder that all machines see; the parts go to a folder beside it
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Options of lookat render
+    #[arg(last = true, value_name = "OPTION")]
+    pub options: Vec<String>,
+}
+
+/// An engine that runs jobs.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Engine {
+    /// Slurm: a job array, and a job that waits for it
+    Slurm,
 }
 
 #[derive(Debug, Args)]

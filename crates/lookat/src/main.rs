@@ -10,6 +10,7 @@ mod check;
 mod compare;
 mod convert;
 mod explain;
+mod farm;
 mod inspect;
 mod interrupt;
 mod light;
@@ -63,6 +64,7 @@ fn main() -> ExitCode {
         args::Command::Check(arguments) => check::check(&arguments),
         args::Command::Compare(arguments) => compare::compare(&arguments),
         args::Command::Merge(arguments) => merge::merge(&arguments),
+        args::Command::Farm(arguments) => farm::farm(&arguments),
         args::Command::Convert(arguments) => convert::convert(&arguments),
         args::Command::Verify(arguments) => verify::verify(&arguments),
         args::Command::Chart(arguments) => chart::chart(&arguments),
