@@ -28,6 +28,7 @@ mod live;
 mod memory;
 mod messages;
 mod outputs;
+mod parts;
 mod stability;
 mod stopping;
 #[cfg(unix)]

@@ -6,6 +6,7 @@ mod layers;
 mod tests;
 
 use std::io::{Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use ::exr::compression::Compression;
@@ -21,7 +22,7 @@ use ::exr::prelude::f16;
 use crate::error::listed;
 use crate::format::{METADATA, Opened};
 use crate::image::{Pixels, Placement};
-use crate::{Channel, Image, ImageFault, MemoryBudget, Precision, Window};
+use crate::{Channel, Charge, Image, ImageFault, IntegerChannel, MemoryBudget, Precision, Window};
 
 /// Reads the headers, and finds the layer with this name, or else the picture that the file shows first.
 pub(crate) fn open<'a>(
@@ -73,6 +74,44 @@ pub(crate) fn open<'a>(
             })
         };
         Ok(Opened { placement, metadata, channels_of_bytes: None, read: Box::new(read) })
+    })
+}
+
+/// Reads the channels of 32-bit integers in the first part.
+pub(crate) fn read_integers(
+    mut file: impl Read + Seek,
+    memory: &MemoryBudget,
+) -> Result<(Vec<IntegerChannel>, Charge), ImageFault> {
+    let length = file.seek(SeekFrom::End(0))?;
+    file.rewind()?;
+    guarded(|| {
+        let meta = MetaData::read_from_buffered(&mut file, false).map_err(header_fault)?;
+        let header = meta.headers.first().ok_or_else(|| ImageFault::Damaged("it has no channels".into()))?;
+        check(header, length)?;
+        let window = window(header.data_window());
+        let chosen: Vec<(usize, String)> = (0..)
+            .zip(&header.channels.list)
+            .filter(|(_, channel)| channel.sample_type == SampleType::U32)
+            .map(|(at, channel)| (at, words(&channel.name)))
+            .collect();
+        let charge = window.reserve(4 * chosen.len() as u64, blocks::bytes(header), memory)?;
+        let sources = sources(header, &chosen);
+        let blank = |(_, name): (usize, String)| {
+            let mut samples = Vec::new();
+            samples.try_reserve_exact(window.area() as usize).map_err(std::io::Error::from)?;
+            samples.resize(window.area() as usize, 0);
+            Ok(IntegerChannel { name, samples })
+        };
+        let mut channels = chosen.into_iter().map(blank).collect::<Result<Vec<_>, ImageFault>>()?;
+        blocks::read(&mut file, length, &meta, 0, |bounds, numbers| {
+            for_each_row(header, bounds, numbers, |row, bytes| {
+                for (channel, (before, _)) in channels.iter_mut().zip(&sources) {
+                    let own = &mut channel.samples[row.clone()];
+                    convert(own, &bytes[row.len() * before..], u32::from_ne_bytes);
+                }
+            });
+        })?;
+        Ok((channels, charge))
     })
 }
 
@@ -129,6 +168,21 @@ fn sources(header: &Header, choice: &[(usize, String)]) -> Vec<(usize, SampleTyp
     choice.iter().map(|(at, _)| all[*at]).collect()
 }
 
+/// Calls `take` for each row of a block, with the indices of its pixels in the channels, and its bytes.
+fn for_each_row(
+    header: &Header,
+    bounds: IntegerBounds,
+    numbers: &[u8],
+    mut take: impl FnMut(Range<usize>, &[u8]),
+) {
+    let width = bounds.size.0;
+    let first = bounds.position.1 as usize * header.layer_size.0 + bounds.position.0 as usize;
+    for (y, bytes) in numbers.chunks_exact(width * header.channels.bytes_per_pixel).enumerate() {
+        let start = first + y * header.layer_size.0;
+        take(start..start + width, bytes);
+    }
+}
+
 /// Copies one block to its place in the channels.
 fn copy(
     header: &Header,
@@ -137,23 +191,20 @@ fn copy(
     sources: &[(usize, SampleType)],
     channels: &mut [Channel],
 ) {
-    let width = bounds.size.0;
-    let first = bounds.position.1 as usize * header.layer_size.0 + bounds.position.0 as usize;
-    for (y, bytes) in numbers.chunks_exact(width * header.channels.bytes_per_pixel).enumerate() {
-        let start = first + y * header.layer_size.0;
+    for_each_row(header, bounds, numbers, |own, bytes| {
         for (channel, (before, sample_type)) in channels.iter_mut().zip(sources) {
-            let row = &mut channel.samples[start..start + width];
-            let bytes = &bytes[width * before..];
+            let row = &mut channel.samples[own.clone()];
+            let bytes = &bytes[own.len() * before..];
             match sample_type {
                 SampleType::F16 => convert(row, bytes, |two| f16::from_ne_bytes(two).to_f32()),
                 SampleType::F32 => convert(row, bytes, f32::from_ne_bytes),
                 SampleType::U32 => convert(row, bytes, |four| u32::from_ne_bytes(four) as f32),
             }
         }
-    }
+    });
 }
 
-fn convert<const N: usize>(row: &mut [f32], bytes: &[u8], number: impl Fn([u8; N]) -> f32) {
+fn convert<T, const N: usize>(row: &mut [T], bytes: &[u8], number: impl Fn([u8; N]) -> T) {
     for (sample, bytes) in row.iter_mut().zip(bytes.as_chunks().0) {
         *sample = number(*bytes);
     }
@@ -175,11 +226,15 @@ fn header_fault(error: Error) -> ImageFault {
     }
 }
 
-/// Writes all channels in 32-bit float.
+/// Writes all channels, in 32-bit float or as 32-bit integers.
 pub(crate) fn write(image: &Image, out: impl Write + Seek) -> Result<(), ImageFault> {
     let plane =
         |channel: &Channel| AnyChannel::new(text(&channel.name), FlatSamples::F32(channel.samples.clone()));
-    let channels = AnyChannels::sort(image.channels.iter().map(plane).collect());
+    let integers = |channel: &IntegerChannel| {
+        AnyChannel::new(text(&channel.name), FlatSamples::U32(channel.samples.clone()))
+    };
+    let all = image.channels.iter().map(plane).chain(image.integers.iter().map(integers));
+    let channels = AnyChannels::sort(all.collect());
 
     let data = bounds(image.data_window);
     let attributes = LayerAttributes { layer_position: data.position, ..LayerAttributes::default() };

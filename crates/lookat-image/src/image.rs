@@ -113,6 +113,15 @@ impl Channel {
     }
 }
 
+/// One named plane of integers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IntegerChannel {
+    /// The name in an EXR file: distinct within an image, also from those of [`Channel`]s, not empty, without NUL.
+    pub name: String,
+    /// One value for each pixel of the data window, row by row, top row first.
+    pub samples: Vec<u32>,
+}
+
 /// The precision of the values in the file of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Precision {
@@ -133,6 +142,9 @@ pub struct Image {
     pub display_window: Window,
     /// At least one channel, each with [`Window::area`] samples of the data window. A file may change their order.
     pub channels: Vec<Channel>,
+    /// Integers beside the channels, such as sums that are to be exact. Only EXR files hold them, and only
+    /// [`read_integers`](crate::read_integers) reads them as integers.
+    pub integers: Vec<IntegerChannel>,
     /// A JSON text, stored in EXR and PNG files under the name "lookat". TGA and PFM files cannot hold it. It is not parsed here.
     pub metadata: Option<String>,
     /// The layers of the EXR file that the picture was read from, as [`PictureFile::open_layer`](crate::PictureFile::open_layer)
@@ -148,8 +160,17 @@ impl Image {
     /// A picture of 32-bit float without metadata. `channels` lie over the data window.
     pub fn new(placement: Placement, channels: Vec<Channel>) -> Self {
         let Placement { data_window, display_window, has_windows } = placement;
-        let (layers, precision) = (Vec::new(), Precision::Single);
-        Image { data_window, display_window, channels, metadata: None, layers, precision, has_windows }
+        let (integers, layers, precision) = (Vec::new(), Vec::new(), Precision::Single);
+        Image {
+            data_window,
+            display_window,
+            channels,
+            integers,
+            metadata: None,
+            layers,
+            precision,
+            has_windows,
+        }
     }
 
     /// A color picture without metadata. `pixels` are linear red, green and blue over the data window, row by

@@ -11,7 +11,7 @@ use crate::format::{Format, Input, Opened};
 use crate::image::{Pixels, Placement};
 use crate::raster::{self, Curve};
 use crate::replace::replace;
-use crate::{Channel, Charge, Image, ImageError, ImageFault, MemoryBudget, Window, exr, pfm};
+use crate::{Channel, Charge, Image, ImageError, ImageFault, IntegerChannel, MemoryBudget, Window, exr, pfm};
 
 /// True if the extension of a name stands for a format that is read.
 pub(crate) fn is_read(path: &Path) -> bool {
@@ -107,9 +107,10 @@ impl Image {
             return refused("the picture is empty".into());
         }
         let mut names = HashSet::new();
-        for Channel { name, samples } in &self.channels {
-            if samples.len() as u64 != self.data_window.area() {
-                let count = samples.len();
+        let channels = self.channels.iter().map(|Channel { name, samples }| (name, samples.len()));
+        let integers = self.integers.iter().map(|IntegerChannel { name, samples }| (name, samples.len()));
+        for (name, count) in channels.chain(integers) {
+            if count as u64 != self.data_window.area() {
                 return refused(format!(
                     "channel `{name}` has {count} samples for {width} x {height} pixels"
                 ));
@@ -120,6 +121,19 @@ impl Image {
         }
         Ok(format)
     }
+}
+
+/// Reads the channels of 32-bit integers of an EXR file: what [`Image::integers`] has written.
+///
+/// # Errors
+///
+/// As [`PictureFile::open`] and [`PictureFile::read`].
+pub fn read_integers(
+    path: &Path,
+    memory: &MemoryBudget,
+) -> Result<(Vec<IntegerChannel>, Charge), ImageError> {
+    let file = open_file(path).map_err(|error| ImageError::reading(path, error))?;
+    exr::read_integers(BufReader::new(file), memory).map_err(|fault| ImageError::reading(path, fault))
 }
 
 impl<'a> PictureFile<'a> {

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3, DVec4, Vec3};
 use lookat_image::{Image, PixelError, Shared, Window};
 use lookat_scene::{PixelBounds, View};
 
-pub use crate::film::sum::{FilmSums, FilmSumsError};
+pub use crate::film::sum::{FilmSums, FilmSumsError, SumsHeader};
 use crate::filter::PixelFilter;
 use crate::number::luminance;
 pub(crate) use sum::{Scale, Spread, Sum};

@@ -78,7 +78,7 @@ mod triangle;
 mod warp;
 
 pub use camera::{CameraRays, Focus, LensRays};
-pub use film::{FilmSums, FilmSumsError, REPLICATES};
+pub use film::{FilmSums, FilmSumsError, REPLICATES, SumsHeader};
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::{SampleDimensions, StageProfile};
 pub use irradiance::{Irradiance, LightPlace, r2_sequence};
@@ -90,8 +90,8 @@ pub use prepare::{Prepared, preparation_bytes};
 pub use ray::{ElementId, Hit, Ray, ShapeId};
 pub use ray_query::Picked;
 pub use render::{
-    BrightestSample, DARK, Layer, Layers, PathEnd, Progress, Reached, Rendered, Settings, Statistics, Stop,
-    TargetError, TimeLeft, film_bytes, profile, render,
+    BrightestSample, DARK, Layer, Layers, Part, PathEnd, Progress, Reached, Rendered, Settings, Statistics,
+    Stop, TargetError, TimeLeft, film_bytes, profile, render,
 };
 pub use surface::Surface;
 pub use threads::{start_threads, threads};

@@ -34,7 +34,7 @@ use control::{Control, State};
 pub use layer_set::{Layer, Layers};
 pub use profile::profile;
 use sample::Context;
-pub use settings::{Settings, Stop, film_bytes};
+pub use settings::{Part, Settings, Stop, film_bytes};
 pub use stop_rule::TargetError;
 use target::Target;
 
@@ -224,7 +224,7 @@ fn run(
             None
         }
         Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => {
-            rounds::render(&context, &mut Fixed::new(sampler, seed, stop.has_error_layers()));
+            rounds::render(&context, &mut Fixed::new(sampler, seed, stop.has_error_layers(), settings.part));
             None
         }
     };

@@ -8,8 +8,8 @@ mod rendering;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand};
-use lookat_render::Layers;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use lookat_render::{Layers, Part};
 use lookat_scene::MAX_SAMPLES;
 
 pub use crate::args::charting::{Chart, Other};
@@ -42,6 +42,10 @@ pub enum Command {
     Check(Check),
     /// Measure the difference between two pictures
     Compare(Compare),
+    /// Add up the parts of a rendering
+    Merge(Merge),
+    /// Print a script that renders a scene in parts on many machines, and merges them
+    Farm(Farm),
     /// Write a picture in another format, with exposure, tone curve, crop window or layer
     Convert(Convert),
     /// Render the scenes of a folder and compare them with their reference pictures
@@ -94,6 +98,9 @@ pub struct Render {
     /// Take more samples in noisy pixels and fewer in others; the average stays about the same
     #[arg(long, conflicts_with_all = ["target_error", "error_layers"])]
     pub adaptive: bool,
+    /// Take only the I-th of N equal parts of the samples, counted from 0. `lookat merge` adds parts up to the picture of one rendering
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true, conflicts_with_all = ["target_error", "time", "adaptive", "error_layers"], value_parser = part)]
+    pub part: Option<Part>,
     /// Size of the full picture, instead of the size in Film
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
@@ -292,6 +299,59 @@ pub struct Convert {
 
 #[derive(Debug, Args)]
 #[command(
+    after_help = "All parts of a rendering, in any order, give the file that `lookat render` writes without --part, to the bit."
+)]
+pub struct Merge {
+    /// The parts, from `lookat render --part`, or from --partial
+    #[arg(required = true, value_name = "PART")]
+    pub parts: Vec<PathBuf>,
+    /// The picture to write: .exr, .png, .pfm or .tga; with --partial, .exr
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Add up what there is, though parts are missing. The result is a part: it can be merged with the others
+    #[arg(long)]
+    pub partial: bool,
+    #[command(flatten)]
+    pub tone: Tone,
+    /// Replace a picture that is larger, has more samples, or comes from another program
+    #[arg(long)]
+    pub force: bool,
+    /// Print only errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub memory: Memory,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Send the script to a shell where the engine's programs are: lookat farm slurm scene.pbrt --parts 16 -o scene.exr -- --spp 4096 | sh"
+)]
+pub struct Farm {
+    /// The engine that runs the jobs
+    pub engine: Engine,
+    /// The scene file, in a folder that all machines see
+    pub scene: PathBuf,
+    /// Number of parts
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1, MOST_PARTS))]
+    pub parts: u32,
+    /// The picture file, in a folder that all machines see; the parts go to a folder beside it
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Options of lookat render
+    #[arg(last = true, value_name = "OPTION")]
+    pub options: Vec<String>,
+}
+
+/// An engine that runs jobs.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Engine {
+    /// Slurm: a job array, and a job that waits for it
+    Slurm,
+}
+
+#[derive(Debug, Args)]
+#[command(
     after_help = "A scene agrees if it is within all limits of --max. Without --max, it agrees if noise explains every difference from its reference. The column \"detectable\" shows the smallest bias of the mean that this test detects.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 a scene or reference cannot be read or compared, or a scene is undecided"
 )]
 pub struct Verify {
@@ -325,6 +385,20 @@ pub struct Verify {
 
 fn metric(text: &str) -> Result<Metric, Failure> {
     named(Metric::from_name(text), "metrics", Metric::names())
+}
+
+/// The most parts of a rendering.
+const MOST_PARTS: u32 = 1_000_000;
+
+fn part(text: &str) -> Result<Part, Failure> {
+    let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
+    match numbers {
+        Some((index, of)) if index < of && of <= MOST_PARTS => Ok(Part { index, of }),
+        Some((index, of)) if index == of && of <= MOST_PARTS => {
+            Err(format!("parts are counted from 0: of {of}, the last one is {}/{of}", of - 1).into())
+        }
+        _ => Err(format!("expected I/N with I from 0 to N-1, and N at most {MOST_PARTS}, as in 0/4").into()),
+    }
 }
 
 fn layers(text: &str) -> Result<Layers, Failure> {

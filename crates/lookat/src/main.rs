@@ -10,12 +10,15 @@ mod check;
 mod compare;
 mod convert;
 mod explain;
+mod farm;
 mod inspect;
 mod interrupt;
 mod light;
 mod live;
+mod merge;
 mod metric;
 mod output;
+mod part;
 mod readable;
 mod render;
 mod report;
@@ -60,6 +63,8 @@ fn main() -> ExitCode {
         args::Command::View(arguments) => view::view(&arguments),
         args::Command::Check(arguments) => check::check(&arguments),
         args::Command::Compare(arguments) => compare::compare(&arguments),
+        args::Command::Merge(arguments) => merge::merge(&arguments),
+        args::Command::Farm(arguments) => farm::farm(&arguments),
         args::Command::Convert(arguments) => convert::convert(&arguments),
         args::Command::Verify(arguments) => verify::verify(&arguments),
         args::Command::Chart(arguments) => chart::chart(&arguments),

@@ -3,7 +3,7 @@
 mod batch;
 mod fireflies;
 mod frames;
-mod job;
+pub mod job;
 mod progress;
 pub mod settings;
 pub mod summary;

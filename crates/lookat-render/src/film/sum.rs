@@ -5,7 +5,7 @@ use std::array::from_fn;
 use std::ops::AddAssign;
 
 use glam::{DVec3, DVec4, Vec3};
-use lookat_image::Image;
+use lookat_image::{Image, IntegerChannel};
 use serde::{Deserialize, Serialize};
 
 use super::{Area, Film, develop, lock};
@@ -107,6 +107,18 @@ impl Sum {
     pub fn mean(&self, scale: Scale) -> DVec3 {
         let sum = self.weighted(scale);
         if sum.w == 0.0 { DVec3::ZERO } else { sum.truncate() / sum.w }
+    }
+
+    /// A word of 32 bits: see [`name`].
+    fn word(&self, color: usize, word: usize) -> u32 {
+        let units = if word < 2 { self.high[color] } else { self.low[color] };
+        (units >> (32 * (word % 2))) as u32
+    }
+
+    /// Sets a word, which is 0 before.
+    fn set_word(&mut self, color: usize, word: usize, bits: u32) {
+        let units = if word < 2 { &mut self.high[color] } else { &mut self.low[color] };
+        *units |= i64::from(bits) << (32 * (word % 2));
     }
 
     /// True if the low units are fewer than one high unit.
@@ -263,6 +275,57 @@ impl Film<'_> {
 /// Changes whenever the bytes of sums do.
 const FORMAT: u32 = 1;
 
+/// More than the pixels that any filter reaches.
+const MOST_REACH: usize = 1000;
+
+/// The pixels in which samples are taken: see [`FilmSums::counts`].
+fn sources(film: &lookat_scene::Film, weights: &[Vec<f64>; 2]) -> Area {
+    let reach = weights.each_ref().map(|weights| (weights.len() / 2).min(MOST_REACH) as u32);
+    Area::of(film.crop).grown(reach)
+}
+
+/// What [`FilmSums`] are made of beside their integers, where all pixels have as many samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SumsHeader {
+    /// See [`FilmSums::film`].
+    pub film: lookat_scene::Film,
+    /// See [`FilmSums::weights`].
+    pub weights: [Vec<f64>; 2],
+    /// See [`FilmSums::light_paths`].
+    pub light_paths: u64,
+    scale: Scale,
+    /// The samples of each pixel.
+    pub samples: u32,
+}
+
+impl SumsHeader {
+    /// As bytes, without loss.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        postcard::to_allocvec(&(FORMAT, self)).expect("plain data in memory can be written")
+    }
+
+    /// What [`SumsHeader::to_bytes`] has written.
+    pub fn from_bytes(bytes: &[u8]) -> Result<SumsHeader, FilmSumsError> {
+        let read: Result<(u32, SumsHeader), _> = postcard::from_bytes(bytes);
+        let read = read.ok().filter(|(format, _)| *format == FORMAT).map(|(_, header)| header);
+        read.ok_or(FilmSumsError::Unreadable)
+    }
+}
+
+/// What names of channels begin with.
+const SUMS: &str = "sums";
+const SPLATS: &str = "splats";
+
+/// The colors, or the weight, and the words of 32 bits of their sums.
+fn words() -> impl Iterator<Item = (usize, usize)> {
+    (0..4).flat_map(|color| (0..4).map(move |word| (color, word)))
+}
+
+/// The name of a channel of words: first the high units, then the low ones, each with its lower word first.
+fn name(kind: &str, color: usize, word: usize) -> String {
+    format!("{kind}.{}.{word}", ["R", "G", "B", "weight"][color])
+}
+
 impl FilmSums {
     /// Bytes of a pixel.
     pub(crate) const PIXEL_BYTES: usize = size_of::<Sum>() + size_of::<u32>();
@@ -305,15 +368,63 @@ impl FilmSums {
         sums.filter(FilmSums::is_whole).ok_or(FilmSumsError::Unreadable)
     }
 
+    /// The sums as channels of integers, without loss, and what else they need. `None` if pixels have different numbers of samples.
+    pub fn to_channels(&self) -> Option<(SumsHeader, Vec<IntegerChannel>)> {
+        let samples = *self.counts.first()?;
+        if self.counts.iter().any(|count| *count != samples) {
+            return None;
+        }
+        let FilmSums { film, weights, light_paths, scale, .. } = self;
+        let header = SumsHeader {
+            film: film.clone(),
+            weights: weights.clone(),
+            light_paths: *light_paths,
+            scale: *scale,
+            samples,
+        };
+        let kinds = [(SUMS, &self.sums), (SPLATS, &self.splats)];
+        let channels = kinds.into_iter().filter(|(_, sums)| !sums.is_empty()).flat_map(|(kind, sums)| {
+            words().map(move |(color, word)| IntegerChannel {
+                name: name(kind, color, word),
+                samples: sums.iter().map(|sum| sum.word(color, word)).collect(),
+            })
+        });
+        Some((header, channels.collect()))
+    }
+
+    /// The sums that [`FilmSums::to_channels`] has written.
+    pub fn from_channels(header: SumsHeader, channels: &[IntegerChannel]) -> Result<FilmSums, FilmSumsError> {
+        let SumsHeader { film, weights, light_paths, scale, samples } = header;
+        let read = |kind: &str| -> Option<Vec<Sum>> {
+            let mut sums = vec![Sum::default(); Area::of(film.crop).size()];
+            for (color, word) in words() {
+                let own = name(kind, color, word);
+                let channel = channels.iter().find(|channel| channel.name == own)?;
+                for (sum, bits) in sums.iter_mut().zip(&channel.samples) {
+                    sum.set_word(color, word, *bits);
+                }
+            }
+            Some(sums)
+        };
+        // Before memory is taken for as many.
+        let is_sized = |channel: &IntegerChannel| channel.samples.len() as u64 == film.crop.area();
+        if channels.is_empty() || !channels.iter().all(is_sized) {
+            return Err(FilmSumsError::Unreadable);
+        }
+        let sums = read(SUMS).ok_or(FilmSumsError::Unreadable)?;
+        let splats = read(SPLATS).unwrap_or_default();
+        let counts = vec![samples; sources(&film, &weights).size()];
+        let all = FilmSums { film, weights, counts, light_paths, scale, sums, splats };
+        if all.is_whole() { Ok(all) } else { Err(FilmSumsError::Unreadable) }
+    }
+
     /// True if there is a sum for each pixel.
     fn is_whole(&self) -> bool {
         let lookat_scene::Film { resolution: [width, height], crop, .. } = self.film;
         let fits = |from, to, side| from < to && to <= side && side <= lookat_scene::MAX_SIDE;
-        // A filter reaches 100 pixels at most.
-        let reach = self.weights.each_ref().map(|weights| (weights.len() / 2).min(1000) as u32);
         fits(crop.x0, crop.x1, width)
             && fits(crop.y0, crop.y1, height)
-            && self.counts.len() == Area::of(crop).grown(reach).size()
+            && self.counts.len() == sources(&self.film, &self.weights).size()
             && self.sums.len() == Area::of(crop).size()
             && (self.splats.is_empty() || self.splats.len() == self.sums.len())
             && self.scale.is_valid()

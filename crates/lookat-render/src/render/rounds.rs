@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::Progress;
 use super::control::{Control, Meter};
 use super::sample::{Context, Job, Pattern, Worker};
+use super::settings::Part;
 use crate::film::{Film, REPLICATES, Tile, lock};
 use crate::sampler::replicate_seed;
 
@@ -141,9 +142,18 @@ pub(super) struct Fixed {
 }
 
 impl Fixed {
-    pub fn new(sampler: Sampler, seed: u64, has_spreads: bool) -> Fixed {
-        let passes = all(sampler, seed, has_spreads).into_iter();
-        Fixed { passes, pass: None, samples_per_pixel: sampler.samples_per_pixel, has_spreads }
+    /// `part`: takes only these samples; without error layers.
+    pub fn new(sampler: Sampler, seed: u64, has_spreads: bool, part: Option<Part>) -> Fixed {
+        let mut passes = all(sampler, seed, has_spreads);
+        if let Some(part) = part.filter(|_| !has_spreads) {
+            let own = part.range(sampler.samples_per_pixel);
+            for Pass { samples, .. } in &mut passes {
+                *samples = samples.start.max(own.start)..samples.end.min(own.end);
+            }
+            passes.retain(|pass| !pass.samples.is_empty());
+        }
+        let samples_per_pixel = passes.iter().map(|pass| pass.samples.len() as u32).sum();
+        Fixed { passes: passes.into_iter(), pass: None, samples_per_pixel, has_spreads }
     }
 }
 

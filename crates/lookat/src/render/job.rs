@@ -28,7 +28,7 @@ use crate::render::summary::{
 use crate::render::written::{Kept, Output, PARTIAL, SoFar};
 use crate::scene_result::SceneResult;
 use crate::source::{load_scene, load_watched, replace_samples};
-use crate::{interrupt, report, sight};
+use crate::{interrupt, part, report, sight};
 
 /// True once there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
@@ -220,7 +220,11 @@ impl Rendering<'_> {
         let started = Instant::now();
         let shown = Shown::new(arguments, crop.area());
         live.begin(&file, [crop.width(), crop.height()]);
-        let output = Output { arguments, loaded, camera: &scene.view.camera, settings: &settings, new, file };
+        let rendering =
+            arguments.part.map(|part| part::Rendering::new(loaded, &scene.view, arguments.seed, part.of));
+        let rendering = rendering.transpose()?;
+        let camera = &scene.view.camera;
+        let output = Output { arguments, loaded, camera, settings: &settings, new, file, rendering };
         let so_far = Mutex::new(SoFar::default());
         let progress = |progress: Progress| {
             if progress.done > 0 {

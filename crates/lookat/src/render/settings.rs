@@ -34,8 +34,11 @@ pub fn settings(arguments: &Render, file: &Path) -> Settings {
         (None, None) if adaptive => Stop::Adaptive,
         (None, None) => Stop::Samples { error_layers },
     };
-    let layers = arguments.layers.iter().copied().fold(Layers::default(), Layers::union);
-    Settings { seed: arguments.seed, stop, layers, ..Settings::default() }
+    // The first part has the layers of all.
+    let own = arguments.layers.iter().filter(|_| arguments.part.is_none_or(|part| part.index == 0));
+    let layers = own.copied().fold(Layers::default(), Layers::union);
+    let (part, keep_sums) = (arguments.part, arguments.part.is_some());
+    Settings { seed: arguments.seed, stop, layers, part, keep_sums, ..Settings::default() }
 }
 
 /// The target error, if there is one.
@@ -52,10 +55,15 @@ pub fn new_picture(scene: &Scene, settings: &Settings) -> NewPicture {
     };
     NewPicture {
         size: [crop.width(), crop.height()],
-        samples_per_pixel: Some(most_samples.into()),
+        samples_per_pixel: Some(own_samples(settings, most_samples).into()),
         is_adaptive: matches!(settings.stop, Stop::Adaptive | Stop::TargetError { .. }),
         is_partial: false,
     }
+}
+
+/// The samples that a rendering takes of so many.
+fn own_samples(settings: &Settings, samples: u32) -> u32 {
+    settings.part.map_or(samples, |part| part.range(samples).len() as u32)
 }
 
 /// Charges the memory to render the scene. Fails if there is not enough.
@@ -76,6 +84,17 @@ pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) 
 /// Fails if the file cannot hold the layers, or the scene has too few samples or too many pixels for the settings.
 pub fn check_settings(arguments: &Render, scene: &Scene, file: &Path) -> Result<(), Failure> {
     let Render { error_layers, target_error, .. } = *arguments;
+    if let Some(part) = arguments.part {
+        if Format::from_path(file) != Some(Format::Exr) {
+            bail!("{}: only an .exr file can store a part; choose one with -o", file.display());
+        }
+        let samples = scene.view.sampler.samples_per_pixel;
+        if part.of > samples {
+            bail!(
+                "{samples} samples per pixel make at most {samples} parts; write a smaller N, or increase --spp"
+            );
+        }
+    }
     if target_error.is_some() && scene.view.film.crop.area() > MOST_PIXELS {
         bail!("--target-error supports at most {MOST_PIXELS} pixels; render parts with --crop");
     }

@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::light::{JsonLight, map_tones};
 use crate::output::{Destination, Identity, NewPicture, free_file, marked};
+use crate::part::{Part, Rendering};
 use crate::render::summary::{Metadata, Numbered};
 
 /// The mark of a picture that is not complete, in its name.
@@ -24,6 +25,8 @@ pub struct Output<'a> {
     pub settings: &'a Settings,
     pub new: NewPicture,
     pub file: PathBuf,
+    /// The rendering that this is a part of.
+    pub rendering: Option<Rendering>,
 }
 
 /// A written picture.
@@ -43,9 +46,21 @@ impl Output<'_> {
         let samples_per_pixel =
             rendered.statistics.samples_in_picture as f64 / (new.size[0] as f64 * new.size[1] as f64);
         let scene_file = &loaded.sources.files[0].path;
-        let metadata = Metadata::new(scene_file, camera, arguments.seed, samples_per_pixel);
-        let metadata = metadata.with_settings(settings, rendered.complete, numbered);
-        rendered.image.metadata = metadata.as_json();
+        let metadata = |samples: f64, complete: bool| {
+            let metadata = Metadata::new(scene_file, camera, arguments.seed, samples);
+            metadata.with_settings(settings, complete, numbered.clone()).as_json()
+        };
+        rendered.image.metadata = metadata(samples_per_pixel, rendered.complete);
+        if let (Some(rendering), Some(part), Some(sums), true) =
+            (&self.rendering, settings.part, &rendered.sums, rendered.complete)
+            && let Some((header, integers)) = sums.to_channels()
+        {
+            let all = rendering.samples_per_pixel;
+            let part = Part::new(rendering.clone(), vec![part.range(all)], &header);
+            let whole = metadata(all.into(), true).unwrap_or_default();
+            rendered.image.integers = integers;
+            rendered.image.metadata = part.metadata(whole);
+        }
         let light = map_tones(&mut rendered.image, &self.file, arguments.tone);
         let is_partial = !rendered.complete;
         let file = if is_partial { marked(&self.file, PARTIAL) } else { self.file.clone() };

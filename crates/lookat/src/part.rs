@@ -1,0 +1,142 @@
+//! What the file of a part says beside its sums: of which rendering it is, and which samples it has.
+
+use std::io;
+use std::ops::Range;
+use std::path::Path;
+
+use base64::prelude::{BASE64_STANDARD, Engine as _};
+use lookat_image::open_file;
+use lookat_render::SumsHeader;
+use lookat_scene::{Loaded, View};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::failure::Failure;
+
+/// The metadata of a part.
+#[derive(Serialize, Deserialize)]
+pub struct PartMetadata {
+    pub samples_per_pixel: f64,
+    pub complete: bool,
+    pub part: Part,
+    /// The metadata of the whole picture, as it is written.
+    pub whole: String,
+}
+
+/// Some of the samples of a rendering.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Part {
+    pub rendering: Rendering,
+    /// The indices of its samples, in order, with gaps between them.
+    pub ranges: Vec<Range<u32>>,
+    /// The header of its sums, in base 64: JSON holds no infinite numbers.
+    sums: String,
+}
+
+impl Part {
+    pub fn new(rendering: Rendering, ranges: Vec<Range<u32>>, sums: &SumsHeader) -> Self {
+        Part { rendering, ranges, sums: BASE64_STANDARD.encode(sums.to_bytes()) }
+    }
+
+    /// The header of its sums. `None` if it is damaged.
+    pub fn sums(&self) -> Option<SumsHeader> {
+        SumsHeader::from_bytes(&BASE64_STANDARD.decode(&self.sums).ok()?).ok()
+    }
+
+    /// The number of its samples.
+    pub fn samples(&self) -> u32 {
+        self.ranges.iter().map(|range| range.len() as u32).sum()
+    }
+
+    /// Its metadata. `whole`: that of the whole picture.
+    pub fn metadata(self, whole: String) -> Option<String> {
+        let samples_per_pixel = f64::from(self.samples());
+        serde_json::to_string(&PartMetadata { samples_per_pixel, complete: true, part: self, whole }).ok()
+    }
+}
+
+/// What all parts of a rendering have in common.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rendering {
+    /// The version of lookat.
+    pub version: String,
+    /// The samples of each pixel in all parts together.
+    pub samples_per_pixel: u32,
+    /// The number of parts of the rendering.
+    pub parts: u32,
+    pub seed: u64,
+    /// The files of the scene, the scene file first.
+    pub files: Vec<HashedFile>,
+    /// The hash of camera, film, filter, sampler and integrator, which options may have changed.
+    pub view: String,
+}
+
+/// A file of a scene.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HashedFile {
+    /// Its name, without folders.
+    pub name: String,
+    /// SHA-256, in hexadecimal digits.
+    pub hash: String,
+}
+
+impl Rendering {
+    /// The rendering of a scene that has been loaded from files. Reads those again that are no text.
+    pub fn new(loaded: &Loaded, view: &View, seed: u64, parts: u32) -> Result<Self, Failure> {
+        let texts = &loaded.sources.files;
+        let mut files: Vec<_> = texts.iter().map(|file| hashed(&file.path, hash(&file.text[..]))).collect();
+        for path in loaded.inputs.iter().filter(|path| texts.iter().all(|file| file.path != **path)) {
+            let read = || {
+                let mut hasher = Sha256::new();
+                io::copy(&mut open_file(path)?, &mut hasher)?;
+                io::Result::Ok(digits(hasher))
+            };
+            files.push(hashed(path, read().map_err(|error| Failure::io("read", path, &error))?));
+        }
+        Ok(Rendering {
+            version: env!("CARGO_PKG_VERSION").into(),
+            samples_per_pixel: view.sampler.samples_per_pixel,
+            parts,
+            seed,
+            files,
+            view: hash(format!("{view:?}").as_bytes()),
+        })
+    }
+
+    /// Why something is not of the same rendering. `None` if it is.
+    pub fn difference(&self, other: &Rendering) -> Option<String> {
+        let named = |file: &HashedFile| format!("the file {} of the scene differs", file.name);
+        let changed = self.files.iter().zip(&other.files).find(|(own, other)| own != other);
+        if self.version != other.version {
+            Some(format!("versions {} and {} of lookat may give other samples", self.version, other.version))
+        } else if let Some((own, _)) = changed {
+            Some(named(own))
+        } else if self.files.len() != other.files.len() {
+            Some("the scenes have other files".into())
+        } else if self.seed != other.seed {
+            Some(format!("the seeds {} and {} differ", self.seed, other.seed))
+        } else if self.samples_per_pixel != other.samples_per_pixel {
+            let [a, b] = [self, other].map(|of| of.samples_per_pixel);
+            Some(format!("their pictures have {a} and {b} samples per pixel"))
+        } else if self.view != other.view {
+            Some("camera, film, filter or integrator differ".into())
+        } else {
+            None
+        }
+    }
+}
+
+fn hashed(path: &Path, hash: String) -> HashedFile {
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    HashedFile { name, hash }
+}
+
+fn hash(bytes: &[u8]) -> String {
+    let mut hasher = Sha256::new();
+    hasher.update(bytes);
+    digits(hasher)
+}
+
+fn digits(hasher: Sha256) -> String {
+    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}

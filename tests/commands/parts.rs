@@ -1,0 +1,219 @@
+//! Parts of a rendering, and what `merge` makes of them.
+
+use rand::rngs::StdRng;
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+
+use super::*;
+
+/// Scenes with every kind of sampler, filter and integrator.
+fn scenes() -> Vec<String> {
+    let samplers = [
+        "\"sobol\" \"integer pixelsamples\" 13",
+        "\"random\" \"integer pixelsamples\" 13",
+        "\"halton\" \"integer pixelsamples\" 16",
+        "\"stratified\" \"integer xsamples\" 4 \"integer ysamples\" 3",
+    ];
+    let filters = ["\"box\"", "\"gaussian\"", "\"mitchell\"", "\"sinc\"", "\"triangle\""];
+    let integrators = [
+        "\"path\"",
+        "\"directlighting\"",
+        "\"ambientocclusion\"",
+        "\"volpath\"",
+        "\"directlighting\" \"string strategy\" \"one\"",
+    ];
+    let of = |at: usize| {
+        FINE.replace("\"sobol\" \"integer pixelsamples\" 4", samplers[at % samplers.len()])
+            .replace("Integrator \"path\"", &format!("Integrator {}", integrators[at % integrators.len()]))
+            .replace("WorldBegin", &format!("PixelFilter {} WorldBegin", filters[(at + 1) % filters.len()]))
+    };
+    (0..20).map(of).collect()
+}
+
+/// Any number of parts, merged in any order, some of them first with each other, gives the file of one rendering.
+#[test]
+fn parts_add_up_to_the_file_of_one_rendering() {
+    let mut random = StdRng::seed_from_u64(1);
+    for (number, scene) in scenes().iter().enumerate() {
+        let folder = Folder::new();
+        folder.write("fine.pbrt", scene);
+        let layers: &[&str] = if number % 3 == 0 { &["--layers", "depth,albedo,samples"] } else { &[] };
+        let render = |more: &[&str]| {
+            let run =
+                folder.run(&[&["render", "fine.pbrt", "-q", "--resolution", "12x9"], layers, more].concat());
+            assert_eq!((run.status, &*run.err), (0, ""), "{scene}");
+        };
+        render(&["-o", "whole.exr"]);
+        let count = random.random_range(1..=12);
+        let mut parts: Vec<String> = (0..count).map(|part| format!("{part}.exr")).collect();
+        for (at, part) in parts.iter().enumerate() {
+            render(&["--part", &format!("{at}/{count}"), "-o", part]);
+        }
+        parts.shuffle(&mut random);
+        let merge = |files: &[String], more: &[&str]| {
+            let files: Vec<&str> = files.iter().map(String::as_str).collect();
+            let run = folder.run(&[&["merge"], &files[..], more].concat());
+            assert_eq!(run.status, 0, "{scene} {files:?}: {}", run.err);
+        };
+        let some = random.random_range(0..parts.len());
+        if some > 0 {
+            merge(&parts[..some], &["--partial", "-o", "some.exr"]);
+            parts.splice(..some, ["some.exr".to_owned()]);
+        }
+        merge(&parts, &["-o", "merged.exr"]);
+        let read = |name: &str| std::fs::read(folder.path(name)).unwrap();
+        assert!(read("merged.exr") == read("whole.exr"), "{scene}: {count} parts, {parts:?}");
+    }
+}
+
+/// A part is a picture, with the mean of its own samples.
+#[test]
+fn a_part_is_a_picture() {
+    let folder = Folder::new();
+    folder.run(&["render", "fine.pbrt", "--spp", "64", "--part", "1/4", "-q", "-o", "part.exr"]);
+    folder.run(&["render", "fine.pbrt", "--spp", "64", "-q", "-o", "whole.exr"]);
+    let run = folder.run(&["compare", "part.exr", "whole.exr", "--max", "rmse=0.05"]);
+    assert_eq!(run.status, 0, "{}{}", run.out, run.err);
+    assert_eq!(folder.run(&["convert", "part.exr", "part.png"]).status, 0);
+}
+
+#[test]
+fn what_does_not_add_up_is_refused() {
+    let folder = Folder::new();
+    let render = |part: &str, more: &[&str], name: &str| {
+        let run = folder.run(&[&["render", "fine.pbrt", "-q", "--part", part, "-o", name], more].concat());
+        assert_eq!(run.status, 0, "{}", run.err);
+    };
+    render("0/4", &[], "a.exr");
+    render("1/4", &[], "b.exr");
+    render("2/4", &[], "c.exr");
+    render("1/2", &[], "half.exr");
+    render("3/4", &["--seed", "1"], "seed.exr");
+    render("3/4", &["--spp", "8"], "more.exr");
+    render("3/4", &["--fov", "41"], "view.exr");
+    render("3/4", &["--resolution", "16x12"], "small.exr");
+    folder.run(&["render", "fine.pbrt", "-q", "-o", "picture.exr"]);
+    folder.write("fine.pbrt", &FINE.replace("[3 4 -5]", "[3 4 -6]"));
+    render("3/4", &[], "changed.exr");
+    folder.write("text.exr", "no picture");
+    let bytes = std::fs::read(folder.path("b.exr")).unwrap();
+    std::fs::write(folder.path("cut.exr"), &bytes[..bytes.len() / 2]).unwrap();
+    for (files, expected) in [
+        (
+            &["a.exr", "b.exr", "c.exr"][..],
+            "error: part 3/4 is missing; to add up what there is, use --partial",
+        ),
+        (&["b.exr"], "error: the parts 0/4, 2/4, 3/4 are missing; to add up what there is, use --partial"),
+        (&["a.exr", "b.exr", "a.exr"], "error: a.exr is named twice"),
+        (
+            &["a.exr", "b.exr", "c.exr", "half.exr"],
+            "error: c.exr and half.exr overlap: both have sample 2 of each pixel; leave one out",
+        ),
+        (
+            &["a.exr", "seed.exr"],
+            "error: a.exr and seed.exr are no parts of one rendering: the seeds 0 and 1 differ",
+        ),
+        (
+            &["a.exr", "more.exr"],
+            "error: a.exr and more.exr are no parts of one rendering: their pictures have 4 and 8 samples per pixel",
+        ),
+        (
+            &["a.exr", "view.exr"],
+            "error: a.exr and view.exr are no parts of one rendering: camera, film, filter or integrator differ",
+        ),
+        (
+            &["a.exr", "small.exr"],
+            "error: a.exr and small.exr are no parts of one rendering: camera, film, filter or integrator differ",
+        ),
+        (
+            &["a.exr", "changed.exr"],
+            "error: a.exr and changed.exr are no parts of one rendering: the file fine.pbrt of the scene differs",
+        ),
+        (
+            &["a.exr", "picture.exr"],
+            "error: picture.exr is no part of a rendering: only `lookat render --part` and `lookat merge --partial` write parts",
+        ),
+        (&["a.exr", "none.exr"], "error: cannot read none.exr: there is no such file or folder"),
+    ] {
+        let run = folder.run(&[&["merge"], files, &["-o", "merged.exr"]].concat());
+        assert_eq!((run.status, run.err.trim_end()), (2, expected), "{files:?}");
+        assert!(!folder.path("merged.exr").exists());
+    }
+    for damaged in ["text.exr", "cut.exr"] {
+        let run = folder.run(&["merge", "a.exr", damaged, "--partial", "-o", "merged.exr"]);
+        assert!(run.status == 2 && run.err.contains(damaged), "{}", run.err);
+        assert!(!folder.path("merged.exr").exists());
+    }
+    for (option, expected) in [
+        (["--part", "4/4"], "of 4, the last one is 3/4"),
+        (["--part", "1"], "expected I/N"),
+        (["--part", "0/5"], "4 samples per pixel make at most 4 parts"),
+    ] {
+        let run = folder.run(&[&["render", "fine.pbrt", "-o", "x.exr"], &option[..]].concat());
+        assert!(run.status == 2 && run.err.contains(expected), "{option:?}: {}", run.err);
+    }
+    let run = folder.run(&["render", "fine.pbrt", "--part", "0/2", "-o", "x.png"]);
+    assert!(run.err.contains("only an .exr file can store a part"), "{}", run.err);
+}
+
+/// The script for Slurm, with stand-ins for its program that run the jobs one after the other.
+#[cfg(unix)]
+#[test]
+fn the_script_for_slurm_renders_and_merges() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = Folder::new();
+    folder.write(
+        "sbatch",
+        r#"#!/bin/sh
+job=$(cat)
+case "$*" in
+*--array=0-3*) for SLURM_ARRAY_TASK_ID in 2 0 3 1; do
+    export SLURM_ARRAY_TASK_ID
+    echo "$job" | sh || exit 1
+done; echo 17 ;;
+*--dependency=afterok:17*--kill-on-invalid-dep=yes*) echo "$job" | sh ;;
+*) exit 1 ;;
+esac
+"#,
+    );
+    std::fs::set_permissions(folder.path("sbatch"), PermissionsExt::from_mode(0o755)).unwrap();
+    folder.write("a scene's.pbrt", FINE);
+    let run = folder.run(&[
+        "farm",
+        "slurm",
+        "a scene's.pbrt",
+        "--parts",
+        "4",
+        "-o",
+        "the picture.exr",
+        "--",
+        "--spp",
+        "8",
+    ]);
+    assert_eq!(run.status, 0, "{}", run.err);
+    let path = format!("{}:{}", folder.path("").display(), std::env::var("PATH").unwrap());
+    let mut shell =
+        Command::new("sh").env("PATH", path).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    shell.stdin.take().unwrap().write_all(run.out.as_bytes()).unwrap();
+    let ended = shell.wait_with_output().unwrap();
+    assert!(ended.status.success(), "{}\n{}", run.out, String::from_utf8_lossy(&ended.stderr));
+    folder.run(&["render", "a scene's.pbrt", "--spp", "8", "-q", "-o", "whole.exr"]);
+    let [merged, whole] =
+        ["the picture.exr", "whole.exr"].map(|name| Image::read(&folder.path(name)).unwrap());
+    assert_eq!(merged.rgb(), whole.rgb());
+    for (arguments, expected) in [
+        (&["fine.pbrt", "--parts", "5", "-o", "a.exr"][..], "4 samples per pixel make at most 4 parts"),
+        (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--watch"], "leave out -o, --part, --watch"),
+        (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--ssp", "8"], "'--ssp'"),
+        (&["fine.pbrt", "--parts", "2", "-o", "none/a.exr"], "there is no folder"),
+        (&["none.pbrt", "--parts", "2", "-o", "a.exr"], "none.pbrt"),
+    ] {
+        let run = folder.run(&[&["farm", "slurm"], arguments].concat());
+        assert!(
+            run.status != 0 && run.out.is_empty() && run.err.contains(expected),
+            "{arguments:?}: {}",
+            run.err
+        );
+    }
+}
