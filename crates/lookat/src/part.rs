@@ -1,6 +1,6 @@
 //! What the file of a part says beside its sums: of which rendering it is, and which samples it has.
 
-use std::io;
+use std::io::{self, BufRead, BufReader};
 use std::ops::Range;
 use std::path::Path;
 
@@ -87,9 +87,16 @@ impl Rendering {
         let mut files: Vec<_> = texts.iter().map(|file| hashed(&file.path, hash(&file.text[..]))).collect();
         for path in loaded.inputs.iter().filter(|path| texts.iter().all(|file| file.path != **path)) {
             let read = || {
-                let mut hasher = Sha256::new();
-                io::copy(&mut open_file(path)?, &mut hasher)?;
-                io::Result::Ok(digits(hasher))
+                let (mut hasher, mut file) = (Sha256::new(), BufReader::new(open_file(path)?));
+                loop {
+                    let bytes = file.fill_buf()?;
+                    if bytes.is_empty() {
+                        return io::Result::Ok(digits(hasher));
+                    }
+                    hasher.update(bytes);
+                    let count = bytes.len();
+                    file.consume(count);
+                }
             };
             files.push(hashed(path, read().map_err(|error| Failure::io("read", path, &error))?));
         }
