@@ -204,7 +204,10 @@ esac
     assert_eq!(merged.rgb(), whole.rgb());
     for (arguments, expected) in [
         (&["fine.pbrt", "--parts", "5", "-o", "a.exr"][..], "4 samples per pixel make at most 4 parts"),
-        (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--watch"], "leave out -o, --part, --watch"),
+        (
+            &["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--watch"],
+            "it needs no lookat render -o, --part, --watch",
+        ),
         (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--ssp", "8"], "'--ssp'"),
         (&["fine.pbrt", "--parts", "2", "-o", "none/a.exr"], "there is no folder"),
         (&["none.pbrt", "--parts", "2", "-o", "a.exr"], "none.pbrt"),

@@ -39,7 +39,7 @@ fn run(arguments: &Farm, render: &Render) -> Result<u8, Failure> {
     let [scene, output] = [absolute(scene)?, absolute(output)?];
     if render.output.is_some() || render.part.is_some() || render.frames.is_used() || render.live.watch {
         bail!(
-            "a farm renders the parts of one picture: leave out -o, --part, --watch, --turntable and --animate of lookat render"
+            "a farm renders the parts of one picture: it needs no lookat render -o, --part, --watch, --turntable or --animate"
         );
     }
     let mut loaded = load_scene(&scene, &load_options(render), render.report);
@@ -49,7 +49,7 @@ fn run(arguments: &Farm, render: &Render) -> Result<u8, Failure> {
     let samples = found.view.sampler.samples_per_pixel;
     if *parts > samples {
         bail!(
-            "{samples} samples per pixel make at most {samples} parts; write fewer, or increase --spp after --"
+            "{samples} samples per pixel make at most {samples} parts; write fewer, or increase lookat render --spp behind --"
         );
     }
     let crop = found.view.film.crop;

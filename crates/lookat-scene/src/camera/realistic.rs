@@ -87,7 +87,8 @@ fn lens_system(params: &mut Params, file: &Text, aperture: f64, weighting: Weigh
     }
     let length: f64 = rows.iter().map(|row| row.thickness.abs()).sum();
     if length < SHORTEST {
-        let message = format!("the lenses are {} mm long: lens files are in millimeters", number(length));
+        let rounded = number((length * 1e4).round() / 1e4);
+        let message = format!("the lenses are {rounded} mm long: lens files are in millimeters");
         params.warn(
             LENS_FILE.name,
             &message,
