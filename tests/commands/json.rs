@@ -95,16 +95,16 @@ fn all_members_are_explained() {
     assert!(found.len() > 110, "{}", found.len());
 }
 
-/// The sources in which the page's structs are: of the program and, for what `inspect` takes from it, of the renderer.
+/// The sources in which the page's structs are: of the program, and of the libraries that it takes results from.
 const SOURCES: [&str; 12] = [
-    "lookat/src/compare.rs",
+    "lookat-image/src/compare/comparison.rs",
     "lookat/src/explain.rs",
     "lookat/src/inspect/needs.rs",
     "lookat/src/inspect/shown.rs",
     "lookat/src/light.rs",
     "lookat/src/render/fireflies.rs",
     "lookat/src/render/summary.rs",
-    "lookat/src/report.rs",
+    "lookat-scene/src/json.rs",
     "lookat/src/scene_result.rs",
     "lookat/src/verify/outcome.rs",
     "lookat-render/src/inspect.rs",

@@ -10,6 +10,7 @@ use lookat_scene::syntax::Severity;
 use serde_json::Value;
 
 mod chart;
+mod checkpoint;
 #[cfg(unix)]
 mod combinations;
 mod compare;

@@ -131,7 +131,7 @@ fn what_does_not_add_up_is_refused() {
         ),
         (
             &["a.exr", "picture.exr"],
-            "error: picture.exr is no part of a rendering: only `lookat render --part` and `lookat merge --partial` write parts",
+            "error: picture.exr is no part of a rendering: only `lookat render --part`, `lookat render --checkpoint` and `lookat merge --partial` write parts",
         ),
         (&["a.exr", "none.exr"], "error: cannot read none.exr: there is no such file or folder"),
     ] {

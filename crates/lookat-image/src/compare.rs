@@ -1,8 +1,10 @@
 //! Compares two pictures in the pixels that both have: metrics, tests against noise, and a figure of the difference.
 
 mod agreement;
+mod comparison;
 mod display;
 mod flip;
+mod metric;
 mod metrics;
 mod noise;
 mod panel;
@@ -14,8 +16,16 @@ use crate::error::listed;
 use crate::{Image, PixelError, Placement, Precision, Window};
 
 pub use agreement::{Agreement, PixelTest, Test, Untestable, agreement};
+pub use comparison::{
+    Comparison, Noise, NoiseTest, NotFinite, PixelNoise, Rules, SIGNIFICANCE, differences, significance,
+    undecided,
+};
 pub use display::{Encoded, Light, suitable_exposure};
 pub use flip::{PIXELS_PER_DEGREE, hdr_flip, ldr_flip};
+pub use metric::{
+    COLORS, Limit, Measured, Measurement, Metric, THRESHOLD, measure, not_finite, number, place, value_of,
+    why_not,
+};
 pub use metrics::{
     Largest, Means, largest_difference, mean, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
     share_above,

@@ -227,7 +227,7 @@ fn header_fault(error: Error) -> ImageFault {
 }
 
 /// Writes all channels, in 32-bit float or as 32-bit integers.
-pub(crate) fn write(image: &Image, out: impl Write + Seek) -> Result<(), ImageFault> {
+pub(crate) fn write(image: &Image, is_compressed: bool, out: impl Write + Seek) -> Result<(), ImageFault> {
     let plane =
         |channel: &Channel| AnyChannel::new(text(&channel.name), FlatSamples::F32(channel.samples.clone()));
     let integers = |channel: &IntegerChannel| {
@@ -238,7 +238,8 @@ pub(crate) fn write(image: &Image, out: impl Write + Seek) -> Result<(), ImageFa
 
     let data = bounds(image.data_window);
     let attributes = LayerAttributes { layer_position: data.position, ..LayerAttributes::default() };
-    let layer = Layer::new(data.size, attributes, Encoding::SMALL_LOSSLESS, channels);
+    let encoding = if is_compressed { Encoding::SMALL_LOSSLESS } else { Encoding::UNCOMPRESSED };
+    let layer = Layer::new(data.size, attributes, encoding, channels);
 
     let mut attributes = ImageAttributes::new(bounds(image.display_window));
     if let Some(metadata) = &image.metadata {

@@ -48,5 +48,5 @@ pub use mip_map::{Level, MipMap, Texel, Wrap, floor};
 pub use picture_file::{PictureFile, open_file, read_integers};
 pub use pixel_error::{PixelError, Shared};
 pub use raster::rgb_png;
-pub use replace::{TemporaryFile, TemporaryName, exit, has_text, write_file, write_target};
+pub use replace::{TemporaryFile, TemporaryName, exit, has_text, remove_leftovers, write_file, write_target};
 pub use tone::{ToneCurve, ToneMapping};

@@ -74,7 +74,18 @@ impl Image {
     /// [`ImageFault::UnknownFormat`] for another extension, [`ImageFault::Refused`] if the file system refuses or the picture does
     /// not fit. The file appears whole or not at all, and what was there before stays until then.
     pub fn write(&self, path: &Path) -> Result<(), ImageError> {
-        let encode = |format| replace(path, |out| self.encode(format, out));
+        let encode = |format| replace(path, None, |out| self.encode(format, out));
+        self.format(path).and_then(encode).map_err(|fault| ImageError::writing(path, fault))
+    }
+
+    /// Writes an EXR file as [`Image::write`] does, but without compression, several times as fast and as large, and keeps what had this
+    /// name before as `previous`. If the program is killed meanwhile, one of the two files is whole.
+    ///
+    /// # Errors
+    ///
+    /// As [`Image::write`].
+    pub fn write_checkpoint(&self, path: &Path, previous: &Path) -> Result<(), ImageError> {
+        let encode = |_| replace(path, Some(previous), |out| exr::write(self, false, out));
         self.format(path).and_then(encode).map_err(|fault| ImageError::writing(path, fault))
     }
 
@@ -91,7 +102,7 @@ impl Image {
 
     fn encode(&self, format: Format, out: &mut (impl Write + Seek)) -> Result<(), ImageFault> {
         match format {
-            Format::Exr => exr::write(self, out),
+            Format::Exr => exr::write(self, true, out),
             Format::Png => raster::write_png(self, out),
             Format::Pfm => pfm::write(self, out),
             Format::Tga => raster::write_tga(self, out),

@@ -16,7 +16,7 @@ use crate::{ImageError, ImageFault, open_file};
 ///
 /// [`ImageFault::Refused`] if the file system refuses. The previous contents stay then.
 pub fn write_file(path: &Path, mut contents: impl Read) -> Result<(), ImageError> {
-    replace(path, |out| Ok(io::copy(&mut contents, out).map(drop)?))
+    replace(path, None, |out| Ok(io::copy(&mut contents, out).map(drop)?))
         .map_err(|fault| ImageError::writing(path, fault))
 }
 
@@ -48,9 +48,10 @@ fn followed(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("its links form a circle"))
 }
 
-/// Replaces a file: the new one appears whole or not at all.
+/// Replaces a file: the new one appears whole or not at all. The file before it gets the name `previous`, if there is one.
 pub(crate) fn replace(
     path: &Path,
+    previous: Option<&Path>,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), ImageFault>,
 ) -> Result<(), ImageFault> {
     let (target, folder) = write_target(path)?;
@@ -60,7 +61,15 @@ pub(crate) fn replace(
         let _ = copy_attributes(&target, &new.file);
     }
     fill(&mut new.file, write)?;
+    if let Some(previous) = previous.filter(|_| target.is_file()) {
+        std::fs::rename(&target, previous)?;
+    }
     Ok(new.persist(&target)?)
+}
+
+/// Removes temporary files of a folder that belong to programs that were killed.
+pub fn remove_leftovers(folder: &Path) {
+    remove_abandoned(folder, HIDDEN);
 }
 
 /// Writes the contents of a file.

@@ -1,11 +1,11 @@
 //! The film: exact sums of weighted samples in tiles of pixels. Samples count for all pixels that the filter reaches. One thread
-//! collects the samples of a tile in an image block of its own, and adds them to the tiles around when it is full.
+//! collects the samples of a tile in an image block of its own, and then adds them to the tiles around.
 
 pub(crate) mod sum;
 
 use std::ops::Range;
 use std::sync::{
-    Mutex, MutexGuard, OnceLock, PoisonError,
+    Mutex, MutexGuard, OnceLock, PoisonError, RwLock,
     atomic::{AtomicU64, Ordering},
 };
 
@@ -16,7 +16,7 @@ use lookat_scene::{PixelBounds, View};
 pub use crate::film::sum::{FilmSums, FilmSumsError, SumsHeader};
 use crate::filter::PixelFilter;
 use crate::number::luminance;
-pub(crate) use sum::{Scale, Spread, Sum};
+pub(crate) use sum::{Scale, ShortSum, Spread, Sum};
 
 /// Replicates of each pixel when its error is asked for: with 16 of them intervals by Student's t hold what they promise,
 /// with 4 and 8 they do not.
@@ -34,6 +34,8 @@ pub(crate) struct Film<'v> {
     /// The scale of the sums, which is for a brightness of 1 until it is set.
     scale: OnceLock<Scale>,
     light_paths: AtomicU64,
+    /// Held for reading while samples are added, and for writing while there must be none that is added by half.
+    adding: RwLock<()>,
     /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
     /// calls back while it does.
     pub tiles: Vec<Mutex<Tile>>,
@@ -125,6 +127,7 @@ impl<'v> Film<'v> {
             has_unfiltered,
             scale: OnceLock::new(),
             light_paths: AtomicU64::new(0),
+            adding: RwLock::new(()),
             tiles,
         }
     }
@@ -150,25 +153,26 @@ impl<'v> Film<'v> {
     }
 
     /// Adds the samples of an image block.
-    pub fn add(&self, samples: &ImageBlock) {
-        let scale = self.scale();
-        for at in self.tiles_of(samples.area.grown(self.filter.reach())) {
+    pub fn add(&self, samples: &mut ImageBlock) {
+        samples.carry();
+        let _adding = self.adding.read().unwrap_or_else(PoisonError::into_inner);
+        let ImageBlock { area, reached, carried, counts: more, unfiltered_carried, .. } = samples;
+        for at in self.tiles_of(*reached) {
             let Tile { bounds, sources, counts, sums, pass, unfiltered, .. } = &mut *lock(&self.tiles[at]);
             let into = if pass.is_empty() { sums } else { pass };
-            for (block, sums) in samples.sums() {
-                let part = block.intersection(*bounds);
-                for y in (part.y0..part.y1).filter(|_| part.width() > 0) {
-                    let (own, from) = (bounds.index([part.x0, y]), block.index([part.x0, y]));
-                    for (into, sum) in into[own..][..part.width()].iter_mut().zip(&sums[from..]) {
-                        *into += Sum::new(*sum, scale);
-                    }
+            let part = reached.intersection(*bounds);
+            for y in (part.y0..part.y1).filter(|_| part.width() > 0) {
+                let (own, from) = (bounds.index([part.x0, y]), reached.index([part.x0, y]));
+                for (into, sum) in into[own..][..part.width()].iter_mut().zip(&carried[from..]) {
+                    *into += *sum;
                 }
             }
-            for pixel in sources.intersection(samples.area).pixels() {
-                let at = samples.area.index(pixel);
-                counts[sources.index(pixel)] += samples.counts[at];
-                if bounds.contains(pixel) && !unfiltered.is_empty() && samples.counts[at] > 0 {
-                    unfiltered[bounds.index(pixel)].add(samples.unfiltered[at], samples.counts[at]);
+            for pixel in sources.intersection(*area).pixels() {
+                let at = area.index(pixel);
+                counts[sources.index(pixel)] += more[at];
+                if bounds.contains(pixel) && !unfiltered.is_empty() && more[at] > 0 {
+                    let sum = unfiltered_carried[at].weighted(self.scale());
+                    unfiltered[bounds.index(pixel)].add(sum, more[at]);
                 }
             }
         }
@@ -199,7 +203,8 @@ impl<'v> Film<'v> {
             for pixel in bounds.intersection(reached).pixels() {
                 let weight = weights[0][(pixel[0] - reached.x0) as usize]
                     * weights[1][(pixel[1] - reached.y0) as usize];
-                splats[bounds.index(pixel)] += Sum::new((value * weight).extend(0.0), self.scale());
+                let light = self.scale().units((value * weight).extend(0.0));
+                splats[bounds.index(pixel)] += Sum::new(light);
             }
         }
         true
@@ -330,7 +335,7 @@ pub(crate) fn pixel_bytes(keeps: Keeps, shares_samples: bool) -> usize {
 /// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.
 fn tile_side(crop: Area) -> i32 {
     const FEWEST: usize = 64;
-    [16, 8].into_iter().find(|side| crop.size() >= FEWEST * side * side).map_or(BLOCK, |side| side as i32)
+    [16, 8].into_iter().find(|side| crop.size() >= FEWEST * side * side).map_or(4, |side| side as i32)
 }
 
 /// Cuts an area into tiles, row by row.
@@ -422,23 +427,25 @@ impl Area {
     }
 }
 
-/// Pixels on a side of a block. Blocks are aligned to the full picture, and the samples of a block are added up in the order of their
-/// sources: so the bits of a sum depend on no tile and no crop window.
-const BLOCK: i32 = 4;
-
-/// The samples of an area, added up by the pixels around that they count for: block by block, in double precision.
+/// The samples of an area, added up by the pixels around that they count for. Exact, as the sums of the film are: so the bits of a picture
+/// depend on no tile, no crop window, and no order.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ImageBlock {
     /// The sources.
     pub area: Area,
-    reach: [u32; 2],
-    /// Row by row, and of each block its pixels and those around it that the filter reaches, row by row: sums of weighted radiance, and
-    /// in `w` of weights.
-    sums: Vec<DVec4>,
+    /// The area and the pixels around that the filter reaches.
+    reached: Area,
+    /// The sums of the last samples for each of these pixels, row by row.
+    sums: Vec<ShortSum>,
+    /// The sums of the samples before those.
+    carried: Vec<Sum>,
+    /// The number of the last samples.
+    waiting: u32,
     /// The samples taken in each source, row by row.
     pub counts: Vec<u32>,
     /// The sums of samples in each source, without the filter. Empty unless the film keeps errors.
-    pub unfiltered: Vec<DVec4>,
+    unfiltered: Vec<ShortSum>,
+    unfiltered_carried: Vec<Sum>,
     /// Room for the weights of a sample, across and down.
     weights: [Vec<f64>; 2],
 }
@@ -446,58 +453,62 @@ pub(crate) struct ImageBlock {
 impl ImageBlock {
     /// Empties the block, and gives it an area.
     pub fn restart(&mut self, film: &Film, area: Area) {
+        fn clear<T: Clone + Default>(all: &mut Vec<T>, size: usize) {
+            all.clear();
+            all.resize(size, T::default());
+        }
         self.area = area;
-        self.reach = film.filter.reach();
-        self.counts.clear();
-        self.counts.resize(area.size(), 0);
-        self.unfiltered.clear();
-        self.unfiltered.resize(if film.has_unfiltered { area.size() } else { 0 }, DVec4::ZERO);
-        self.sums.clear();
-        self.sums.resize(self.blocks().count() * self.block_size(), DVec4::ZERO);
+        self.reached = area.grown(film.filter.reach());
+        self.waiting = 0;
+        let unfiltered = if film.has_unfiltered { area.size() } else { 0 };
+        clear(&mut self.counts, area.size());
+        clear(&mut self.sums, self.reached.size());
+        clear(&mut self.carried, self.reached.size());
+        clear(&mut self.unfiltered, unfiltered);
+        clear(&mut self.unfiltered_carried, unfiltered);
     }
 
-    /// Adds a sample of a source, which lies at `square` in its unit square: red, green, blue, and in `w` its weight.
+    /// Adds a sample of a source, which lies at `square` in its unit square: red, green, blue, and in `w` its weight, in the units of
+    /// [`Scale::units`].
     #[inline(always)]
-    pub fn add(&mut self, filter: &PixelFilter, source: [i32; 2], square: DVec2, sample: DVec4) {
+    pub fn add(&mut self, filter: &PixelFilter, source: [i32; 2], square: DVec2, units: DVec4) {
+        if self.waiting == ShortSum::MOST {
+            self.carry();
+        }
+        self.waiting += 1;
         let at = self.area.index(source);
         self.counts[at] += 1;
         if let Some(sum) = self.unfiltered.get_mut(at) {
-            *sum += sample;
+            *sum += units;
         }
-        let [x, y] = source;
-        let block = self.area.square_of(BLOCK, source);
-        let width = BLOCK as usize + 2 * self.reach[0] as usize;
-        // The first pixel that the sample counts for.
-        let first =
-            block * self.block_size() + y.rem_euclid(BLOCK) as usize * width + x.rem_euclid(BLOCK) as usize;
-        let sums = &mut self.sums[first..];
-        if self.reach == [0, 0] {
-            sums[0] += sample * filter.own(square);
+        let width = self.reached.width();
+        // The first pixel that the sample counts for is as far from the corner as the source.
+        let [x, y] = [source[0] - self.area.x0, source[1] - self.area.y0];
+        let sums = &mut self.sums[y as usize * width + x as usize..];
+        if self.reached == self.area {
+            sums[0] += units * filter.own(square);
             return;
         }
         filter.weigh(square, &mut self.weights);
         let [across, down] = &self.weights;
         // A sample seldom reaches the pixels on both edges.
         for (row, down) in sums.chunks_mut(width).zip(down).filter(|(_, down)| **down != 0.0) {
-            let sample = sample * *down;
-            row.iter_mut().zip(across).for_each(|(sum, across)| *sum += sample * *across);
+            let units = units * *down;
+            row.iter_mut().zip(across).for_each(|(sum, across)| *sum += units * *across);
         }
     }
 
-    /// The pixels of a block and around it.
-    fn block_size(&self) -> usize {
-        self.reach.iter().map(|reach| BLOCK as usize + 2 * *reach as usize).product()
-    }
-
-    /// The blocks, each with the pixels that it has sums of.
-    fn blocks(&self) -> impl Iterator<Item = Area> + use<> {
-        let reach = self.reach;
-        self.area.squares(BLOCK).map(move |block| block.grown(reach))
-    }
-
-    /// The sums of each block, with its pixels.
-    pub fn sums(&self) -> impl Iterator<Item = (Area, &[DVec4])> {
-        self.blocks().zip(self.sums.chunks(self.block_size()))
+    /// Makes room for more samples.
+    #[inline(never)]
+    fn carry(&mut self) {
+        let kinds =
+            [(&mut self.sums, &mut self.carried), (&mut self.unfiltered, &mut self.unfiltered_carried)];
+        for (sums, carried) in kinds {
+            for (sum, carried) in sums.iter_mut().zip(carried) {
+                std::mem::take(sum).add_to(carried);
+            }
+        }
+        self.waiting = 0;
     }
 }
 
@@ -571,9 +582,9 @@ mod tests {
         let mut block = ImageBlock::default();
         block.restart(&film, film.sources());
         for (source, place, value) in &places {
-            block.add(&film.filter, *source, *place, DVec3::splat(*value).extend(1.0));
+            block.add(&film.filter, *source, *place, film.scale().units(DVec3::splat(*value).extend(1.0)));
         }
-        film.add(&block);
+        film.add(&mut block);
         let image = film.develop(false).rgb().unwrap();
         for (pixel, found) in film.crop().pixels().zip(image) {
             let mut sum = [0.0; 2];
@@ -644,8 +655,8 @@ mod tests {
         let film = Film::new(&scene.view, Keeps::Sums);
         let mut block = ImageBlock::default();
         block.restart(&film, film.sources());
-        block.add(&film.filter, [3, 4], DVec2::splat(0.5), DVec3::splat(2.0).extend(1.0));
-        film.add(&block);
+        block.add(&film.filter, [3, 4], DVec2::splat(0.5), film.scale().units(DVec3::splat(2.0).extend(1.0)));
+        film.add(&mut block);
         assert!(film.add_splat(DVec2::new(3.2, 4.9), Vec3::splat(6.0)));
         for far in [1e9, 1e10, -1e10, 1e300] {
             assert!(film.add_splat(DVec2::new(-0.1, far), Vec3::splat(6.0)));

@@ -22,11 +22,11 @@ use lookat_image::Image;
 use lookat_scene::{Scene, View};
 use serde::Serialize;
 
-use crate::film::{Film, FilmSums, Keeps, lock};
+use crate::film::{Film, FilmSums, FilmSumsError, Keeps, lock};
 use crate::integrator::Profiler;
 use crate::prepare::Prepared;
 use crate::render::rounds::Fixed;
-pub use crate::render::rounds::TimeLeft;
+pub use crate::render::rounds::{Part, TimeLeft};
 use crate::threads;
 use adaptive::Adaptive;
 pub use brightest::{BrightestSample, PathEnd};
@@ -34,7 +34,7 @@ use control::{Control, State};
 pub use layer_set::{Layer, Layers};
 pub use profile::profile;
 use sample::Context;
-pub use settings::{Part, Settings, Stop, film_bytes};
+pub use settings::{Settings, Stop, film_bytes};
 pub use stop_rule::TargetError;
 use target::Target;
 
@@ -169,6 +169,33 @@ impl Prepared {
         on_threads(settings, || run(self, view, settings, deadline, progress, None))
     }
 
+    /// Goes on with a rendering that has been broken off, from the [sums](Progress::sums) that it had, to the same bits. For
+    /// [`Stop::Samples`] without error layers. `view`, `settings` and the scene are those of that rendering.
+    ///
+    /// # Errors
+    ///
+    /// [`FilmSumsError::OtherPicture`] if the sums cannot be of this rendering.
+    pub fn resume(
+        &self,
+        view: &View,
+        settings: &Settings,
+        so_far: &FilmSums,
+        progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    ) -> Result<Rendered, FilmSumsError> {
+        if settings.stop != Stop::default() {
+            return Err(FilmSumsError::OtherPicture);
+        }
+        on_threads(settings, || {
+            let film = Film::new(view, Keeps::Sums);
+            let control = Control::new(progress, &film);
+            let context = exposed(self, view, settings, (&film, &control));
+            film.restore(so_far)?;
+            let sampler = settings.stop.sampler(view);
+            rounds::render(&context, &mut Fixed::new(sampler, settings.seed, false, settings.part));
+            Ok(develop(&context, view, settings, None))
+        })
+    }
+
     /// The layers of the settings as [`Prepared::render`] gives them, beside a black picture. `progress` is called with a
     /// picture without samples. `None` if it breaks.
     pub fn layers(
@@ -197,6 +224,18 @@ fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R
     }
 }
 
+/// The context of a rendering, with the scale of its film.
+fn exposed<'a>(
+    prepared: &'a Prepared,
+    view: &View,
+    settings: &Settings,
+    film_and_control: (&'a Film<'a>, &'a Control<'a>),
+) -> Context<'a> {
+    let mut context = Context::new(prepared, view, settings.stop.nominal_samples(view), film_and_control);
+    context.expose();
+    context
+}
+
 /// Samples the film as the settings ask for, and develops it.
 fn run(
     prepared: &Prepared,
@@ -209,8 +248,7 @@ fn run(
     let Settings { seed, stop, .. } = *settings;
     let film = Film::new(view, stop.keeps());
     let control = Control { deadline, profilers, ..Control::new(progress, &film) };
-    let mut context = Context::new(prepared, view, stop.nominal_samples(view), (&film, &control));
-    context.expose();
+    let context = exposed(prepared, view, settings, (&film, &control));
     let sampler = stop.sampler(view);
     let target = match stop {
         Stop::TargetError { target, .. } => {

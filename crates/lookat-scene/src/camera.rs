@@ -21,7 +21,7 @@ pub use crate::camera::lens_system::{
     EquivalentView, LensElement, LensSystem, MILLIMETER, Pupil, ThickLens, Weighting,
 };
 pub(crate) use crate::camera::view_override::look_at;
-pub use crate::camera::view_override::{CameraPlacement, ViewOverride};
+pub use crate::camera::view_override::{CameraPlacement, FileCamera, ViewOverride};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
 #[derive(Debug, Clone, PartialEq)]
@@ -202,6 +202,11 @@ impl ScreenWindow {
     /// The edges, in the order of the format: xmin, xmax, ymin, ymax.
     pub fn edges(&self) -> [f64; 4] {
         [self.min.x, self.max.x, self.min.y, self.max.y]
+    }
+
+    /// The default window of a film: from -1 to 1 along the shorter axis.
+    pub fn of_film(film: &Film) -> Self {
+        ScreenWindow::of_aspect(film_aspect(film))
     }
 
     /// The window from -1 to 1 along the shorter axis.

@@ -41,6 +41,7 @@ mod files;
 mod film;
 mod filter;
 mod integrator;
+mod json;
 mod kinds;
 mod light;
 mod load;
@@ -66,8 +67,8 @@ mod validate;
 
 pub use cache::{LoadCache, Stamp, Stamped};
 pub use camera::{
-    Camera, CameraPlacement, EquivalentView, Lens, LensElement, LensSystem, MILLIMETER, Projection, Pupil,
-    ScreenWindow, Shutter, ThickLens, ViewOverride, Weighting,
+    Camera, CameraPlacement, EquivalentView, FileCamera, Lens, LensElement, LensSystem, MILLIMETER,
+    Projection, Pupil, ScreenWindow, Shutter, ThickLens, ViewOverride, Weighting,
 };
 pub use color::LUMINANCE;
 pub use files::{Open, Read};
@@ -75,6 +76,7 @@ pub use film::{Film, FilmOverride, MAX_PIXELS, MAX_SIDE, PixelBounds};
 pub use filter::{Filter, FilterKind};
 pub use glam;
 pub use integrator::{DirectStrategy, Integrator, LightChoice};
+pub use json::{JsonDiagnostic, Place, as_json};
 pub use light::{Emission, Light};
 pub use load::{Loaded, load, load_again, load_opened, load_str};
 pub use lookat_syntax as syntax;

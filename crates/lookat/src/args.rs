@@ -14,11 +14,11 @@ use lookat_scene::MAX_SAMPLES;
 
 pub use crate::args::charting::{Chart, Other};
 use crate::args::numbers::{named, number_in, resolution, stops, whole};
-pub use crate::args::options::{Memory, Tone, ViewOverride, raise_limit, way_out};
+pub use crate::args::options::{Memory, Tone, ViewOverride, Writing, raise_limit, way_out};
 use crate::args::rendering::focus_place;
 pub use crate::args::rendering::{Animation, FocusPlace, Frames, LiveView, Parameter, Protocol};
 use crate::failure::Failure;
-use crate::metric::{Limit, Metric};
+use lookat_image::{Limit, Metric};
 
 /// The parsed command line.
 #[derive(Debug, Parser)]
@@ -42,6 +42,8 @@ pub enum Command {
     Check(Check),
     /// Measure the difference between two pictures
     Compare(Compare),
+    /// Go on with a rendering that was broken off, from its checkpoint
+    Resume(Resume),
     /// Add up the parts of a rendering
     Merge(Merge),
     /// Print a script that renders a scene in parts on many machines, and merges them
@@ -65,6 +67,7 @@ impl Command {
     pub fn threads(&self) -> Option<u16> {
         match self {
             Command::Render(render) => render.threads,
+            Command::Resume(resume) => resume.threads,
             Command::View(View { threads, .. })
             | Command::Verify(Verify { threads, .. })
             | Command::Chart(Chart { threads, .. }) => *threads,
@@ -101,6 +104,12 @@ pub struct Render {
     /// Take only the I-th of N equal parts of the samples, counted from 0. `lookat merge` adds parts up to the picture of one rendering
     #[arg(long, value_name = "I/N", allow_hyphen_values = true, conflicts_with_all = ["target_error", "time", "adaptive", "error_layers"], value_parser = part)]
     pub part: Option<Part>,
+    /// Also write the samples so far to this .exr file every now and then, and when interrupted. `lookat resume` goes on from there
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["target_error", "time", "adaptive", "error_layers", "turntable", "animate", "watch"])]
+    pub checkpoint: Option<PathBuf>,
+    /// Seconds between two checkpoints [default: 60]
+    #[arg(long, value_name = "SECONDS", requires = "checkpoint", allow_negative_numbers = true, value_parser = seconds)]
+    pub every: Option<Duration>,
     /// Size of the full picture, instead of the size in Film
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
@@ -262,7 +271,7 @@ pub struct Compare {
     #[arg(long, value_name = "STOPS", requires = "picture", allow_negative_numbers = true, value_parser = stops)]
     pub exposure: Option<f64>,
     /// The smallest channel difference that share-above counts
-    #[arg(long, value_name = "VALUE", default_value_t = crate::metric::THRESHOLD, allow_negative_numbers = true, value_parser = number_in(0.0..=f32::MAX, "a number that is not negative"))]
+    #[arg(long, value_name = "VALUE", default_value_t = lookat_image::THRESHOLD, allow_negative_numbers = true, value_parser = number_in(0.0..=f32::MAX, "a number that is not negative"))]
     pub threshold: f32,
     #[command(flatten)]
     pub memory: Memory,
@@ -279,22 +288,29 @@ pub struct Convert {
     /// The picture to write: .exr, .png, .pfm or .tga
     #[arg(value_name = "OUT")]
     pub output: PathBuf,
-    #[command(flatten)]
-    pub tone: Tone,
     /// The part to write, in fractions of the full picture from 0 to 1
     #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = number_in(0.0..=1.0, "a number from 0 to 1"))]
     pub crop: Option<Vec<f64>>,
     /// Convert this layer, part or channel of an EXR file, by its name there or in render --layers; of uv, choose uv.U or uv.V, or write an .exr file
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
-    /// Replace a picture that is larger, has more samples, or comes from another program
-    #[arg(long)]
-    pub force: bool,
-    /// Print only errors
+    #[command(flatten)]
+    pub writing: Writing,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "It repeats the command that was broken off, in the folder where it was started, or here if this machine has no such folder. The picture has the bits of a rendering without a break."
+)]
+pub struct Resume {
+    /// The checkpoint, from `lookat render --checkpoint`
+    pub file: PathBuf,
+    /// Number of threads [default: that of the command]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
+    pub threads: Option<u16>,
+    /// Print only errors and interruptions
     #[arg(short, long)]
     pub quiet: bool,
-    #[command(flatten)]
-    pub memory: Memory,
 }
 
 #[derive(Debug, Args)]
@@ -312,15 +328,7 @@ pub struct Merge {
     #[arg(long)]
     pub partial: bool,
     #[command(flatten)]
-    pub tone: Tone,
-    /// Replace a picture that is larger, has more samples, or comes from another program
-    #[arg(long)]
-    pub force: bool,
-    /// Print only errors
-    #[arg(short, long)]
-    pub quiet: bool,
-    #[command(flatten)]
-    pub memory: Memory,
+    pub writing: Writing,
 }
 
 #[derive(Debug, Args)]

@@ -7,10 +7,10 @@ use lookat_image::{Format, Image, ImageError, MemoryBudget, PictureFile, Placeme
 use lookat_scene::PixelBounds;
 use serde_json::Value;
 
-use crate::args::{Convert, crop_edges, way_out};
+use crate::args::{Convert, Writing, crop_edges, way_out};
 use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
-use crate::output::{NewPicture, check_inputs, check_output, check_unfinished, write_result};
+use crate::output::{check_inputs, check_output, check_replaced, write_result};
 use crate::source::{open_layer, several_channels};
 
 /// Runs the command.
@@ -19,13 +19,14 @@ pub fn convert(arguments: &Convert) -> ExitCode {
 }
 
 fn run(arguments: &Convert) -> Result<(), Failure> {
-    let Convert { input, output, tone, quiet, .. } = arguments;
+    let Convert { input, output, writing, .. } = arguments;
+    let Writing { tone, force, quiet, memory } = *writing;
     if input == Path::new("-") {
         bail!("convert does not read standard input: give the name of a file");
     }
     let edges = crop_edges(arguments.crop.as_deref())?;
     let told = |error: ImageError| error.to_string();
-    let memory = &arguments.memory.budget();
+    let memory = &memory.budget();
     let file = match &arguments.layer {
         Some(layer) => open_layer(input, layer, memory),
         None => PictureFile::open(input, memory),
@@ -37,22 +38,16 @@ fn run(arguments: &Convert) -> Result<(), Failure> {
     };
     check_output(output, window.size())?;
     check_inputs(output, [input])?;
-    if !arguments.force {
-        let new = NewPicture {
-            size: window.size(),
-            samples_per_pixel: file.metadata().as_deref().and_then(samples_per_pixel),
-            is_adaptive: false,
-            is_partial: false,
-        };
-        check_unfinished(output, new, "replace it with --force, or choose another name")?;
+    if !force {
+        check_replaced(output, window.size(), file.metadata().as_deref().and_then(samples_per_pixel))?;
     }
     if !quiet {
-        note_linear(output, *tone);
+        note_linear(output, tone);
     }
     let (mut image, _charge) = file.read().map_err(told)?;
     let _copy = charge_copy(&image, memory)?;
     crop(&mut image, window);
-    let light = map_tones(&mut image, output, *tone);
+    let light = map_tones(&mut image, output, tone);
     if light.is_none() && Format::from_path(output) != Some(Format::Exr) {
         return Err(several_channels(input, &image, arguments.layer.as_deref()).into());
     }

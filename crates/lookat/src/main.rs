@@ -4,7 +4,6 @@
 mod failure;
 
 mod args;
-mod camera_override;
 mod chart;
 mod check;
 mod compare;
@@ -16,12 +15,12 @@ mod interrupt;
 mod light;
 mod live;
 mod merge;
-mod metric;
 mod output;
 mod part;
 mod readable;
 mod render;
 mod report;
+mod resume;
 mod scene_result;
 mod sight;
 mod source;
@@ -59,7 +58,8 @@ fn main() -> ExitCode {
     drop(std::hint::black_box(kept));
     start_threads(&arguments.command);
     let status = match arguments.command {
-        args::Command::Render(arguments) => render::render(&arguments),
+        args::Command::Render(arguments) => render::render(&arguments, None),
+        args::Command::Resume(arguments) => resume::resume(&arguments),
         args::Command::View(arguments) => view::view(&arguments),
         args::Command::Check(arguments) => check::check(&arguments),
         args::Command::Compare(arguments) => compare::compare(&arguments),

@@ -1,36 +1,38 @@
 //! `lookat merge`: adds up the parts of a rendering.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use lookat_image::{Format, Image, MemoryBudget, PictureFile, read_integers};
-use lookat_render::{FilmSums, Layer, SumsHeader};
+use lookat_image::{Format, Image, MemoryBudget, PictureFile};
+use lookat_render::{FilmSums, Layer};
 
-use crate::args::Merge;
+use crate::args::{Merge, Writing};
 use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
-use crate::output::{NewPicture, check_inputs, check_output, check_unfinished, write_result};
-use crate::part::{Part, PartMetadata};
+use crate::output::{check_inputs, check_output, check_replaced, write_result};
+use crate::part::{Part, PartFile, PartMetadata};
 
 /// Runs the command.
 pub fn merge(arguments: &Merge) -> ExitCode {
     crate::exit_code(run(arguments).map(|()| 0))
 }
 
-/// A part whose header has been read.
-struct PartFile<'a> {
-    path: &'a Path,
-    metadata: PartMetadata,
-    sums: SumsHeader,
-}
-
 fn run(arguments: &Merge) -> Result<(), Failure> {
-    let Merge { parts, output, partial, tone, force, quiet, memory } = arguments;
-    let files = parts.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+    let Merge { parts, output, partial, writing } = arguments;
+    let Writing { tone, force, quiet, memory } = *writing;
+    let files = parts.iter().map(|path| PartFile::open(path)).collect::<Result<Vec<_>, _>>()?;
     let ranges = check_alike(&files)?;
     let missing = missing(&files[0], &ranges);
-    let is_whole = missing.is_empty();
+    let unfinished = files.iter().find(|file| !file.metadata.complete);
+    let is_whole = missing.is_empty() && unfinished.is_none();
+    if let Some(file) = unfinished.filter(|_| !partial) {
+        let name = file.path.display();
+        let way_out = match file.metadata.invocation {
+            Some(_) => format!(", or finish it with `lookat resume {name}`"),
+            None => String::new(),
+        };
+        bail!("{name} is not finished: add up what there is with --partial{way_out}");
+    }
     if !is_whole && !partial {
         bail!("{}; to add up what there is, use --partial", listed(&missing, &files[0]));
     }
@@ -43,37 +45,43 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
     check_inputs(output, parts)?;
     let samples: u32 = ranges.iter().map(|range| range.len() as u32).sum();
     if !force {
-        let new = NewPicture {
-            size: [crop.width(), crop.height()],
-            samples_per_pixel: Some(samples.into()),
-            is_adaptive: false,
-            is_partial: false,
-        };
-        check_unfinished(output, new, "replace it with --force, or choose another name")?;
+        check_replaced(output, [crop.width(), crop.height()], Some(samples.into()))?;
     }
     if !quiet {
-        note_linear(output, *tone);
+        note_linear(output, tone);
     }
     let memory = &memory.budget();
-    let mut sums = read(&files[0], memory)?;
+    let mut sums = files[0].read(memory)?;
     for file in &files[1..] {
-        sums.add(&read(file, memory)?).map_err(|error| format!("{}: {error}", file.path.display()))?;
+        sums.add(&file.read(memory)?).map_err(|error| format!("{}: {error}", file.path.display()))?;
     }
     let mut image = sums.image();
     // The layers are in the part with the first samples.
     if let Some(layers) = files.iter().find(|file| file.metadata.part.ranges[0].start == 0) {
-        add_layers(&mut image, layers, samples, memory)?;
+        add_layers(&mut image, layers, &sums, memory)?;
     }
     image.metadata = Some(files[0].metadata.whole.clone());
-    if !is_whole && let Some((header, integers)) = sums.to_channels() {
-        let part = Part::new(first.rendering.clone(), ranges, &header);
-        image.metadata = part.metadata(files[0].metadata.whole.clone());
+    if !is_whole {
+        let (header, integers) = sums.to_channels();
+        let metadata = PartMetadata {
+            samples_per_pixel: sums.mean_samples(),
+            complete: unfinished.is_none(),
+            part: Part::new(first.rendering.clone(), ranges, &header),
+            whole: files[0].metadata.whole.clone(),
+            invocation: None,
+        };
+        image.metadata = metadata.to_text();
         image.integers = integers;
     }
-    let light = map_tones(&mut image, output, *tone);
+    let light = map_tones(&mut image, output, tone);
     write_result(output, |path| image.write(path))?;
     if !quiet {
-        let so_far = if is_whole { String::new() } else { format!("; {}", listed(&missing, &files[0])) };
+        let so_far = match (missing.is_empty(), unfinished) {
+            (false, _) => format!("; {}", listed(&missing, &files[0])),
+            (true, Some(file)) => format!("; {} is not finished", file.path.display()),
+            (true, None) => String::new(),
+        };
+        let samples = (10.0 * sums.mean_samples()).round() / 10.0;
         say!("{}: {samples} samples per pixel of {}{so_far}", output.display(), counted(files.len()));
         light.inspect(|light| light.print(output, true));
     }
@@ -82,38 +90,6 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
 
 fn counted(files: usize) -> String {
     if files == 1 { "1 file".into() } else { format!("{files} files") }
-}
-
-/// Reads the header of a part.
-fn open(path: &PathBuf) -> Result<PartFile<'_>, Failure> {
-    let opened = PictureFile::open(path, &MemoryBudget::default())?;
-    let name = path.display();
-    let Some(text) = opened.metadata().filter(|text| text.contains("\"part\":")) else {
-        bail!(
-            "{name} is no part of a rendering: only `lookat render --part` and `lookat merge --partial` write parts"
-        );
-    };
-    let read = || {
-        let metadata: PartMetadata = serde_json::from_str(&text).ok()?;
-        let sums = metadata.part.sums()?;
-        let is_sound = is_sound(&metadata.part) && metadata.part.samples() == sums.samples;
-        is_sound.then_some(PartFile { path, metadata, sums })
-    };
-    Ok(read().ok_or_else(|| format!("{name} is damaged, or of another version of lookat"))?)
-}
-
-/// True if its ranges are in order and within the rendering.
-fn is_sound(Part { rendering, ranges, .. }: &Part) -> bool {
-    let mut end = 0;
-    let is_next = |range: &Range<u32>| {
-        let is_next = range.start >= end && range.start < range.end;
-        end = range.end;
-        is_next
-    };
-    !ranges.is_empty()
-        && ranges.iter().all(is_next)
-        && end <= rendering.samples_per_pixel
-        && (1..=rendering.samples_per_pixel).contains(&rendering.parts)
 }
 
 /// Fails unless all are of one rendering and no two have the same samples. Returns the samples that they have.
@@ -183,18 +159,11 @@ fn listed(missing: &[Range<u32>], file: &PartFile) -> String {
     }
 }
 
-/// Reads the sums of a part.
-fn read(file: &PartFile, memory: &MemoryBudget) -> Result<FilmSums, Failure> {
-    let (channels, _charge) = read_integers(file.path, memory)?;
-    let sums = FilmSums::from_channels(file.sums.clone(), &channels);
-    sums.map_err(|error| format!("{}: {error}", file.path.display()).into())
-}
-
 /// Adds the layers of a part to the picture.
 fn add_layers(
     image: &mut Image,
     file: &PartFile,
-    samples: u32,
+    sums: &FilmSums,
     memory: &MemoryBudget,
 ) -> Result<(), Failure> {
     let (part, _charge) = PictureFile::open(file.path, memory)?.read()?;
@@ -203,7 +172,7 @@ fn add_layers(
     };
     for mut channel in part.channels.into_iter().filter(|channel| is_layer(&channel.name)) {
         if Layer::named("samples").is_some_and(|layer| layer.name_in_file() == channel.name) {
-            channel.samples.fill(samples as f32);
+            channel.samples = sums.samples().map(|samples| samples as f32).collect();
         }
         image.channels.push(channel);
     }

@@ -215,6 +215,12 @@ pub fn check_unfinished(file: &Path, new: NewPicture, ways_out: &str) -> Result<
     }
 }
 
+/// Fails if the file, which a command makes of other pictures, is a finished picture that stays.
+pub fn check_replaced(file: &Path, size: [u32; 2], samples_per_pixel: Option<f64>) -> Result<(), Failure> {
+    let new = NewPicture { size, samples_per_pixel, is_adaptive: false, is_partial: false };
+    check_unfinished(file, new, "replace it with --force, or choose another name")
+}
+
 /// The file for a picture: the named one or, if that is a finished picture, one beside it with a number. Also why.
 pub fn free_file(file: PathBuf, new: NewPicture, inputs: &BTreeSet<PathBuf>) -> (PathBuf, Option<String>) {
     let Some(why) = why_kept(&file, new) else { return (file, None) };

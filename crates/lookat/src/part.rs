@@ -1,12 +1,12 @@
-//! What the file of a part says beside its sums: of which rendering it is, and which samples it has.
+//! Files of parts and checkpoints: what they say beside their sums, of which rendering they are, and which samples they have.
 
 use std::io::{self, BufRead, BufReader};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
-use lookat_image::open_file;
-use lookat_render::SumsHeader;
+use lookat_image::{MemoryBudget, PictureFile, open_file, read_integers};
+use lookat_render::{FilmSums, SumsHeader};
 use lookat_scene::{Loaded, View};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -16,11 +16,23 @@ use crate::failure::Failure;
 /// The metadata of a part.
 #[derive(Serialize, Deserialize)]
 pub struct PartMetadata {
+    /// The mean number of its samples.
     pub samples_per_pixel: f64,
+    /// False if samples of its ranges are missing.
     pub complete: bool,
     pub part: Part,
     /// The metadata of the whole picture, as it is written.
     pub whole: String,
+    /// The command that was broken off, in a checkpoint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub invocation: Option<Invocation>,
+}
+
+impl PartMetadata {
+    /// As JSON.
+    pub fn to_text(&self) -> Option<String> {
+        serde_json::to_string(self).ok()
+    }
 }
 
 /// Some of the samples of a rendering.
@@ -38,20 +50,79 @@ impl Part {
         Part { rendering, ranges, sums: BASE64_STANDARD.encode(sums.to_bytes()) }
     }
 
-    /// The header of its sums. `None` if it is damaged.
-    pub fn sums(&self) -> Option<SumsHeader> {
-        SumsHeader::from_bytes(&BASE64_STANDARD.decode(&self.sums).ok()?).ok()
-    }
-
-    /// The number of its samples.
+    /// The number of its samples, once it is complete.
     pub fn samples(&self) -> u32 {
         self.ranges.iter().map(|range| range.len() as u32).sum()
     }
 
-    /// Its metadata. `whole`: that of the whole picture.
-    pub fn metadata(self, whole: String) -> Option<String> {
-        let samples_per_pixel = f64::from(self.samples());
-        serde_json::to_string(&PartMetadata { samples_per_pixel, complete: true, part: self, whole }).ok()
+    /// True if its ranges are in order and within the rendering.
+    fn is_sound(&self) -> bool {
+        let Part { rendering, ranges, .. } = self;
+        let mut end = 0;
+        let is_next = |range: &Range<u32>| {
+            let is_next = range.start >= end && range.start < range.end;
+            end = range.end;
+            is_next
+        };
+        !ranges.is_empty()
+            && ranges.iter().all(is_next)
+            && end <= rendering.samples_per_pixel
+            && (1..=rendering.samples_per_pixel).contains(&rendering.parts)
+    }
+}
+
+/// A command line of `lookat render`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Invocation {
+    /// The working folder.
+    pub folder: PathBuf,
+    /// The words behind the name of the program.
+    pub words: Vec<String>,
+}
+
+impl Invocation {
+    /// The one of this process. `None` if it has words that are not Unicode, or there is no working folder.
+    pub fn of_this_process() -> Option<Invocation> {
+        let words = std::env::args_os().skip(1).map(|word| word.into_string().ok());
+        Some(Invocation { folder: std::env::current_dir().ok()?, words: words.collect::<Option<_>>()? })
+    }
+}
+
+/// A file of a part, whose header has been read.
+pub struct PartFile<'a> {
+    pub path: &'a Path,
+    pub metadata: PartMetadata,
+    pub sums: SumsHeader,
+}
+
+impl PartFile<'_> {
+    /// Reads the header of a part.
+    pub fn open(path: &Path) -> Result<PartFile<'_>, Failure> {
+        let opened = PictureFile::open(path, &MemoryBudget::default())?;
+        let name = path.display();
+        let Some(text) = opened.metadata().filter(|text| text.contains("\"part\":")) else {
+            bail!(
+                "{name} is no part of a rendering: only `lookat render --part`, `lookat render --checkpoint` and `lookat merge --partial` write parts"
+            );
+        };
+        let read = || {
+            let metadata: PartMetadata = serde_json::from_str(&text).ok()?;
+            let part = &metadata.part;
+            let sums = SumsHeader::from_bytes(&BASE64_STANDARD.decode(&part.sums).ok()?).ok()?;
+            let has_samples = match metadata.complete {
+                true => sums.samples() == Some(part.samples()),
+                false => sums.most_samples() <= part.samples(),
+            };
+            (part.is_sound() && has_samples).then_some(PartFile { path, metadata, sums })
+        };
+        Ok(read().ok_or_else(|| format!("{name} is damaged, or of another version of lookat"))?)
+    }
+
+    /// Reads its sums.
+    pub fn read(&self, memory: &MemoryBudget) -> Result<FilmSums, Failure> {
+        let (channels, _charge) = read_integers(self.path, memory)?;
+        let sums = FilmSums::from_channels(self.sums.clone(), &channels);
+        sums.map_err(|error| format!("{}: {error}", self.path.display()).into())
     }
 }
 

@@ -1,6 +1,7 @@
 //! `lookat render`: renders scene files to pictures.
 
 mod batch;
+mod checkpoint;
 mod fireflies;
 mod frames;
 pub mod job;
@@ -17,15 +18,17 @@ use crate::args::{Animation, Parameter, Render, crop_edges};
 use crate::failure::Failure;
 use crate::live::Live;
 use crate::render::batch::{jobs, render_again, render_each};
+pub use crate::render::checkpoint::Resumed;
 use crate::render::job::{fail, finish};
 pub use crate::render::progress::progress_bar;
 use crate::scene_result::SceneResult;
 use crate::standard_error;
 
-/// Runs the command.
-pub fn render(arguments: &Render) -> ExitCode {
+/// Runs the command, or goes on with it.
+pub fn render(arguments: &Render, resumed: Option<Resumed>) -> ExitCode {
     let prepared = check_arguments(arguments).and_then(|()| {
-        let jobs = jobs(arguments)?;
+        let mut jobs = jobs(arguments)?;
+        jobs[0].resumed = resumed;
         standard_error::detach();
         Ok((jobs, Live::new(&arguments.live, arguments.tone)?))
     });

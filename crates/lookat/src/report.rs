@@ -1,4 +1,4 @@
-//! Prints the diagnostics of a scene, as text or as JSON.
+//! Prints the diagnostics of a scene.
 
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
@@ -6,9 +6,8 @@ use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use anstream::adapter::strip_str;
-use lookat_scene::syntax::{Diagnostic, Fix, Severity, Span};
-use lookat_scene::{Loaded, Location, Sources};
-use serde::Serialize;
+use lookat_scene::syntax::{Diagnostic, Severity, Span};
+use lookat_scene::{Loaded, Sources};
 
 use crate::readable::{count, is_active, plural, stand_in, visible, visible_lines};
 use crate::standard_error;
@@ -277,94 +276,6 @@ fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
     }
     places.push(text.len());
     (text, places)
-}
-
-/// A diagnostic as JSON.
-#[derive(Serialize)]
-pub struct JsonDiagnostic<'a> {
-    /// `error`, `warning` or `note`.
-    severity: &'static str,
-    /// The problem.
-    message: &'a str,
-    /// Places, each with a `text` (or ""). The first is the place of the problem.
-    labels: Vec<JsonLabel<'a>>,
-    /// Other places of the same problem, in reading order.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    places: Vec<JsonPlace>,
-    /// What to do.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    help: Option<&'a str>,
-    /// A place, and the `replacement` for its text.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    fix: Option<JsonFix<'a>>,
-}
-
-#[derive(Serialize)]
-struct JsonLabel<'a> {
-    #[serde(flatten)]
-    place: JsonPlace,
-    text: &'a str,
-}
-
-#[derive(Serialize)]
-struct JsonFix<'a> {
-    #[serde(flatten)]
-    place: JsonPlace,
-    replacement: &'a str,
-}
-
-/// Bytes count from 0.
-#[derive(Serialize)]
-struct JsonPlace {
-    #[serde(flatten)]
-    at: Place,
-    start: u32,
-    end: u32,
-}
-
-/// Lines and columns count from 1, columns in characters.
-#[derive(Debug, Clone, Serialize)]
-pub struct Place {
-    /// The file of its directive.
-    file: String,
-    /// The line, from 1.
-    line: usize,
-    /// The column, from 1, in characters.
-    column: usize,
-}
-
-impl Place {
-    pub fn new(span: Span, sources: &Sources) -> Place {
-        let Location { path, line, column } = sources.location(span);
-        Place { file: path.display().to_string(), line, column }
-    }
-}
-
-/// The diagnostics of a scene as JSON.
-pub fn json<'a>(diagnostics: &'a [Diagnostic], sources: &Sources) -> Vec<JsonDiagnostic<'a>> {
-    let place = |span: Span| JsonPlace { at: Place::new(span, sources), start: span.start, end: span.end };
-    diagnostics
-        .iter()
-        .map(|diagnostic| JsonDiagnostic {
-            severity: match diagnostic.severity {
-                Severity::Error => "error",
-                Severity::Warning => "warning",
-                Severity::Note => "note",
-            },
-            message: &diagnostic.message,
-            labels: diagnostic
-                .labels
-                .iter()
-                .map(|it| JsonLabel { place: place(it.span), text: &it.text })
-                .collect(),
-            places: diagnostic.places.iter().map(|span| place(*span)).collect(),
-            help: diagnostic.help.as_deref(),
-            fix: diagnostic
-                .fix
-                .as_ref()
-                .map(|Fix { span, replacement }| JsonFix { place: place(*span), replacement }),
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use lookat_scene::Loaded;
+use lookat_scene::{JsonDiagnostic, Loaded, as_json};
 use serde::Serialize;
 
 use crate::inspect::needs::Needs;
 use crate::render::summary::JsonPicture;
-use crate::report::{JsonDiagnostic, json};
 
 /// The JSON of a scene, by `render`, `check` and `inspect`.
 #[derive(Default, Serialize)]
@@ -37,7 +36,7 @@ impl<'a> SceneResult<'a> {
     /// The diagnostics of a scene file alone.
     pub fn new(scene: &Path, loaded: &'a Loaded) -> Self {
         SceneResult {
-            diagnostics: json(&loaded.diagnostics, &loaded.sources),
+            diagnostics: as_json(&loaded.diagnostics, &loaded.sources),
             ..SceneResult::without_scene(scene)
         }
     }

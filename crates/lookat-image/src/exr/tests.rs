@@ -22,7 +22,7 @@ fn read(file: impl Read + Seek, layer: Option<&str>) -> Result<Image, ImageFault
 
 fn bytes(image: &Image) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
-    write(image, &mut out).unwrap();
+    write(image, true, &mut out).unwrap();
     out.into_inner()
 }
 

@@ -7,27 +7,10 @@ use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::Vec3;
 
 use super::fresnel::{dielectric, schlick, schlick_weight};
-use super::lobe::{Lobes, cosine, cosine_direction};
+use super::lobe::{DisneyLobe, Lobes, cosine, cosine_direction};
 use super::microfacet::{half, reflected, refracted};
 use crate::number::{V3, Vec3fx8, exp_minus, ln, splat_f32, vectorized};
 use crate::warp::at_turn;
-
-/// A lobe of Disney's material. What solids with a clear part have `outside` only scatters no light from within: pbrt-v3 makes light
-/// there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum DisneyLobe {
-    /// Diffuse reflection, retro-reflection, sheen, and what looks like subsurface scattering: all by cosine. `colors`: the
-    /// color and that of the sheen; `roughness`: the roughness and the flatness; `eta`: the share of the diffuse light that
-    /// is reflected.
-    Diffuse { outside: bool },
-    /// The second gloss: Schlick's approximation, and facets with longer tails than Trowbridge and Reitz's (Burley's GTR1).
-    /// `roughness`: the width.
-    Clearcoat { outside: bool },
-    /// Rough refraction.
-    Transmission,
-    /// Rough transmission that bends no light: it comes from where facets would reflect it on the other side.
-    ThinTransmission,
-}
 
 /// The width of the distribution by which facets of the clearcoat are hidden.
 const CLEARCOAT_MASKING: f32 = 0.25;

@@ -6,7 +6,6 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
 
-use super::disney::DisneyLobe;
 use super::fourier::{self, Table};
 use super::fresnel::{conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, reflected, refracted, upward};
@@ -29,7 +28,7 @@ pub(super) enum LobeKind<'m> {
     RoughGlass,
     /// Ashikhmin and Shirley's model (PBR 8.5).
     Substrate,
-    /// The lobes of Disney's material, except the facets that reflect.
+    /// The lobes of Disney's material, except the facets that reflect: see [`disney`](super::disney).
     Disney(DisneyLobe),
     /// A fiber: see [`hair`](super::hair).
     Hair,
@@ -43,6 +42,23 @@ pub(super) enum LobeKind<'m> {
     Refraction,
     /// Reflection and refraction in one, chosen as Fresnel's equations say (PBR 8.2.3, FresnelSpecular).
     Glass,
+}
+
+/// A lobe of Disney's material. What solids with a clear part have `outside` only scatters no light from within: pbrt-v3 makes light
+/// there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum DisneyLobe {
+    /// Diffuse reflection, retro-reflection, sheen, and what looks like subsurface scattering: all by cosine. `colors`: the
+    /// color and that of the sheen; `roughness`: the roughness and the flatness; `eta`: the share of the diffuse light that
+    /// is reflected.
+    Diffuse { outside: bool },
+    /// The second gloss: Schlick's approximation, and facets with longer tails than Trowbridge and Reitz's (Burley's GTR1).
+    /// `roughness`: the width.
+    Clearcoat { outside: bool },
+    /// Rough refraction.
+    Transmission,
+    /// Rough transmission that bends no light: it comes from where facets would reflect it on the other side.
+    ThinTransmission,
 }
 
 impl LobeKind<'_> {

@@ -9,10 +9,9 @@ use lookat_scene::{
     Substrate, Subsurface, Texture, ThinDisney, Translucent, Uber,
 };
 
-use super::disney::DisneyLobe;
 use super::fourier::Table;
 use super::hair::{absorption, logistic_scale, variance};
-use super::lobe::{LobeKind, Lobes};
+use super::lobe::{DisneyLobe, LobeKind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness, in_range};
 use crate::bsdf::lobe::Fresnel;
 use crate::bsdf::{Inside, LobeSlots, PointLobes};

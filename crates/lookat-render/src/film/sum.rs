@@ -3,6 +3,7 @@
 
 use std::array::from_fn;
 use std::ops::AddAssign;
+use std::sync::PoisonError;
 
 use glam::{DVec3, DVec4, Vec3};
 use lookat_image::{Image, IntegerChannel};
@@ -58,6 +59,12 @@ impl Scale {
         f64::from(radiance.abs().max_element()) > MOST * self.brightness
     }
 
+    /// A weighted radiance, and its weight in `w`, in high units.
+    #[inline(always)]
+    pub fn units(self, weighted: DVec4) -> DVec4 {
+        weighted * DVec3::splat(self.high).extend(HIGH)
+    }
+
     /// A sample no brighter than its sum holds.
     #[inline(always)]
     pub fn clamped(self, radiance: Vec3) -> DVec3 {
@@ -75,12 +82,11 @@ pub(crate) struct Sum {
 }
 
 impl Sum {
-    /// The sum of weighted radiance, and the weight in `w`.
+    /// The sum of so many [units](Scale::units).
     #[inline(always)]
-    pub fn new(weighted: DVec4, scale: Scale) -> Sum {
+    pub fn new(units: DVec4) -> Sum {
         let mut sum = Sum::default();
-        for (channel, x) in weighted.to_array().into_iter().enumerate() {
-            let units = x * if channel < 3 { scale.high } else { HIGH };
+        for (channel, units) in units.to_array().into_iter().enumerate() {
             let high = units as i64;
             sum.high[channel] = high;
             sum.low[channel] = rounded((units - high as f64) * LOW_UNITS);
@@ -89,7 +95,7 @@ impl Sum {
         sum
     }
 
-    /// The weighted sum and, in `w`, the sum of weights, in the units of [`Sum::new`].
+    /// The weighted sum of radiance and, in `w`, the sum of weights.
     pub fn weighted(&self, scale: Scale) -> DVec4 {
         let value = |channel: usize| {
             let fixed = (i128::from(self.high[channel]) << LOW) + i128::from(self.low[channel]);
@@ -133,6 +139,38 @@ impl Sum {
             *high += *low >> LOW;
             *low &= (1 << LOW) - 1;
         }
+    }
+}
+
+/// A sum of few samples, in high units. It is as exact as [`Sum`], and faster to add to.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct ShortSum {
+    /// Multiples of 2^-9 units. A sample has 2^32 units at most, and a weight of 1 at most: 2^53 of these multiples hold 4096.
+    high: DVec4,
+    /// Multiples of a low unit, 2^-51 units. A sample adds 2^-10 units at most: 2^53 low units hold 4096.
+    low: DVec4,
+}
+
+impl ShortSum {
+    /// The most samples. Half of what there is room for: largest weights are about 1.
+    pub const MOST: u32 = 2048;
+
+    /// Adds all to a sum.
+    pub fn add_to(self, sum: &mut Sum) {
+        *sum += Sum::new(self.high);
+        *sum += Sum::new(self.low);
+    }
+}
+
+impl AddAssign<DVec4> for ShortSum {
+    #[inline(always)]
+    fn add_assign(&mut self, units: DVec4) {
+        // Adding and subtracting such a number leaves the nearest multiple.
+        const MULTIPLES: [f64; 2] = [1.5 * (1_u64 << 43) as f64, 3.0];
+        let [high, low] = MULTIPLES.map(DVec4::splat);
+        let rounded = (units + high) - high;
+        self.high += rounded;
+        self.low += (units - rounded + low) - low;
     }
 }
 
@@ -208,7 +246,7 @@ impl Spread {
 
 /// All that the samples of a picture have brought: per pixel the sums of weighted radiance and of weights, in integers, and how many
 /// samples there are. So partial sums give the same bits in any order, and the sum of all is the picture of one rendering.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FilmSums {
     /// The film of the picture.
     pub film: lookat_scene::Film,
@@ -241,8 +279,27 @@ pub enum FilmSumsError {
 }
 
 impl Film<'_> {
-    /// The sums so far.
+    /// Starts with sums, once the scale is set. Fails if they are of another picture.
+    pub fn restore(&self, so_far: &FilmSums) -> Result<(), FilmSumsError> {
+        if !self.sums().is_like(so_far) || !so_far.splats.is_empty() {
+            return Err(FilmSumsError::OtherPicture);
+        }
+        let (crop, sources) = (self.crop(), self.sources());
+        for tile in &self.tiles {
+            let tile = &mut *lock(tile);
+            for (pixel, count) in tile.sources.pixels().zip(&mut tile.counts) {
+                *count = so_far.counts[sources.index(pixel)];
+            }
+            for (pixel, sum) in tile.bounds.pixels().zip(&mut tile.sums) {
+                *sum = so_far.sums[crop.index(pixel)];
+            }
+        }
+        Ok(())
+    }
+
+    /// The sums so far: each sample is in all of the pixels that it counts for, or in none.
     pub fn sums(&self) -> FilmSums {
+        let _whole = self.adding.write().unwrap_or_else(PoisonError::into_inner);
         let (crop, sources) = (self.crop(), self.sources());
         let mut all = FilmSums {
             film: self.settings.clone(),
@@ -272,8 +329,8 @@ impl Film<'_> {
     }
 }
 
-/// Changes whenever the bytes of sums do.
-const FORMAT: u32 = 1;
+/// Changes whenever the bytes of a header do.
+const FORMAT: u32 = 2;
 
 /// More than the pixels that any filter reaches.
 const MOST_REACH: usize = 1000;
@@ -284,7 +341,7 @@ fn sources(film: &lookat_scene::Film, weights: &[Vec<f64>; 2]) -> Area {
     Area::of(film.crop).grown(reach)
 }
 
-/// What [`FilmSums`] are made of beside their integers, where all pixels have as many samples.
+/// What [`FilmSums`] are made of beside their integers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SumsHeader {
     /// See [`FilmSums::film`].
@@ -294,11 +351,22 @@ pub struct SumsHeader {
     /// See [`FilmSums::light_paths`].
     pub light_paths: u64,
     scale: Scale,
-    /// The samples of each pixel.
-    pub samples: u32,
+    /// [`FilmSums::counts`], as runs of equal ones: how many, and the samples of each.
+    runs: Vec<(u32, u32)>,
 }
 
 impl SumsHeader {
+    /// The number of samples, if all pixels have as many.
+    pub fn samples(&self) -> Option<u32> {
+        let samples = self.runs.first()?.1;
+        self.runs.iter().all(|run| run.1 == samples).then_some(samples)
+    }
+
+    /// The most samples of a pixel.
+    pub fn most_samples(&self) -> u32 {
+        self.runs.iter().map(|run| run.1).max().unwrap_or(0)
+    }
+
     /// As bytes, without loss.
     pub fn to_bytes(&self) -> Vec<u8> {
         postcard::to_allocvec(&(FORMAT, self)).expect("plain data in memory can be written")
@@ -333,7 +401,7 @@ impl FilmSums {
     /// Adds the sums of other samples. If it fails, nothing has changed. The caller sees to it that both are of one scene, and have other
     /// samples: other seeds or numbers.
     pub fn add(&mut self, other: &FilmSums) -> Result<(), FilmSumsError> {
-        if (&self.film, &self.weights, self.scale) != (&other.film, &other.weights, other.scale) {
+        if !self.is_like(other) {
             return Err(FilmSumsError::OtherPicture);
         }
         let count = |(own, more): (&u32, &u32)| own.checked_add(*more);
@@ -350,38 +418,34 @@ impl FilmSums {
         Ok(())
     }
 
+    /// True if both are of one picture, as far as sums tell.
+    fn is_like(&self, other: &FilmSums) -> bool {
+        (&self.film, &self.weights, self.scale) == (&other.film, &other.weights, other.scale)
+    }
+
     /// The picture: linear RGB, with the crop window as data window. Pixels without samples are black.
     pub fn image(&self) -> Image {
         let value = |(at, sum): (usize, &Sum)| value(sum, self.splats.get(at), self.light_paths, self.scale);
         develop(&self.film, self.sums.iter().enumerate().map(value).enumerate())
     }
 
-    /// The sums as bytes, without loss.
-    pub fn to_bytes(&self) -> Vec<u8> {
-        postcard::to_allocvec(&(FORMAT, self)).expect("plain data in memory can be written")
+    /// The samples of each pixel of the picture, row by row.
+    pub fn samples(&self) -> impl Iterator<Item = u32> {
+        let sources = sources(&self.film, &self.weights);
+        Area::of(self.film.crop).pixels().map(move |pixel| self.counts[sources.index(pixel)])
     }
 
-    /// The sums that [`FilmSums::to_bytes`] has written.
-    pub fn from_bytes(bytes: &[u8]) -> Result<FilmSums, FilmSumsError> {
-        let read: Result<(u32, FilmSums), _> = postcard::from_bytes(bytes);
-        let sums = read.ok().filter(|(format, _)| *format == FORMAT).map(|(_, sums)| sums);
-        sums.filter(FilmSums::is_whole).ok_or(FilmSumsError::Unreadable)
+    /// The mean number of samples of the pixels of the picture.
+    pub fn mean_samples(&self) -> f64 {
+        self.samples().map(f64::from).sum::<f64>() / self.film.crop.area() as f64
     }
 
-    /// The sums as channels of integers, without loss, and what else they need. `None` if pixels have different numbers of samples.
-    pub fn to_channels(&self) -> Option<(SumsHeader, Vec<IntegerChannel>)> {
-        let samples = *self.counts.first()?;
-        if self.counts.iter().any(|count| *count != samples) {
-            return None;
-        }
-        let FilmSums { film, weights, light_paths, scale, .. } = self;
-        let header = SumsHeader {
-            film: film.clone(),
-            weights: weights.clone(),
-            light_paths: *light_paths,
-            scale: *scale,
-            samples,
-        };
+    /// The sums as channels of integers, without loss, and what else they need.
+    pub fn to_channels(&self) -> (SumsHeader, Vec<IntegerChannel>) {
+        let FilmSums { film, weights, light_paths, scale, counts, .. } = self;
+        let runs = counts.chunk_by(|a, b| a == b).map(|run| (run.len() as u32, run[0])).collect();
+        let (film, weights) = (film.clone(), weights.clone());
+        let header = SumsHeader { film, weights, light_paths: *light_paths, scale: *scale, runs };
         let kinds = [(SUMS, &self.sums), (SPLATS, &self.splats)];
         let channels = kinds.into_iter().filter(|(_, sums)| !sums.is_empty()).flat_map(|(kind, sums)| {
             words().map(move |(color, word)| IntegerChannel {
@@ -389,12 +453,12 @@ impl FilmSums {
                 samples: sums.iter().map(|sum| sum.word(color, word)).collect(),
             })
         });
-        Some((header, channels.collect()))
+        (header, channels.collect())
     }
 
     /// The sums that [`FilmSums::to_channels`] has written.
     pub fn from_channels(header: SumsHeader, channels: &[IntegerChannel]) -> Result<FilmSums, FilmSumsError> {
-        let SumsHeader { film, weights, light_paths, scale, samples } = header;
+        let SumsHeader { film, weights, light_paths, scale, runs } = header;
         let read = |kind: &str| -> Option<Vec<Sum>> {
             let mut sums = vec![Sum::default(); Area::of(film.crop).size()];
             for (color, word) in words() {
@@ -413,7 +477,15 @@ impl FilmSums {
         }
         let sums = read(SUMS).ok_or(FilmSumsError::Unreadable)?;
         let splats = read(SPLATS).unwrap_or_default();
-        let counts = vec![samples; sources(&film, &weights).size()];
+        let size = sources(&film, &weights).size();
+        let all: u64 = runs.iter().map(|(length, _)| u64::from(*length)).sum();
+        if all != size as u64 {
+            return Err(FilmSumsError::Unreadable);
+        }
+        let mut counts = Vec::with_capacity(size);
+        for (length, count) in runs {
+            counts.resize(counts.len() + length as usize, count);
+        }
         let all = FilmSums { film, weights, counts, light_paths, scale, sums, splats };
         if all.is_whole() { Ok(all) } else { Err(FilmSumsError::Unreadable) }
     }
@@ -435,8 +507,7 @@ impl FilmSums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::Settings;
-    use crate::render::render;
+    use crate::render::{Part, Settings, render};
     use crate::testing::scene;
     use rand::RngExt;
     use rand::SeedableRng;
@@ -446,7 +517,7 @@ mod tests {
 
     /// A sample of this value.
     fn sum(value: f64, weight: f64, scale: Scale) -> Sum {
-        Sum::new((DVec3::splat(value) * weight).extend(weight), scale)
+        Sum::new(scale.units((DVec3::splat(value) * weight).extend(weight)))
     }
 
     #[test]
@@ -502,6 +573,29 @@ mod tests {
         }
     }
 
+    /// As many samples as there is room for, the brightest and the darkest together, keep every digit.
+    #[test]
+    fn short_sums_are_exact() {
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        for kind in 0..4 {
+            let (mut short, mut long) = (ShortSum::default(), Sum::default());
+            for at in 0..ShortSum::MOST {
+                let size = match (kind, at % 2) {
+                    (0, _) | (3, 0) => MOST,
+                    (1, _) | (3, _) => 1e-12,
+                    _ => 10_f64.powf(random.random::<f64>() * 24.0 - 15.0),
+                };
+                let weight = if kind == 0 { 1.0 } else { random.random::<f64>() };
+                let units = Scale::ONE.units((DVec3::splat(size) * weight).extend(weight));
+                short += units;
+                long += Sum::new(units);
+            }
+            let mut found = Sum::default();
+            short.add_to(&mut found);
+            assert_eq!(found, long, "{kind}");
+        }
+    }
+
     /// The error that the spread of replicates tells.
     fn error(replicates: &[DVec4]) -> Vec3 {
         let mut spread = Spread::default();
@@ -551,7 +645,7 @@ mod tests {
                     replicate += (DVec3::splat(value) * weight).extend(weight);
                 }
                 spread.add(replicate, 16);
-                all += Sum::new(replicate, Scale::ONE);
+                all += Sum::new(Scale::ONE.units(replicate));
             }
             // The mean is 3.5 times 0.8 minus 4 times 0.1, over 0.7.
             sums[0] += (all.mean(Scale::ONE).x - 2.4 / 0.7).powi(2);
@@ -601,19 +695,46 @@ mod tests {
         assert!((means(&all.image()) / mean - 1.0).abs() < 1e-3);
     }
 
+    /// The sums of parts are those of the whole, in every bit: where a part ends makes no difference.
+    #[test]
+    fn parts_add_up_to_the_sums_of_the_whole() {
+        for filter in ["box", "triangle", "gaussian", "mitchell", "sinc"] {
+            let scene = scene(&format!(
+                "LookAt 0 0 -4 0 0 0 0 1 0 Film \"image\" \"integer xresolution\" 40 \"integer yresolution\" 30
+                Camera \"perspective\" PixelFilter \"{filter}\" Sampler \"halton\" \"integer pixelsamples\" 53
+                Integrator \"path\" WorldBegin LightSource \"infinite\" \"rgb L\" [.5 1 1e-3]
+                LightSource \"point\" \"point from\" [0 2 -2] \"rgb I\" [1e3 1e3 1e3] Shape \"sphere\" WorldEnd"
+            ));
+            let sums = |part: Option<Part>| {
+                let settings = Settings { part, keep_sums: true, ..Settings::default() };
+                render(&scene, &settings, &|_| ControlFlow::Continue(())).sums.unwrap()
+            };
+            let whole = sums(None);
+            for of in [2, 7, 53] {
+                let mut added = sums(Some(Part { index: 0, of }));
+                (1..of).for_each(|index| added.add(&sums(Some(Part { index, of }))).unwrap());
+                assert!(added == whole, "{filter}: {of} parts");
+            }
+        }
+    }
+
     #[test]
     fn sums_are_written_and_read_without_loss() {
-        let (sums, _) = sums(1, 24, "2");
-        let bytes = sums.to_bytes();
-        assert_eq!(FilmSums::from_bytes(&bytes), Ok(sums));
+        let (mut sums, _) = sums(1, 24, "2");
+        sums.counts[7] += 3;
+        let (header, channels) = sums.to_channels();
+        assert_eq!(header.samples(), None);
+        let bytes = header.to_bytes();
+        let read = |bytes: &[u8]| FilmSums::from_channels(SumsHeader::from_bytes(bytes)?, &channels);
+        assert_eq!(read(&bytes), Ok(sums));
         for bad in [&bytes[..bytes.len() / 2], &bytes[1..], b"", b"PF\n8 8\n"] {
-            assert_eq!(FilmSums::from_bytes(bad), Err(FilmSumsError::Unreadable));
+            assert_eq!(read(bad), Err(FilmSumsError::Unreadable));
         }
         // Damaged bytes never panic.
-        for at in 0..bytes.len().min(4000) {
+        for (at, bit) in (0..bytes.len()).flat_map(|at| (0..8).map(move |bit| (at, bit))) {
             let mut bad = bytes.clone();
-            bad[at] ^= 0x80;
-            if let Ok(sums) = FilmSums::from_bytes(&bad) {
+            bad[at] ^= 1 << bit;
+            if let Ok(sums) = read(&bad) {
                 sums.image();
             }
         }

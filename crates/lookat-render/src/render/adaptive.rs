@@ -167,7 +167,8 @@ impl Policy for Adaptive {
             for ((pixel, sum), pass) in bounds.pixels().zip(sums).zip(pass) {
                 let pass = std::mem::take(pass);
                 *sum += if self.is_by_need {
-                    Sum::new(pass.weighted(film.scale()) * self.count_of(pixel, &counts), film.scale())
+                    let scale = film.scale();
+                    Sum::new(scale.units(pass.weighted(scale) * self.count_of(pixel, &counts)))
                 } else {
                     pass
                 };

@@ -2,16 +2,17 @@
 //! same number; and an estimate of the remaining time.
 
 use std::ops::Range;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use lookat_scene::Sampler;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::Progress;
 use super::control::{Control, Meter};
 use super::sample::{Context, Job, Pattern, Worker};
-use super::settings::Part;
 use crate::film::{Film, REPLICATES, Tile, lock};
 use crate::sampler::replicate_seed;
 
@@ -61,7 +62,7 @@ pub(super) fn render<P: Policy>(context: &Context, policy: &mut P) -> Vec<P::Sta
                 context.sample_all(worker, &mut meter, &mut jobs);
                 // The meter may call back.
                 drop(meter);
-                if let Some(block) = &worker.block {
+                if let Some(block) = &mut worker.block {
                     film.add(block);
                 }
                 of_round.note(&jobs, &lock(tile), state);
@@ -132,11 +133,32 @@ pub(super) struct Pass {
     pub samples: Range<u32>,
 }
 
+/// One of several equal parts of the samples of each pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Part {
+    /// From 0 to one less than `of`.
+    pub index: u32,
+    /// The number of parts: at least 1.
+    pub of: u32,
+}
+
+impl Part {
+    /// The indices of its samples, of so many. Parts differ by one sample at most; with more parts than samples, some are empty.
+    pub fn range(self, samples: u32) -> Range<u32> {
+        let start = |index: u32| {
+            (u64::from(index.min(self.of)) * u64::from(samples) / u64::from(self.of.max(1))) as u32
+        };
+        start(self.index)..start(self.index.saturating_add(1))
+    }
+}
+
 /// Passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole picture. With
 /// error layers each pass is a replicate.
 pub(super) struct Fixed {
     passes: std::vec::IntoIter<Pass>,
     pass: Option<Pass>,
+    /// The index of the first sample.
+    first: u32,
     samples_per_pixel: u32,
     has_spreads: bool,
 }
@@ -144,16 +166,17 @@ pub(super) struct Fixed {
 impl Fixed {
     /// `part`: takes only these samples; without error layers.
     pub fn new(sampler: Sampler, seed: u64, has_spreads: bool, part: Option<Part>) -> Fixed {
-        let mut passes = all(sampler, seed, has_spreads);
+        let (mut passes, mut first) = (all(sampler, seed, has_spreads), 0);
         if let Some(part) = part.filter(|_| !has_spreads) {
             let own = part.range(sampler.samples_per_pixel);
+            first = own.start;
             for Pass { samples, .. } in &mut passes {
                 *samples = samples.start.max(own.start)..samples.end.min(own.end);
             }
             passes.retain(|pass| !pass.samples.is_empty());
         }
         let samples_per_pixel = passes.iter().map(|pass| pass.samples.len() as u32).sum();
-        Fixed { passes: passes.into_iter(), pass: None, samples_per_pixel, has_spreads }
+        Fixed { passes: passes.into_iter(), pass: None, first, samples_per_pixel, has_spreads }
     }
 }
 
@@ -198,6 +221,10 @@ impl Policy for Fixed {
     fn next(&mut self, film: &Film, _states: &mut [()], control: &Control) -> bool {
         if self.pass.is_none() {
             control.expect(film.sources().size() as u64 * u64::from(self.samples_per_pixel));
+            // What an earlier rendering has left.
+            let counts =
+                |tile: &Mutex<Tile>| lock(tile).counts.iter().map(|count| u64::from(*count)).sum::<u64>();
+            control.state().done = film.tiles.iter().map(counts).sum();
         }
         self.pass = self.passes.next();
         self.pass.is_some()
@@ -205,8 +232,13 @@ impl Policy for Fixed {
 
     fn jobs(&self, tile: &Tile, _state: &()) -> Vec<Job> {
         let Some(pass) = &self.pass else { return Vec::new() };
+        let Range { start, end } = pass.samples;
         let mut jobs = Vec::with_capacity(tile.sources.size());
-        jobs.extend(tile.sources.pixels().map(|pixel| Job::new(pass.pattern, pixel, pass.samples.clone())));
+        jobs.extend(tile.sources.pixels().zip(&tile.counts).filter_map(|(pixel, count)| {
+            // Replicates count from 0, and none is taken up.
+            let done = if self.has_spreads { 0 } else { self.first + count };
+            (done < end).then(|| Job::new(pass.pattern, pixel, start.max(done)..end))
+        }));
         jobs
     }
 

@@ -149,7 +149,7 @@ impl Context<'_> {
         samples.count += 1;
         let sample = self.scale.clamped(radiance);
         if let Some(block) = block {
-            block.add(&self.film.filter, *source, square, sample.extend(1.0) * *weight);
+            block.add(&self.film.filter, *source, square, self.scale.units(sample.extend(1.0) * *weight));
         }
         if pattern.is_watched {
             samples.sum += sample;

@@ -1,11 +1,10 @@
 //! Settings of a rendering that are not part of the scene, and when it stops.
 
-use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use lookat_scene::{Sampler, SamplerKind, View};
-use serde::{Deserialize, Serialize};
 
+use super::rounds::Part;
 use super::stop_rule::TargetError;
 use super::{adaptive, target};
 use crate::film::{FilmSums, Keeps, pixel_bytes};
@@ -30,25 +29,6 @@ pub struct Settings {
     pub part: Option<Part>,
     /// True to keep the sums of the film as [`Rendered::sums`](crate::Rendered::sums). Default false.
     pub keep_sums: bool,
-}
-
-/// One of several equal parts of the samples of each pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Part {
-    /// From 0 to one less than `of`.
-    pub index: u32,
-    /// The number of parts: at least 1.
-    pub of: u32,
-}
-
-impl Part {
-    /// The indices of its samples, of so many. Parts differ by one sample at most; with more parts than samples, some are empty.
-    pub fn range(self, samples: u32) -> Range<u32> {
-        let start = |index: u32| {
-            (u64::from(index.min(self.of)) * u64::from(samples) / u64::from(self.of.max(1))) as u32
-        };
-        start(self.index)..start(self.index.saturating_add(1))
-    }
 }
 
 /// The stopping rule.

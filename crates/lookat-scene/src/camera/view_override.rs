@@ -4,7 +4,9 @@ use glam::DVec3;
 use lookat_syntax::Span;
 use serde::{Deserialize, Serialize};
 
-use crate::camera::{FOCAL_DISTANCE, FOV, LENS_RADIUS_RANGE, SCREEN_WINDOW_HELP};
+use crate::camera::{
+    Camera, FOCAL_DISTANCE, FOV, LENS_RADIUS_RANGE, Lens, Projection, SCREEN_WINDOW_HELP, ScreenWindow,
+};
 use crate::schema::Range;
 use crate::transform::{LookAtError, Transform, in_range};
 
@@ -39,7 +41,55 @@ pub struct CameraPlacement {
     pub after: Transform,
 }
 
+/// What the file says about its camera beside the camera itself.
+#[derive(Debug, Clone, Copy)]
+pub struct FileCamera {
+    /// The `LookAt`, or one that sees the same. `None` if the camera has no direction.
+    pub placement: Option<CameraPlacement>,
+    /// The `focaldistance`. A pinhole keeps it for the day it gets a lens.
+    pub focal_distance: Option<f64>,
+}
+
 impl ViewOverride {
+    /// The camera of the file with other values.
+    ///
+    /// # Errors
+    ///
+    /// The reason why one of them is out of range.
+    pub fn changed(&self, own: &Camera, file: &FileCamera) -> Result<Camera, String> {
+        self.check()?;
+        let mut camera = own.clone();
+        if let Some(points) = self.look_at {
+            let placement = file.placement.ok_or("the camera of the file has no direction")?;
+            let placed = CameraPlacement { points, ..placement }.world_from_camera();
+            camera = camera.placed(placed.map_err(|fault| fault.to_string())?);
+        }
+        if let Some(time) = self.time {
+            camera.shutter = camera.shutter.at(time);
+        }
+        if let (Some(fov), Projection::Perspective { .. }) = (self.fov, &own.projection) {
+            camera.projection = Projection::Perspective { fov };
+        }
+        if let Some(lenses) = own.lens_system() {
+            if let (Some(lens), Some(distance)) = (&mut camera.lens, self.focal_distance) {
+                lens.focal_distance = distance;
+                lenses.refused_focus(distance).map_or(Ok(()), Err)?;
+            }
+            return Ok(camera);
+        }
+        if let Some(edges) = self.screen_window {
+            camera.screen = ScreenWindow::from(edges);
+        }
+        if own.projection != Projection::Environment {
+            let radius = self.lens_radius.or(own.lens.map(|lens| lens.radius)).unwrap_or(0.0);
+            let distance =
+                self.focal_distance.or(own.lens.map(|lens| lens.focal_distance)).or(file.focal_distance);
+            let lens = Lens { radius, focal_distance: distance.unwrap_or(Lens::UNFOCUSED) };
+            camera.lens = (radius > 0.0).then_some(lens);
+        }
+        Ok(camera)
+    }
+
     /// Fails if a value is out of range for every scene. The error is the reason.
     pub fn check(&self) -> Result<(), String> {
         let given = [
@@ -116,7 +166,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::{LoadOptions, Loaded, Projection, load};
+    use crate::{LoadOptions, Loaded, load};
 
     const CAMERA: &str = "Scale -1 1 1 LookAt 0 0 -4 0 0 0 0 1 0 Camera \"perspective\" \"float halffov\" 10";
 

@@ -70,6 +70,21 @@ pub struct Tone {
     pub tone: Option<ToneCurve>,
 }
 
+/// How a command writes its picture.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Writing {
+    #[command(flatten)]
+    pub tone: Tone,
+    /// Replace a picture that is larger, has more samples, or comes from another program
+    #[arg(long)]
+    pub force: bool,
+    /// Print only errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub memory: Memory,
+}
+
 /// The exposure of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Exposure {

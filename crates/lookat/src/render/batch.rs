@@ -20,11 +20,17 @@ use crate::usage::tip_for_render;
 pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
     let scenes = &arguments.scenes;
     if let Some(scene) = scenes.iter().find(|scene| is_read_once(scene))
-        && (scenes.len() > 1 || arguments.live.watch)
+        && (scenes.len() > 1 || arguments.live.watch || arguments.checkpoint.is_some())
     {
         let name =
             if scene == Path::new("-") { "standard input".into() } else { scene.display().to_string() };
-        let option = if arguments.live.watch { "with --watch, name a file" } else { "render it alone" };
+        let option = if arguments.live.watch {
+            "with --watch, name a file"
+        } else if arguments.checkpoint.is_some() {
+            "with --checkpoint, name a file"
+        } else {
+            "render it alone"
+        };
         bail!("{name} can be read only once: {option}");
     }
     if let [scene] = &scenes[..] {
@@ -34,10 +40,13 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
         {
             bail!("cannot watch {}: there is no folder {}", scene.display(), folder.display());
         }
-        return Ok(vec![Job { arguments: arguments.clone(), inputs: Rc::default() }]);
+        return Ok(vec![Job { arguments: arguments.clone(), inputs: Rc::default(), resumed: None }]);
     }
     if arguments.live.watch {
         bail!("--watch takes one scene");
+    }
+    if arguments.checkpoint.is_some() {
+        bail!("--checkpoint takes one scene");
     }
     if let Some(folder) = arguments.output.as_ref().filter(|folder| !folder.is_dir()) {
         let tip = tip_for_render();
@@ -71,7 +80,7 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
     let job = |(scene, file): (&PathBuf, PathBuf)| {
         let output = arguments.output.is_some().then_some(file);
         let arguments = Render { scenes: vec![scene.clone()], output, ..arguments.clone() };
-        Job { arguments, inputs: inputs.clone() }
+        Job { arguments, inputs: inputs.clone(), resumed: None }
     };
     Ok(scenes.iter().zip(files).map(job).collect())
 }

@@ -2,10 +2,9 @@
 
 use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
-use lookat_scene::{Camera, CameraPlacement, Loaded, LookAtError, Scene, Transform, View};
+use lookat_scene::{Camera, CameraPlacement, FileCamera, Loaded, LookAtError, Scene, Transform, View};
 
 use crate::args::{Animation, FocusPlace, Parameter, Render, ViewOverride};
-use crate::camera_override::{FileCamera, changed};
 use crate::failure::Failure;
 
 /// The camera of each picture.
@@ -57,7 +56,7 @@ fn animated(
         view.look_at = Some(points);
     }
     let file = FileCamera { placement: loaded.placement, focal_distance: None };
-    Ok(changed(camera, &file, &view).map_err(|fault| format!("{option} at {value}: {fault}"))?)
+    Ok(view.changed(camera, &file).map_err(|fault| format!("{option} at {value}: {fault}"))?)
 }
 
 /// A camera that turns around a point.

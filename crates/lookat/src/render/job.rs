@@ -9,13 +9,15 @@ use std::time::Instant;
 
 use lookat_render::{Prepared, Progress, Statistics};
 use lookat_scene::syntax::Diagnostic;
-use lookat_scene::{FilmOverride, LoadOptions, Loaded, Scene};
+use lookat_scene::{FilmOverride, LoadOptions, Loaded, Scene, as_json};
 
 use crate::args::{Render, crop_edges};
 use crate::failure::Failure;
 use crate::light::note_linear;
 use crate::live::Live;
 use crate::output::{check_inputs, check_output, check_unfinished, marked};
+use crate::readable::quoted;
+use crate::render::checkpoint::{self, Checkpoint, Resumed};
 use crate::render::fireflies::{self, Fireflies};
 use crate::render::frames::{cameras, focus};
 use crate::render::progress::Shown;
@@ -39,6 +41,8 @@ pub struct Job {
     pub arguments: Render,
     /// The files that the scenes of the command read, if there are several. No picture replaces them.
     pub inputs: Rc<BTreeSet<PathBuf>>,
+    /// The checkpoint that it goes on from.
+    pub resumed: Option<Resumed>,
 }
 
 /// How a scene is loaded.
@@ -59,7 +63,7 @@ pub fn load_options(arguments: &Render) -> LoadOptions {
 }
 
 /// Renders one scene. Returns the exit status.
-pub fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
+pub fn render_scene(Job { arguments, inputs, resumed }: &Job, live: &Live) -> u8 {
     let path = &arguments.scenes[0];
     let options = load_options(arguments);
     let mut loaded = match &live.watch {
@@ -81,7 +85,7 @@ pub fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
     replace_samples(&mut loaded, samples);
     let mut diagnostics = Vec::new();
     if arguments.report.json {
-        diagnostics = report::json(&loaded.diagnostics, &loaded.sources);
+        diagnostics = as_json(&loaded.diagnostics, &loaded.sources);
     } else {
         report::print(&loaded, arguments.quiet);
     }
@@ -96,7 +100,8 @@ pub fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
             report::failure(&loaded)
         }
         (Some(scene), _) => {
-            let (rendering, mut done) = (Rendering { arguments, loaded: &loaded, live }, Vec::new());
+            let rendering = Rendering { arguments, loaded: &loaded, live, resumed: resumed.as_ref() };
+            let mut done = Vec::new();
             let rendered = rendering.pictures(scene, &mut done, &mut advice);
             if arguments.frames.is_used() {
                 result.frames = done;
@@ -110,7 +115,7 @@ pub fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
             }
         }
     };
-    result.diagnostics.extend(report::json(&advice, &loaded.sources));
+    result.diagnostics.extend(as_json(&advice, &loaded.sources));
     finish(arguments, &result, status)
 }
 
@@ -132,6 +137,7 @@ struct Rendering<'a> {
     arguments: &'a Render,
     loaded: &'a Loaded,
     live: &'a Live,
+    resumed: Option<&'a Resumed>,
 }
 
 /// A written picture, and whether it is where it was asked for.
@@ -165,9 +171,14 @@ impl Rendering<'_> {
             check_inputs(&marked(file, PARTIAL), &loaded.inputs)?;
         }
         check_settings(arguments, scene, &files[0])?;
+        let size = [crop.width(), crop.height()];
+        checkpoint::check(arguments, &files[0], size, &loaded.inputs, self.resumed.is_some())?;
         self.check_unfinished(scene, &files[0])?;
         drop(charge_memory(scene, &settings(arguments, &files[0]), &loaded.memory)?);
-        let notice = "stopping; interrupt again to quit without a picture";
+        let notice = match arguments.checkpoint {
+            Some(_) => "stopping; interrupt again to quit without a checkpoint",
+            None => "stopping; interrupt again to quit without a picture",
+        };
         interrupt::stop_in_order((!arguments.quiet).then_some(notice), || {
             HAS_SAMPLES.load(Ordering::Relaxed)
         });
@@ -213,18 +224,32 @@ impl Rendering<'_> {
 
     /// Renders and writes a picture. `None` if the files of the scene have changed meanwhile.
     fn picture(&self, scene: &Scene, prepared: &Prepared, file: PathBuf) -> Result<Option<Written>, Failure> {
-        let Rendering { arguments, loaded, live } = *self;
+        let Rendering { arguments, loaded, live, .. } = *self;
         let (settings, crop) = (settings(arguments, &file), scene.view.film.crop);
+        let is_told = !arguments.quiet && !arguments.report.json;
         let new = new_picture(scene, &settings);
         let _charge = charge_memory(scene, &settings, &loaded.memory)?;
         let started = Instant::now();
         let shown = Shown::new(arguments, crop.area());
         live.begin(&file, [crop.width(), crop.height()]);
-        let rendering =
-            arguments.part.map(|part| part::Rendering::new(loaded, &scene.view, arguments.seed, part.of));
-        let rendering = rendering.transpose()?;
+        let (mut rendering, mut checkpoint) = (None, None);
+        if settings.keep_sums {
+            let parts = settings.part.map_or(1, |part| part.of);
+            let new = part::Rendering::new(loaded, &scene.view, arguments.seed, parts)?;
+            if let Some(resumed) = self.resumed
+                && let Some(difference) = new.difference(&resumed.rendering)
+            {
+                bail!("{} cannot be resumed: {difference}", resumed.file.display());
+            }
+            if let Some(Resumed { file, sums, .. }) = self.resumed.filter(|_| is_told) {
+                say!("{}: {:.1} samples per pixel so far", file.display(), sums.mean_samples());
+            }
+            checkpoint = Checkpoint::new(arguments, &new, self.resumed)?;
+            rendering = Some(new);
+        }
         let camera = &scene.view.camera;
-        let output = Output { arguments, loaded, camera, settings: &settings, new, file, rendering };
+        let output =
+            Output { arguments, loaded, camera, settings: &settings, new, file, rendering, checkpoint };
         let so_far = Mutex::new(SoFar::default());
         let progress = |progress: Progress| {
             if progress.done > 0 {
@@ -232,18 +257,25 @@ impl Rendering<'_> {
                 if let Ok(mut so_far) = so_far.try_lock() {
                     so_far.write_if_asked(&output, &progress);
                 }
+                if let Some(checkpoint) = &output.checkpoint {
+                    checkpoint.write_if_due(&progress, || output.whole(Numbered::default()));
+                }
             }
             shown.update(&progress);
             live.update(&progress);
             live.flow()
         };
-        let mut rendered = prepared.render(&scene.view, &settings, &progress);
+        let mut rendered = match self.resumed {
+            None => prepared.render(&scene.view, &settings, &progress),
+            Some(Resumed { file, sums, .. }) => prepared
+                .resume(&scene.view, &settings, sums, &progress)
+                .map_err(|error| format!("{} cannot be resumed: {error}", file.display()))?,
+        };
         shown.clear();
         if !rendered.complete && interrupt::flow().is_continue() {
             return Ok(None);
         }
         live.finish(&rendered.image);
-        let is_told = !arguments.quiet && !arguments.report.json;
         let luminances = if rendered.complete && !arguments.quiet {
             fireflies::luminances(&rendered.image, &scene.view.film, rendered.statistics.least)
         } else {
@@ -255,6 +287,9 @@ impl Rendering<'_> {
             output.write(&mut rendered, numbered.clone())?;
         if rendered.complete {
             so_far.into_inner().unwrap_or_else(PoisonError::into_inner).remove();
+            if let (Some(checkpoint), Ok(())) = (&output.checkpoint, destination.result()) {
+                checkpoint.remove();
+            }
         }
         let black = light.is_some_and(|light| light.is_black(summary::residue(scene)));
         let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
@@ -284,7 +319,7 @@ impl Rendering<'_> {
             say!("{why}; the new picture is in {}", picture.file);
         }
         if arguments.quiet && !picture.complete {
-            say!("interrupted; the partial picture is in {}", picture.file);
+            say!("interrupted; the picture so far is in {}", picture.file);
         }
         if is_told {
             summarize(&picture, &rendered);
@@ -305,6 +340,9 @@ impl Rendering<'_> {
         // A picture that shows nothing is never what was meant: --quiet does not hide it.
         if !arguments.report.json {
             explain_black(&picture, &rendered, scene, prepared, &loaded.sources);
+        }
+        if let Some(checkpoint) = output.checkpoint.as_ref().filter(|_| !picture.complete) {
+            say!("to go on: lookat resume {}", quoted(checkpoint.file.as_os_str()));
         }
         live.wait();
         Ok(Some((picture, destination.result())))

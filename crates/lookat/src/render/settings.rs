@@ -37,7 +37,8 @@ pub fn settings(arguments: &Render, file: &Path) -> Settings {
     // The first part has the layers of all.
     let own = arguments.layers.iter().filter(|_| arguments.part.is_none_or(|part| part.index == 0));
     let layers = own.copied().fold(Layers::default(), Layers::union);
-    let (part, keep_sums) = (arguments.part, arguments.part.is_some());
+    let part = arguments.part;
+    let keep_sums = part.is_some() || arguments.checkpoint.is_some();
     Settings { seed: arguments.seed, stop, layers, part, keep_sums, ..Settings::default() }
 }
 

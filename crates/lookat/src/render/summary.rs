@@ -7,14 +7,14 @@ use lookat_image::Image;
 use lookat_render::glam::DVec2;
 use lookat_render::{Layer, Prepared, Reached, Rendered, Settings, Stop, TargetError};
 use lookat_scene::syntax::Span;
-use lookat_scene::{Camera, Filter, Integrator, Primitive, Scene, Sources};
+use lookat_scene::{Camera, Filter, Integrator, Place, Primitive, Scene, Sources};
 use serde::Serialize;
 
 use crate::light::JsonLight;
 use crate::readable::percent;
 use crate::render::fireflies::Fireflies;
 use crate::render::settings::target_error;
-use crate::report::{self, Place};
+use crate::report;
 
 #[derive(Serialize)]
 pub struct JsonPicture {

@@ -11,7 +11,8 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::light::{JsonLight, map_tones};
 use crate::output::{Destination, Identity, NewPicture, free_file, marked};
-use crate::part::{Part, Rendering};
+use crate::part::{Part, PartMetadata, Rendering};
+use crate::render::checkpoint::Checkpoint;
 use crate::render::summary::{Metadata, Numbered};
 
 /// The mark of a picture that is not complete, in its name.
@@ -25,8 +26,9 @@ pub struct Output<'a> {
     pub settings: &'a Settings,
     pub new: NewPicture,
     pub file: PathBuf,
-    /// The rendering that this is a part of.
+    /// The rendering that this is a part of, if it is to say so.
     pub rendering: Option<Rendering>,
+    pub checkpoint: Option<Checkpoint>,
 }
 
 /// A written picture.
@@ -40,26 +42,42 @@ pub struct Kept {
 }
 
 impl Output<'_> {
-    /// Writes a picture, a partial one beside the file of the whole.
+    /// The metadata of the picture.
+    fn metadata(&self, samples_per_pixel: f64, complete: bool, numbered: Numbered) -> Option<String> {
+        let Output { arguments, loaded, camera, settings, .. } = *self;
+        let scene_file = &loaded.sources.files[0].path;
+        let metadata = Metadata::new(scene_file, camera, arguments.seed, samples_per_pixel);
+        metadata.with_settings(settings, complete, numbered).as_json()
+    }
+
+    /// The metadata of the whole picture, of all parts.
+    pub fn whole(&self, numbered: Numbered) -> Option<String> {
+        let samples = self.rendering.as_ref()?.samples_per_pixel;
+        self.metadata(samples.into(), true, numbered)
+    }
+
+    /// Writes a picture, a partial one beside the file of the whole, or as checkpoint.
     pub fn write(&self, rendered: &mut Rendered, numbered: Numbered) -> Result<Kept, Failure> {
-        let Output { arguments, loaded, camera, settings, new, .. } = *self;
+        let Output { arguments, loaded, settings, new, .. } = *self;
         let samples_per_pixel =
             rendered.statistics.samples_in_picture as f64 / (new.size[0] as f64 * new.size[1] as f64);
-        let scene_file = &loaded.sources.files[0].path;
-        let metadata = |samples: f64, complete: bool| {
-            let metadata = Metadata::new(scene_file, camera, arguments.seed, samples);
-            metadata.with_settings(settings, complete, numbered.clone()).as_json()
-        };
-        rendered.image.metadata = metadata(samples_per_pixel, rendered.complete);
+        if let (Some(checkpoint), Some(sums), false) = (&self.checkpoint, &rendered.sums, rendered.complete) {
+            let whole = self.whole(numbered).unwrap_or_default();
+            checkpoint.complete(&mut rendered.image, sums, whole);
+            checkpoint.write(&rendered.image)?;
+            let (file, destination) = (checkpoint.file.clone(), Destination::new(Path::new("")));
+            return Ok(Kept { file, destination, kept: None, light: None, samples_per_pixel });
+        }
+        rendered.image.metadata = self.metadata(samples_per_pixel, rendered.complete, numbered.clone());
         if let (Some(rendering), Some(part), Some(sums), true) =
             (&self.rendering, settings.part, &rendered.sums, rendered.complete)
-            && let Some((header, integers)) = sums.to_channels()
         {
-            let all = rendering.samples_per_pixel;
-            let part = Part::new(rendering.clone(), vec![part.range(all)], &header);
-            let whole = metadata(all.into(), true).unwrap_or_default();
+            let (header, integers) = sums.to_channels();
+            let part = Part::new(rendering.clone(), vec![part.range(rendering.samples_per_pixel)], &header);
+            let whole = self.whole(numbered).unwrap_or_default();
+            let metadata = PartMetadata { samples_per_pixel, complete: true, part, whole, invocation: None };
             rendered.image.integers = integers;
-            rendered.image.metadata = part.metadata(whole);
+            rendered.image.metadata = metadata.to_text();
         }
         let light = map_tones(&mut rendered.image, &self.file, arguments.tone);
         let is_partial = !rendered.complete;

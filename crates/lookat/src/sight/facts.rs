@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::media::WrongSide;
 
 /// Camera rays of a view: places of the crop window, evenly distributed.
-pub(super) const PROBES: usize = 4096;
+const PROBES: usize = 4096;
 /// The most surfaces without a material that a camera ray passes through.
 const MOST_PASSED: usize = 1000;
 /// The most shapes that are measured unless they are seen.
@@ -128,7 +128,10 @@ impl ViewFacts {
             center_depth: ProbeHit::new(prepared, &camera, low + size * 0.5).map(|hit| hit.depth),
             inside,
             lights,
-            wrong_side: WrongSide::find(prepared, &camera, (0..PROBES).map(|i| low + r2_sequence(i) * size)),
+            wrong_side: WrongSide::find(
+                prepared,
+                (0..PROBES).map(|i| surfaces_along(prepared, &camera, low + r2_sequence(i) * size)),
+            ),
             shapes: shapes.all,
         }
     }
@@ -152,7 +155,7 @@ impl<'p> ProbeHit<'p> {
 }
 
 /// The surfaces along a camera ray through the middle of the lens, each with the ray that hits it.
-pub(super) fn surfaces_along<'p>(
+fn surfaces_along<'p>(
     prepared: &'p Prepared,
     camera: &CameraRays,
     film: DVec2,

@@ -2,13 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use lookat_render::{CameraRays, Prepared, ShapeId, Surface};
+use lookat_render::{Prepared, Ray, ShapeId, Surface};
 use lookat_scene::MaterialKind;
-use lookat_scene::glam::DVec2;
 use lookat_scene::syntax::{Diagnostic, Span};
 
 use super::Sight;
-use super::facts::{PROBES, surfaces_along};
 use crate::readable::visible;
 
 /// The least share of the picture in which a boundary that is the wrong way round counts.
@@ -23,12 +21,11 @@ pub struct WrongSide {
 }
 
 impl WrongSide {
-    /// The boundary that most of the camera rays come to first on a wrong side, of those that all of them do. `places`: those of the rays on
-    /// the film.
-    pub fn find(
+    /// The boundary that most of the camera rays come to first on a wrong side, of those that all of them do. `rays`: what each camera ray
+    /// passes through, with the ray that hits it.
+    pub fn find<'p, R: Iterator<Item = (Ray, Surface<'p>)>>(
         prepared: &Prepared,
-        camera: &CameraRays,
-        places: impl Iterator<Item = DVec2>,
+        rays: impl ExactSizeIterator<Item = R>,
     ) -> Option<WrongSide> {
         let world = prepared.world();
         if world.media.is_empty() {
@@ -36,15 +33,16 @@ impl WrongSide {
         }
         // By boundary: the rays that come to it first, and those of them that do on a wrong side.
         let mut counts: BTreeMap<ShapeId, [usize; 2]> = BTreeMap::new();
-        for place in places {
+        let all_rays = rays.len();
+        for surfaces in rays {
             // Up to a surface that may hide what is behind it.
             let mut is_hidden = false;
-            let surfaces = surfaces_along(prepared, camera, place).take_while(|(_, surface)| {
+            let mut surfaces = surfaces.take_while(|(_, surface)| {
                 let is_shown = !is_hidden;
                 is_hidden = !matches!(surface.primitive.material.kind(), MaterialKind::None);
                 is_shown
             });
-            let first = surfaces.into_iter().find_map(|(ray, surface)| {
+            let first = surfaces.find_map(|(ray, surface)| {
                 let Surface { n, element, primitive, .. } = surface;
                 let sides = primitive.medium?;
                 let own = if n.dot(ray.d) < 0.0 { sides.outside } else { sides.inside };
@@ -57,7 +55,7 @@ impl WrongSide {
         }
         let always = counts.into_iter().filter(|(_, [all, wrong])| all == wrong);
         let (shape, [count, _]) = always.max_by_key(|(_, [count, _])| *count)?;
-        let share = count as f64 / PROBES as f64;
+        let share = count as f64 / all_rays as f64;
         Some(WrongSide { span: prepared.primitive(shape).span, share }).filter(|it| it.share >= LEAST)
     }
 }

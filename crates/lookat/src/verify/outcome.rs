@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
-use crate::metric::Measured;
 use crate::readable::count;
 use crate::verify::page::picture::Picture;
+use lookat_image::Measured;
 
 /// The result for one scene, from the best to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -11,11 +11,11 @@ use std::path::Path;
 use lookat_image::{ImageError, io_reason, write_file};
 
 use crate::failure::Failure;
-use crate::metric::{Measured, Metric};
 use crate::output::write_result;
 use crate::readable::{digits, visible_lines};
 use crate::verify::outcome::{Outcome, Verdict, summary};
 use crate::verify::page::picture::Picture;
+use lookat_image::{Measured, Metric};
 
 /// A number in the report.
 #[derive(Debug, Clone)]

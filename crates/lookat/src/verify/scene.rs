@@ -13,7 +13,6 @@ use serde_json::json;
 
 use crate::args::{Report, Verify};
 use crate::failure::Failure;
-use crate::metric::{Limit, Measurement, Metric, THRESHOLD, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::readable::plural;
 use crate::render::settings::{charge_memory, note_jitter};
@@ -23,6 +22,7 @@ use crate::verify::files::{beside, scene_name, why_unreadable};
 use crate::verify::outcome::{Outcome, Verdict};
 use crate::verify::page::picture::{PACKING_BYTES, Picture};
 use crate::{compare as comparing, report};
+use lookat_image::{Limit, Measurement, Metric, THRESHOLD, measure, not_finite};
 
 /// Renders a scene and compares it with its reference. `inputs` are the files that all scenes read: none of them is replaced.
 pub fn verify(arguments: &Verify, file: &Path, inputs: &BTreeSet<PathBuf>) -> Outcome {
@@ -87,7 +87,7 @@ fn fill(
     replace_samples(&mut loaded, arguments.spp);
     report::print(&loaded, false);
     outcome.messages = report::text(&loaded);
-    outcome.diagnostics = json!(report::json(&loaded.diagnostics, &loaded.sources));
+    outcome.diagnostics = json!(lookat_scene::as_json(&loaded.diagnostics, &loaded.sources));
     let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded).into()) };
     note_jitter(scene, &loaded);
     let packing = if arguments.report.is_some() { PACKING_BYTES } else { 0 };
@@ -186,7 +186,7 @@ fn render(
 /// Measures two pictures, and judges them.
 fn compare(arguments: &Verify, pair: &Aligned, outcome: &mut Outcome) -> Result<(), Failure> {
     let measurement = measure(pair, THRESHOLD, &|_| broken(pair).is_none());
-    let significance = comparing::significance(&arguments.max);
+    let significance = lookat_image::significance(&arguments.max);
     let found = measurement.agreement.as_ref().and_then(|found| found.as_ref().ok());
     outcome.visible_in_mean = found.map(|found| found.visible_in_mean(significance));
     outcome.mean = Some(mean(&pair.expected));
@@ -217,7 +217,7 @@ fn judge(
         let reason = format!("only one of the pictures has {} of the pixels", pair.left_out);
         return Ok((Verdict::Differs, reason));
     }
-    let default = [Limit { metric: Metric::NoiseP, value: comparing::SIGNIFICANCE }];
+    let default = [Limit { metric: Metric::NoiseP, value: lookat_image::SIGNIFICANCE }];
     let limits = if arguments.max.is_empty() { &default[..] } else { &arguments.max[..] };
     if let Some(reason) = measurement.lacks(limits) {
         let other =
@@ -229,12 +229,12 @@ fn judge(
     Ok(match (beyond.as_slice(), found) {
         ([], _) if pair.actual == pair.expected => (Verdict::Agrees, "identical".into()),
         ([], Some(found)) if measurement.is_undecided(limits) => {
-            (Verdict::Undecided, comparing::undecided(found, comparing::significance(limits)))
+            (Verdict::Undecided, lookat_image::undecided(found, lookat_image::significance(limits)))
         }
         ([], _) if arguments.max.is_empty() => (Verdict::Agrees, "within noise".into()),
         ([], _) => (Verdict::Agrees, "within the limits".into()),
         (_, Some(found)) if arguments.max.is_empty() => {
-            let found = comparing::differences(found, comparing::SIGNIFICANCE);
+            let found = lookat_image::differences(found, lookat_image::SIGNIFICANCE);
             (Verdict::Differs, format!("by more than noise: {}", found.join("; ")))
         }
         (beyond, _) => (Verdict::Differs, {

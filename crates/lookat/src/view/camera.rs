@@ -3,9 +3,10 @@
 use lookat_render::Prepared;
 use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::syntax::{Fix, ParamType, Span, value_span};
-use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, Scene, Sources, Transform, View, ViewOverride};
+use lookat_scene::{
+    Camera, CameraPlacement, FileCamera, Lens, Loaded, Scene, Sources, Transform, View, ViewOverride,
+};
 
-use crate::camera_override::FileCamera;
 use crate::failure::Failure;
 use crate::source::DirectiveText;
 use crate::view::messages;

@@ -7,13 +7,14 @@ use std::sync::{Arc, Mutex};
 
 use lookat_image::{Aligned, Charge, Image, MemoryBudget, PictureFile, Window, align};
 
-use crate::compare::{Comparison, Rules, check_memory, pixel_bytes};
+use crate::compare::{as_text, check_memory, pixel_bytes};
 use crate::failure::Failure;
 use crate::live::Watch;
-use crate::metric::THRESHOLD;
 use crate::view::messages::News;
 use crate::view::outbox::{Hub, Requests};
 use crate::writer::{Writer, lock};
+use lookat_image::THRESHOLD;
+use lookat_image::{Comparison, Rules};
 
 /// What the engine and the server share.
 #[derive(Default)]
@@ -214,7 +215,7 @@ fn compared(
     check_memory(pair.window, pair.window.area() * pixel_bytes(&pair), memory)?;
     let rules = Rules { limits: &[], only: &[], is_layer: false, threshold: THRESHOLD };
     let comparison = Comparison::new(names, &pair, rules)?;
-    Ok((comparison.as_text(), comparison.agrees()))
+    Ok((as_text(&comparison), comparison.agrees()))
 }
 
 #[cfg(test)]

@@ -5,10 +5,9 @@ use lookat_render::{Prepared, Settings, film_bytes};
 use lookat_scene::glam::DVec2;
 use lookat_scene::schema::{Count, Effect, Kind};
 use lookat_scene::syntax::{self, EntityKind, Param, Span};
-use lookat_scene::{Camera, Loaded, Scene, Sources, View, ViewOverride, kinds};
+use lookat_scene::{Camera, FileCamera, Loaded, Scene, Sources, View, ViewOverride, kinds};
 
 use crate::args::way_out;
-use crate::camera_override::{FileCamera, changed};
 use crate::explain::ParameterFacts;
 use crate::failure::Failure;
 use crate::render::settings::charge_memory;
@@ -119,7 +118,7 @@ impl Opened {
                         move the camera in the file"
             );
         }
-        self.view.camera = changed(&self.scene.view.camera, &self.file_camera, set)?;
+        self.view.camera = set.changed(&self.scene.view.camera, &self.file_camera)?;
         self.points = set.look_at.unwrap_or(self.own_points());
         Ok(())
     }

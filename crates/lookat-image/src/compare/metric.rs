@@ -1,6 +1,6 @@
 //! The metrics for differences between pictures.
 
-use lookat_image::{
+use super::{
     Agreement, Aligned, Encoded, PIXELS_PER_DEGREE, Untestable, agreement, hdr_flip, largest_difference,
     ldr_flip, means, percentile_difference, psnr, relative_mse_trimmed, rmse, share_above, ssim,
 };
@@ -8,19 +8,33 @@ use lookat_image::{
 /// A metric for the difference between two pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Metric {
+    /// Mean signed error.
     Error,
+    /// Mean absolute error.
     Mae,
+    /// Root mean squared error.
     Rmse,
+    /// Relative mean squared error.
     RelMse,
+    /// The same without the worst 0.1 % of pixels.
     RelMseTrimmed,
+    /// Symmetric relative error.
     Smape,
+    /// 99th percentile of the difference.
     P99,
+    /// Largest difference.
     Max,
+    /// Share of pixels that differ by more than a threshold.
     ShareAbove,
+    /// Peak signal-to-noise ratio of the sRGB pictures.
     Psnr,
+    /// Structural similarity of the sRGB pictures.
     Ssim,
+    /// Mean FLIP.
     Flip,
+    /// Mean HDR-FLIP.
     HdrFlip,
+    /// The p-value under noise only.
     NoiseP,
 }
 
@@ -43,18 +57,22 @@ impl Metric {
         (Metric::NoiseP, "noise-p", "p-value under noise only"),
     ];
 
+    /// The metric of this name.
     pub fn from_name(name: &str) -> Option<Metric> {
         Metric::ALL.iter().find(|(_, known, _)| *known == name).map(|(metric, ..)| *metric)
     }
 
+    /// The names of all metrics.
     pub fn names() -> [&'static str; 14] {
         Metric::ALL.map(|(_, name, _)| name)
     }
 
+    /// Its name.
     pub fn name(self) -> &'static str {
         Metric::ALL[self as usize].1
     }
 
+    /// Its meaning, in a few words.
     pub fn meaning(self) -> &'static str {
         Metric::ALL[self as usize].2
     }
@@ -71,14 +89,18 @@ pub const THRESHOLD: f32 = 0.01;
 /// A limit of a metric: a maximum, or a minimum if larger values are better.
 #[derive(Debug, Clone, Copy)]
 pub struct Limit {
+    /// The metric.
     pub metric: Metric,
+    /// Its limit.
     pub value: f64,
 }
 
 /// One measured metric.
 #[derive(Debug, Clone)]
 pub struct Measured {
+    /// The metric.
     pub metric: Metric,
+    /// Its value.
     pub value: f64,
     /// A remark.
     pub remark: String,
@@ -87,6 +109,7 @@ pub struct Measured {
 /// The measured metrics.
 #[derive(Debug)]
 pub struct Measurement {
+    /// The metrics, in the order of [`Metric`].
     pub metrics: Vec<Measured>,
     /// The result of the noise test, if requested.
     pub agreement: Option<Result<Agreement, Untestable>>,

@@ -1,0 +1,162 @@
+//! Scenes, and what is wrong with them.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lookat_render::Prepared;
+use lookat_scene::syntax::{Diagnostic, Severity};
+use lookat_scene::{CameraPlacement, LoadOptions, Loaded, Place, Shape, Sources, as_json, load_opened};
+use pyo3::create_exception;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::camera::Camera;
+use crate::film::Film;
+use crate::mesh::Mesh;
+use crate::{as_python, value_error};
+
+create_exception!(lookat, SceneError, PyValueError, "A scene has errors. `diagnostics` lists them.");
+
+/// A scene. `camera`, `film` and the number of samples can be changed.
+#[pyclass(module = "lookat")]
+pub struct Scene {
+    pub scene: lookat_scene::Scene,
+    pub placement: Option<CameraPlacement>,
+    /// The world as the renderer needs it. `None` before the first picture, and after a change.
+    pub prepared: Option<Arc<Prepared>>,
+    pub sources: Sources,
+    diagnostics: Vec<Diagnostic>,
+    output: PathBuf,
+}
+
+#[pymethods]
+impl Scene {
+    #[getter]
+    fn camera(own: Bound<'_, Self>) -> Camera {
+        Camera { scene: own.unbind() }
+    }
+
+    #[getter]
+    fn film(own: Bound<'_, Self>) -> Film {
+        Film { scene: own.unbind() }
+    }
+
+    #[getter]
+    fn spp(&self) -> u32 {
+        self.scene.view.sampler.samples_per_pixel
+    }
+
+    #[setter]
+    fn set_spp(&mut self, samples: u32) -> PyResult<()> {
+        if !(1..=lookat_scene::MAX_SAMPLES).contains(&samples) {
+            return Err(value_error(format!("spp must be from 1 to {}", lookat_scene::MAX_SAMPLES)));
+        }
+        self.scene.view.sampler = self.scene.view.sampler.with_samples(samples);
+        Ok(())
+    }
+
+    /// The file that the scene names for its picture.
+    #[getter]
+    fn output(&self) -> &Path {
+        &self.output
+    }
+
+    #[getter]
+    fn diagnostics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        as_python(py, &as_json(&self.diagnostics, &self.sources))
+    }
+
+    /// The triangle meshes of the world, without those of objects. Their arrays are views of the scene's memory.
+    #[getter]
+    fn meshes(&self) -> Vec<Mesh> {
+        self.meshes_in_world().map(|(_, mesh)| Mesh { mesh: mesh.clone() }).collect()
+    }
+
+    /// Replaces a mesh, by its number in `meshes`. It keeps material, light and medium.
+    fn set_mesh(&mut self, index: usize, mesh: &Mesh) -> PyResult<()> {
+        let found = self.meshes_in_world().nth(index).map(|(at, _)| at);
+        let at = found.ok_or_else(|| {
+            pyo3::exceptions::PyIndexError::new_err(format!("the scene has no mesh {index}"))
+        })?;
+        Arc::make_mut(&mut self.scene.world).primitives[at].shape = Shape::TriangleMesh(mesh.mesh.clone());
+        self.prepared = None;
+        Ok(())
+    }
+
+    fn __repr__(&self) -> String {
+        let [width, height] = self.scene.view.film.resolution;
+        let name = self.sources.files.first().map(|file| file.path.display().to_string());
+        format!("<lookat.Scene {} {width}x{height}, {} spp>", name.unwrap_or_default(), self.spp())
+    }
+}
+
+impl Scene {
+    fn meshes_in_world(&self) -> impl Iterator<Item = (usize, &Arc<lookat_scene::Mesh>)> {
+        self.scene.world.primitives.iter().enumerate().filter_map(|(at, primitive)| match &primitive.shape {
+            Shape::TriangleMesh(mesh) => Some((at, mesh)),
+            _ => None,
+        })
+    }
+
+    /// The world as the renderer needs it, near the eye.
+    pub fn prepare(&mut self) -> Arc<Prepared> {
+        let camera = &self.scene.view.camera;
+        if let Some(prepared) = self.prepared.as_ref().filter(|prepared| prepared.is_near(camera)) {
+            return prepared.clone();
+        }
+        let prepared = Arc::new(Prepared::new(&self.scene));
+        self.prepared.insert(prepared).clone()
+    }
+}
+
+/// Reads a scene from a file or, if it has several lines, from a text.
+fn read(path_or_text: &Bound<'_, PyAny>) -> PyResult<Loaded> {
+    let text: Option<String> = path_or_text.extract().ok().filter(|text: &String| text.contains('\n'));
+    let path: PathBuf = if text.is_some() { "text".into() } else { path_or_text.extract()? };
+    let loaded = path_or_text.py().detach(|| {
+        let open = |file: &Path| match &text {
+            Some(text) if file == path => {
+                Ok(Box::new(std::io::Cursor::new(text.clone().into_bytes())) as Box<dyn std::io::Read>)
+            }
+            _ => Ok(Box::new(lookat_image::open_file(file)?) as Box<dyn std::io::Read>),
+        };
+        load_opened(&path, &open, &LoadOptions::default())
+    });
+    Ok(loaded)
+}
+
+/// Reads a scene: a path, or a text of several lines. Raises `SceneError` if it has errors.
+#[pyfunction]
+pub fn load(path_or_text: &Bound<'_, PyAny>) -> PyResult<Scene> {
+    let py = path_or_text.py();
+    let Loaded { scene, sources, diagnostics, placement, output, .. } = read(path_or_text)?;
+    match scene {
+        Some(scene) => Ok(Scene { scene, placement, prepared: None, sources, diagnostics, output }),
+        None => {
+            let error = PyErr::new::<SceneError, _>(message(&diagnostics, &sources));
+            error.value(py).setattr("diagnostics", as_python(py, &as_json(&diagnostics, &sources))?)?;
+            Err(error)
+        }
+    }
+}
+
+/// The problems of a scene, as `lookat check --json` lists them: a path, or a text of several lines.
+#[pyfunction]
+pub fn check<'py>(path_or_text: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let Loaded { sources, diagnostics, .. } = read(path_or_text)?;
+    as_python(path_or_text.py(), &as_json(&diagnostics, &sources))
+}
+
+/// The errors in words, one in a line.
+fn message(diagnostics: &[Diagnostic], sources: &Sources) -> String {
+    let errors = diagnostics.iter().filter(|it| it.severity == Severity::Error);
+    let line = |error: &Diagnostic| {
+        let place = error.labels.first().map(|label| {
+            let Place { file, line, column } = Place::new(label.span, sources);
+            format!("{file}:{line}:{column}: ")
+        });
+        let help = error.help.as_deref().map(|help| format!("; help: {help}"));
+        format!("{}{}{}", place.unwrap_or_default(), error.message, help.unwrap_or_default())
+    };
+    errors.map(line).collect::<Vec<_>>().join("\n")
+}
