@@ -57,7 +57,7 @@ def test_camera_and_film_change_the_picture(tmp_path):
     scene.camera.look_at(eye=(0, 1, -6), target=(0, 1, 0))
     scene.film.resolution = (64, 48)
     scene.spp = 4
-    assert scene.camera.fov == 30 and scene.film.resolution == [64, 48] and scene.camera.eye == [0, 1, -6]
+    assert scene.camera.fov == 30 and scene.film.resolution == (64, 48) and scene.camera.eye == (0, 1, -6)
     picture = lookat.render(scene)
     file = tmp_path / "a.exr"
     options = ["--fov", 30, "--lookat", "0 1 -6 0 1 0 0 1 0", "--resolution", "64x48", "--spp", 4]
@@ -65,7 +65,7 @@ def test_camera_and_film_change_the_picture(tmp_path):
     assert np.array_equal(picture.pixels, lookat.Picture.read(file).pixels)
     scene.film.crop = (8, 24, 0, 16)
     cropped = lookat.render(scene)
-    assert cropped.window == [8, 0, 16, 16]
+    assert cropped.window == (8, 0, 16, 16)
     assert np.array_equal(cropped.pixels, picture.pixels[0:16, 8:24])
     matrix = scene.camera.world_from_camera
     assert matrix.shape == (4, 4) and np.allclose(matrix[:3, 3], [0, 1, -6])
@@ -92,13 +92,19 @@ def test_camera_and_film_change_the_picture(tmp_path):
         lambda scene: lookat.render(scene, target_error=2),
         lambda scene: lookat.render(scene, adaptive=True, error_layers=True),
         lambda scene: lookat.render(scene, layers=["deph"]),
-        lambda scene: lookat.render(scene, part=(2, 2)),
-        lambda scene: lookat.render(scene, spp=1, part=(0, 2)),
-        lambda scene: lookat.render(scene, time=-1),
+        lambda scene: lookat.render(scene, threads=5000),
+        lambda scene: lookat.render(scene, time=0),
+        lambda scene: lookat.render(scene, spp=1).save("x.png", exposure=float("nan")),
+        lambda scene: lookat.compare(scene, scene, threshold=-1),
+        lambda scene: scene.camera.world_from_camera.__setitem__((0, 3), 5),
         lambda scene: lookat.compare(scene, scene),
         lambda scene: lookat.compare(np.zeros((4, 4, 2), np.float32), np.zeros((4, 4, 3), np.float32)),
         lambda scene: lookat.Mesh(np.zeros((3, 2)), np.zeros((1, 3), np.int32)),
-        lambda scene: lookat.Mesh(np.zeros((3, 3)), np.full((1, 3), 3, np.int32)),
+        lambda scene: lookat.Mesh(np.zeros((3, 3)), np.full((1, 3), 3)),
+        lambda scene: lookat.Mesh(np.zeros((3, 3)), [[0, 1, 2**40]]),
+        lambda scene: lookat.Mesh(np.zeros((3, 3)), [[0.5, 1, 2]]),
+        lambda scene: lookat.Mesh([["a", "b", "c"]], [[0, 0, 0]]),
+        lambda scene: lookat.Mesh([1, 2, 3], [[0, 0, 0]]),
         lambda scene: lookat.Mesh(np.full((3, 3), np.nan), np.zeros((1, 3), np.int32)),
         lambda scene: scene.set_mesh(1000, scene.meshes[0]),
         lambda scene: lookat.chart(scene, spp=3),
@@ -245,3 +251,49 @@ def test_the_notebook_runs():
     nbclient.NotebookClient(notebook, resources={"metadata": {"path": SCENES.parent / "docs"}}).execute()
     shown = [output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", [])]
     assert sum("image/png" in data for data in shown) == 3
+
+
+def test_cameras_without_a_lookat_are_placed(tmp_path):
+    text = TEXT.replace("LookAt 0 0 -4  0 0 0  0 1 0", "Translate 0 0 4")
+    scene = lookat.load(text)
+    scene.camera.look_at((1, 0, -5), (0, 0, 0))
+    (tmp_path / "a.pbrt").write_text(text)
+    run = program("render", tmp_path / "a.pbrt", "--lookat", "1 0 -5 0 0 0 0 1 0", "-q", "-o", tmp_path / "a.exr")
+    assert run.returncode == 0, run.stderr
+    assert np.array_equal(lookat.render(scene).pixels, lookat.Picture.read(tmp_path / "a.exr").pixels)
+    follows = lookat.load(TEXT.replace("Shape", 'CoordSysTransform "camera" Translate 0 0 4 Shape'))
+    with pytest.raises(ValueError, match="CoordSysTransform"):
+        follows.camera.look_at((1, 0, -5), (0, 0, 0))
+
+
+def test_threads_share_a_scene():
+    scene, pictures = lookat.load(MATTE), []
+    threads = [threading.Thread(target=lambda: pictures.append(lookat.render(scene, spp=16))) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    scene.camera.fov = scene.camera.fov
+    for thread in threads:
+        thread.join()
+    assert len(pictures) == 4 and all(np.array_equal(it.pixels, pictures[0].pixels) for it in pictures)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
+def test_a_forked_process_is_told():
+    code = """import lookat, os, sys
+lookat.render(sys.argv[1], spp=1)
+if os.fork() == 0:
+    try:
+        lookat.render(sys.argv[1], spp=1)
+    except RuntimeError as error:
+        os._exit("spawn" in str(error))
+    os._exit(2)
+sys.exit(os.waitstatus_to_exitcode(os.wait()[1]) - 1)
+"""
+    assert subprocess.run([sys.executable, "-c", code, str(MATTE)], timeout=60).returncode == 0
+
+
+def test_what_does_not_fit_the_memory_is_refused():
+    scene = lookat.load(TEXT)
+    scene.film.resolution = (10_000, 10_000)
+    with pytest.raises(MemoryError):
+        lookat.render(scene, target_error=0.1)

@@ -19,6 +19,14 @@ fn files(folder: &Folder) -> Vec<String> {
     names
 }
 
+/// Waits until a program has written a file.
+fn wait_for(folder: &Folder, name: &str, child: &mut std::process::Child) {
+    while !folder.path(name).exists() {
+        assert_eq!(child.try_wait().unwrap(), None, "it ended without {name}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
 /// Killed at random moments and resumed until it is done, 200 times: the bits are those of a rendering without a break, no checkpoint is
 /// unreadable, and no file is left.
 #[test]
@@ -39,7 +47,8 @@ fn killed_renderings_go_on_to_the_same_bits() {
                 folder.command(&[LONG, &["-o", "b.exr", "--checkpoint", "a.exr", "--every", "0.02"]].concat())
             };
             let mut child = child.stderr(Stdio::piped()).spawn().unwrap();
-            std::thread::sleep(Duration::from_millis(random.random_range(20..400)));
+            // Longer and longer, for slow machines.
+            std::thread::sleep(Duration::from_millis(random.random_range(20..400) + 20 * attempt));
             let _ = child.kill();
             let ended = child.wait_with_output().unwrap();
             let message = String::from_utf8_lossy(&ended.stderr).into_owned();
@@ -63,12 +72,10 @@ fn killed_renderings_go_on_to_the_same_bits() {
 fn an_interruption_writes_a_checkpoint() {
     let folder = Folder::new();
     for (signal, part) in [("INT", "0/1"), ("TERM", "1/3")] {
-        let long = ["render", "fine.pbrt", "--spp", "60000", "--layers", "depth,samples", "-o", "b.exr"];
+        let long = ["render", "fine.pbrt", "--spp", "6000", "--layers", "depth,samples", "-o", "b.exr"];
         let long = [&long[..], &["--part", part, "--every", "0.05", "--checkpoint", "a b.exr"]].concat();
-        let child = folder.command(&long).stderr(Stdio::piped()).spawn().unwrap();
-        while !folder.path("a b.exr").exists() {
-            std::thread::sleep(Duration::from_millis(5));
-        }
+        let mut child = folder.command(&long).stderr(Stdio::piped()).spawn().unwrap();
+        wait_for(&folder, "a b.exr", &mut child);
         let sent = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
         let signaled = std::time::Instant::now();
         assert!(sent.unwrap().success());
@@ -76,7 +83,7 @@ fn an_interruption_writes_a_checkpoint() {
         assert!(signaled.elapsed() < Duration::from_secs(5), "{:?}", signaled.elapsed());
         assert_eq!(run.status, 130, "{}", run.err);
         assert_eq!(run.err.lines().last(), Some("to go on: lookat resume 'a b.exr'"), "{}", run.err);
-        assert_eq!(files(&folder), ["a b.exr", "a b.previous.exr"]);
+        assert!(files(&folder).iter().all(|name| name == "a b.exr" || name == "a b.previous.exr"));
         let refused = folder.run(&["merge", "a b.exr", "-o", "c.exr"]);
         assert!(
             refused.err.contains("a b.exr is not finished: add up what there is with --partial, or finish it with `lookat resume"),
@@ -88,9 +95,64 @@ fn an_interruption_writes_a_checkpoint() {
         assert_eq!(so_far.rgb(), merged.rgb());
         let again = folder.run(&long);
         assert!(again.err.contains("or go on with `lookat resume a b.exr`"), "{}", again.err);
-        for name in ["a b.exr", "a b.previous.exr", "c.exr"] {
+        // Finished, it has the bits of one that was never broken off, and its layers.
+        let resume = folder.command(&["resume", "a b.exr", "--quiet"]).output().unwrap();
+        assert!(resume.status.success(), "{}", String::from_utf8_lossy(&resume.stderr));
+        let mut whole = long[..long.len() - 4].to_vec();
+        *whole.iter_mut().find(|word| **word == "b.exr").unwrap() = "whole.exr";
+        folder.run(&whole);
+        let [resumed, whole] = ["b.exr", "whole.exr"].map(|name| std::fs::read(folder.path(name)).unwrap());
+        assert!(resumed == whole, "{part}");
+        for name in ["b.exr", "whole.exr", "c.exr"] {
             std::fs::remove_file(folder.path(name)).unwrap();
         }
+    }
+}
+
+/// Two programs do not write one checkpoint; and names that would cost a file are refused.
+#[test]
+fn checkpoints_destroy_nothing() {
+    let folder = Folder::new();
+    let own = ["-o", "b.exr", "--checkpoint", "a.exr", "--every", "0.05"];
+    let longer: Vec<&str> = LONG.iter().map(|word| if *word == "2000" { "1000000" } else { word }).collect();
+    let mut child = folder.command(&[&longer, &own[..]].concat()).spawn().unwrap();
+    wait_for(&folder, "a.exr", &mut child);
+    let expected = "another rendering writes the checkpoint a.exr";
+    for arguments in [&["resume", "a.exr"][..], &[LONG, &own[..]].concat()] {
+        let run = Run::of(folder.command(arguments).output().unwrap());
+        assert!(run.status == 2 && run.err.contains(expected), "{arguments:?}: {}", run.err);
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    for [picture, checkpoint] in
+        [["a.exr", "x/../a.exr"], ["a.previous.exr", "a.exr"], ["c.exr", "c.partial.exr"]]
+    {
+        std::fs::create_dir_all(folder.path("x")).unwrap();
+        let run = folder.run(&[LONG, &["-o", picture, "--checkpoint", checkpoint]].concat());
+        assert!(run.status == 2 && run.err.contains("has the name of the picture"), "{picture}: {}", run.err);
+    }
+    // Killed before it had a name again, in an older program.
+    std::fs::rename(folder.path("a.exr"), folder.path("a.previous.exr")).unwrap();
+    let run =
+        folder.command(&["render", "fine.pbrt", "-o", "d.exr", "--checkpoint", "a.exr"]).output().unwrap();
+    assert!(String::from_utf8_lossy(&run.stderr).contains("a.previous.exr is a checkpoint"));
+    let bytes = std::fs::read(folder.path("a.previous.exr")).unwrap();
+    // Any change of the sums is found.
+    let mut random = StdRng::seed_from_u64(2);
+    for _ in 0..20 {
+        let mut bad = bytes.clone();
+        let at = random.random_range(bytes.len() / 2..bytes.len());
+        bad[at] ^= 1 << random.random_range(0..8);
+        std::fs::write(folder.path("bad.exr"), &bad).unwrap();
+        let merged = folder.run(&["merge", "bad.exr", "--partial", "-o", "m.exr", "--force", "-q"]);
+        let is_in_colors = || {
+            let [a, b] = [&bad, &bytes].map(|bytes| {
+                std::fs::write(folder.path("x.exr"), bytes).unwrap();
+                Image::read(&folder.path("x.exr")).ok()
+            });
+            a.is_some_and(|a| Some(a.rgb()) != b.map(|b| b.rgb()))
+        };
+        assert!(merged.status == 2 || is_in_colors(), "{at}");
     }
 }
 
@@ -101,9 +163,7 @@ fn what_cannot_be_resumed_is_refused() {
     let child =
         folder.command(&[LONG, &["-o", "b.exr", "--checkpoint", "a.exr", "--every", "0.05"]].concat());
     let mut child = { child }.spawn().unwrap();
-    while !folder.path("a.exr").exists() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_for(&folder, "a.exr", &mut child);
     child.kill().unwrap();
     child.wait().unwrap();
     let _ = std::fs::remove_file(folder.path("a.previous.exr"));
@@ -149,7 +209,10 @@ fn checkpoints_that_cannot_be_written_are_refused_before_rendering() {
     for (arguments, expected) in [
         (&["--checkpoint", "a.png"][..], "a.png: only an .exr file can store a checkpoint"),
         (&["--checkpoint", "none/a.exr"], "there is no folder"),
-        (&["--checkpoint", "b.exr"], "b.exr is the picture: choose another name for the checkpoint"),
+        (
+            &["--checkpoint", "b.exr"],
+            "b.exr has the name of the picture: choose another name for the checkpoint",
+        ),
         (&["--checkpoint", "picture.exr"], "picture.exr is no checkpoint: choose another name"),
         (&["--checkpoint", "a.exr", "--target-error", "0.1"], "cannot be used with"),
         (&["--checkpoint", "a.exr", "warns.pbrt"], "--checkpoint takes one scene"),

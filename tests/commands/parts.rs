@@ -75,6 +75,14 @@ fn a_part_is_a_picture() {
     let run = folder.run(&["compare", "part.exr", "whole.exr", "--max", "rmse=0.05"]);
     assert_eq!(run.status, 0, "{}{}", run.out, run.err);
     assert_eq!(folder.run(&["convert", "part.exr", "part.png"]).status, 0);
+    // Converted, it is a picture and no part.
+    assert_eq!(folder.run(&["convert", "part.exr", "copy.exr"]).status, 0);
+    let copy = Image::read(&folder.path("copy.exr")).unwrap();
+    assert_eq!(copy.channels.len(), 3);
+    assert!(folder.run(&["merge", "copy.exr", "-o", "x.exr"]).err.contains("copy.exr is no part"));
+    // Each has a name of its own.
+    folder.run(&["render", "fine.pbrt", "--part", "1/2", "-q"]);
+    assert!(folder.path("fine.part-1-of-2.exr").exists());
 }
 
 #[test]
@@ -156,6 +164,18 @@ fn what_does_not_add_up_is_refused() {
     assert!(run.err.contains("only an .exr file can store a part"), "{}", run.err);
 }
 
+/// Runs a script of `farm`, in which the stand-ins of the folder are programs.
+#[cfg(unix)]
+fn submit(folder: &Folder, script: &str) {
+    let path = format!("{}:{}", folder.path("").display(), std::env::var("PATH").unwrap());
+    let mut shell = Command::new("sh");
+    shell.env("PATH", path).current_dir(folder.0.path()).stdin(Stdio::piped());
+    let mut shell = shell.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    shell.stdin.take().unwrap().write_all(script.as_bytes()).unwrap();
+    let ended = shell.wait_with_output().unwrap();
+    assert!(ended.status.success(), "{script}\n{}", String::from_utf8_lossy(&ended.stderr));
+}
+
 /// The script for Slurm, with stand-ins for its program that run the jobs one after the other.
 #[cfg(unix)]
 #[test]
@@ -168,46 +188,64 @@ fn the_script_for_slurm_renders_and_merges() {
         r#"#!/bin/sh
 job=$(cat)
 case "$*" in
-*--array=0-3*) for SLURM_ARRAY_TASK_ID in 2 0 3 1; do
-    export SLURM_ARRAY_TASK_ID
-    echo "$job" | sh || exit 1
-done; echo 17 ;;
-*--dependency=afterok:17*--kill-on-invalid-dep=yes*) echo "$job" | sh ;;
-*) exit 1 ;;
+*-merge*--dependency=afterok:17*) ;;
+*-merge*) exit 1 ;;
 esac
+case "$*" in
+*--array=*)
+    range=${*#*--array=} range=${range%% *}
+    for SLURM_ARRAY_TASK_ID in $(seq "${range%-*}" "${range#*-}" | sort -r); do
+        export SLURM_ARRAY_TASK_ID
+        echo "$job" | sh || exit 1
+    done ;;
+*) echo "$job" | sh || exit 1 ;;
+esac
+echo 17
 "#,
     );
     std::fs::set_permissions(folder.path("sbatch"), PermissionsExt::from_mode(0o755)).unwrap();
     folder.write("a scene's.pbrt", FINE);
-    let run = folder.run(&[
-        "farm",
-        "slurm",
-        "a scene's.pbrt",
-        "--parts",
-        "4",
-        "-o",
-        "the picture.exr",
-        "--",
-        "--spp",
-        "8",
-    ]);
-    assert_eq!(run.status, 0, "{}", run.err);
-    let path = format!("{}:{}", folder.path("").display(), std::env::var("PATH").unwrap());
-    let mut shell =
-        Command::new("sh").env("PATH", path).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    shell.stdin.take().unwrap().write_all(run.out.as_bytes()).unwrap();
-    let ended = shell.wait_with_output().unwrap();
-    assert!(ended.status.success(), "{}\n{}", run.out, String::from_utf8_lossy(&ended.stderr));
-    folder.run(&["render", "a scene's.pbrt", "--spp", "8", "-q", "-o", "whole.exr"]);
-    let [merged, whole] =
-        ["the picture.exr", "whole.exr"].map(|name| Image::read(&folder.path(name)).unwrap());
-    assert_eq!(merged.rgb(), whole.rgb());
+    let small = ["--resolution", "8x6", "--spp", "120"];
+    let farm = |arguments: &[&str]| {
+        let run = folder.run(&[&["farm", "slurm", "a scene's.pbrt"], arguments, &["--"], &small].concat());
+        assert_eq!(run.status, 0, "{}", run.err);
+        submit(&folder, &run.out);
+    };
+    folder.run(&[&["render", "a scene's.pbrt", "-q", "-o", "whole.exr"], &small[..]].concat());
+    // The metadata have the path that jobs use.
+    let pixels = |name: &str| Image::read(&folder.path(name)).unwrap().rgb();
+    // Merged at once, and of so many in two steps.
+    for parts in ["4", "120"] {
+        farm(&["--parts", parts, "-o", "the picture.exr"]);
+        assert_eq!(pixels("the picture.exr"), pixels("whole.exr"), "{parts}");
+        std::fs::remove_file(folder.path("the picture.exr")).unwrap();
+    }
+    let frames = ["--turntable", "3"];
+    let run = folder
+        .run(&[&["farm", "slurm", "a scene's.pbrt", "-o", "frame.exr", "--"][..], &small, &frames].concat());
+    submit(&folder, &run.out);
+    folder.run(&[&["render", "a scene's.pbrt", "-q", "-o", "own.exr"], &small[..], &frames].concat());
+    for number in 1..=3 {
+        assert_eq!(
+            pixels(&format!("frame.000{number}.exr")),
+            pixels(&format!("own.000{number}.exr")),
+            "{number}"
+        );
+    }
     for (arguments, expected) in [
         (&["fine.pbrt", "--parts", "5", "-o", "a.exr"][..], "4 samples per pixel make at most 4 parts"),
         (
             &["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--watch"],
-            "it needs no lookat render -o, --part, --watch",
+            "a farm does not take lookat render --show",
         ),
+        (
+            &["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "-o", "b.exr"],
+            "it needs no lookat render -o or --only",
+        ),
+        (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--adaptive"], "cannot be used with"),
+        (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "warns.pbrt"], "a farm renders one scene"),
+        (&["fine.pbrt", "-o", "a.exr"], "name the number of --parts of one picture, or the pictures"),
+        (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--turntable", "4"], "but not both"),
         (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--ssp", "8"], "'--ssp'"),
         (&["fine.pbrt", "--parts", "2", "-o", "none/a.exr"], "there is no folder"),
         (&["none.pbrt", "--parts", "2", "-o", "a.exr"], "none.pbrt"),
@@ -218,5 +256,62 @@ esac
             "{arguments:?}: {}",
             run.err
         );
+    }
+}
+
+/// 64 samples and then 64 more are the bits of 128, for patterns without a fixed number of samples, also with a checkpoint in between.
+#[test]
+fn more_samples_are_added_to_a_picture() {
+    for sampler in ["\"sobol\"", "\"random\"", "\"halton\""] {
+        let folder = Folder::new();
+        let texture = "Texture \"t\" \"color\" \"checkerboard\" \"float uscale\" 40 \"float vscale\" 40
+            Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"";
+        let scene = FINE.replace("\"sobol\"", sampler).replace("Shape \"sphere\"", texture);
+        folder.write("fine.pbrt", &scene.replace("Integrator", "PixelFilter \"mitchell\" Integrator"));
+        let render = |arguments: &[&str]| {
+            let run = folder.run(
+                &[&["render", "fine.pbrt", "-q", "--layers", "depth,normal,samples"], arguments].concat(),
+            );
+            assert_eq!((run.status, &*run.err), (0, ""), "{sampler} {arguments:?}");
+        };
+        render(&["--spp", "37", "--keep-sums", "-o", "whole.exr"]);
+        render(&["--spp", "5", "--keep-sums", "-o", "a.exr"]);
+        render(&["--more", "12", "-o", "a.exr"]);
+        render(&["--more", "20", "-o", "a.exr", "--checkpoint", "c.exr", "--every", "0.001"]);
+        let read = |name: &str| std::fs::read(folder.path(name)).unwrap();
+        assert!(read("a.exr") == read("whole.exr"), "{sampler}");
+        assert!(!folder.path("c.exr").exists());
+    }
+}
+
+#[test]
+fn what_cannot_have_more_samples_is_refused() {
+    let folder = Folder::new();
+    folder.write("grid.pbrt", &FINE.replace("\"sobol\" \"integer pixelsamples\" 4", "\"stratified\""));
+    folder.run(&["render", "fine.pbrt", "-q", "-o", "plain.exr"]);
+    folder.run(&["render", "fine.pbrt", "-q", "-o", "part.exr", "--part", "0/2"]);
+    folder.run(&["render", "fine.pbrt", "-q", "-o", "kept.exr", "--keep-sums"]);
+    let kept = std::fs::read(folder.path("kept.exr")).unwrap();
+    for (arguments, expected) in [
+        (&["fine.pbrt", "-o", "plain.exr", "--more", "4"][..], "nothing can be added to plain.exr"),
+        (&["fine.pbrt", "-o", "part.exr", "--more", "4"], "nothing can be added to part.exr"),
+        (&["fine.pbrt", "-o", "none.exr", "--more", "4"], "cannot read none.exr"),
+        (
+            &["fine.pbrt", "-o", "kept.exr", "--more", "4", "--fov", "41"],
+            "camera, film, filter or integrator differ",
+        ),
+        (&["fine.pbrt", "-o", "kept.exr", "--more", "4", "--seed", "1"], "the seeds 1 and 0 differ"),
+        (&["warns.pbrt", "-o", "kept.exr", "--more", "4"], "the file warns.pbrt of the scene differs"),
+        (
+            &["fine.pbrt", "-o", "kept.exr", "--more", "1073741824"],
+            "a picture has at most 1073741824 samples",
+        ),
+        (&["fine.pbrt", "-o", "kept.exr", "--more", "4", "--spp", "8"], "cannot be used with"),
+        (&["fine.pbrt", "-o", "a.png", "--keep-sums"], "only an .exr file can keep sums"),
+        (&["grid.pbrt", "-o", "a.exr", "--keep-sums"], "nothing can be added to stratified samples"),
+    ] {
+        let run = folder.run(&[&["render"], arguments].concat());
+        assert!(run.status == 2 && run.err.contains(expected), "{arguments:?}: {}", run.err);
+        assert!(std::fs::read(folder.path("kept.exr")).unwrap() == kept);
     }
 }

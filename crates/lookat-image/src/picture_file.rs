@@ -79,13 +79,16 @@ impl Image {
     }
 
     /// Writes an EXR file as [`Image::write`] does, but without compression, several times as fast and as large, and keeps what had this
-    /// name before as `previous`. If the program is killed meanwhile, one of the two files is whole.
+    /// name before as `previous`, in the same folder. If the program is killed meanwhile, the file is still whole.
     ///
     /// # Errors
     ///
-    /// As [`Image::write`].
+    /// As [`Image::write`], and [`ImageFault::UnknownFormat`] for another extension than .exr.
     pub fn write_checkpoint(&self, path: &Path, previous: &Path) -> Result<(), ImageError> {
-        let encode = |_| replace(path, Some(previous), |out| exr::write(self, false, out));
+        let encode = |format| match format {
+            Format::Exr => replace(path, Some(previous), |out| exr::write(self, false, out)),
+            _ => Err(ImageFault::UnknownFormat),
+        };
         self.format(path).and_then(encode).map_err(|fault| ImageError::writing(path, fault))
     }
 

@@ -48,7 +48,7 @@ fn followed(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("its links form a circle"))
 }
 
-/// Replaces a file: the new one appears whole or not at all. The file before it gets the name `previous`, if there is one.
+/// Replaces a file: the new one appears whole or not at all. The file before it gets the name `previous` too, if there is one.
 pub(crate) fn replace(
     path: &Path,
     previous: Option<&Path>,
@@ -62,7 +62,9 @@ pub(crate) fn replace(
     }
     fill(&mut new.file, write)?;
     if let Some(previous) = previous.filter(|_| target.is_file()) {
-        std::fs::rename(&target, previous)?;
+        // A second name, so that the first one never lacks its file. Some file systems have none: then there is no previous file.
+        let _ = std::fs::remove_file(previous);
+        let _ = std::fs::hard_link(&target, previous);
     }
     Ok(new.persist(&target)?)
 }

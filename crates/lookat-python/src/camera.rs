@@ -1,8 +1,8 @@
 //! The camera of a scene.
 
 use lookat_scene::glam::DMat4;
-use lookat_scene::{FileCamera, Transform, ViewOverride};
-use numpy::{PyArray2, PyReadonlyArray2, ToPyArray, ndarray::ArrayView2};
+use lookat_scene::{CameraPlacement, FileCamera, Transform, ViewOverride};
+use numpy::{AllowTypeChange, PyArray2, PyArrayLike2, PyArrayMethods, ToPyArray, ndarray::ArrayView2};
 use pyo3::prelude::*;
 
 use crate::scene::Scene;
@@ -20,10 +20,26 @@ impl Camera {
         value(&self.scene.borrow(py).scene.view.camera)
     }
 
-    /// Changes the camera as the options of `lookat render` do.
+    /// Fails for cameras on which a parameter has no effect.
+    fn check_thin_lens(&self, py: Python<'_>, parameter: &str) -> PyResult<()> {
+        let kind = self.get(py, |camera| camera.projection.name());
+        match kind {
+            "realistic" | "environment" => {
+                Err(value_error(format!("{parameter} has no effect on a camera of type {kind}")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Changes the camera.
     fn set(&self, py: Python<'_>, change: ViewOverride) -> PyResult<()> {
         let scene = &mut *self.scene.borrow_mut(py);
-        let file = FileCamera { placement: scene.placement, focal_distance: None };
+        if change.look_at.is_some() {
+            scene.check_placed_freely()?;
+        }
+        // A camera that no LookAt places can be placed by one.
+        let placement = scene.placement.or(change.look_at.map(CameraPlacement::new));
+        let file = FileCamera { placement, focal_distance: None };
         scene.scene.view.camera = change.changed(&scene.scene.view.camera, &file).map_err(value_error)?;
         Ok(())
     }
@@ -54,8 +70,8 @@ impl Camera {
 
     /// The position of the eye in the world.
     #[getter]
-    fn eye(&self, py: Python<'_>) -> [f64; 3] {
-        self.get(py, |camera| camera.world_from_camera.matrix().w_axis.truncate().to_array())
+    fn eye(&self, py: Python<'_>) -> (f64, f64, f64) {
+        self.get(py, |camera| camera.world_from_camera.matrix().w_axis.truncate().into())
     }
 
     /// Places the camera: the eye, the point that it looks at, and the direction that is up in the picture.
@@ -70,13 +86,20 @@ impl Camera {
 
     /// World from camera space: a matrix of 4 x 4 for column vectors.
     #[getter]
-    fn world_from_camera<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+    fn world_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = self.get(py, |camera| camera.world_from_camera.matrix().transpose().to_cols_array_2d());
-        ArrayView2::from(&rows).to_pyarray(py)
+        let array = ArrayView2::from(&rows).to_pyarray(py);
+        // A copy: what is written to it would be lost.
+        array.try_readwrite().map_err(value_error)?.make_nonwriteable();
+        Ok(array)
     }
 
     #[setter]
-    fn set_world_from_camera(&self, py: Python<'_>, matrix: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+    fn set_world_from_camera(
+        &self,
+        py: Python<'_>,
+        matrix: PyArrayLike2<'_, f64, AllowTypeChange>,
+    ) -> PyResult<()> {
         let matrix = matrix.as_array();
         if matrix.shape() != [4, 4] {
             return Err(value_error("expected a matrix of 4 x 4"));
@@ -85,6 +108,8 @@ impl Camera {
         let transform = Transform::from_matrix(matrix);
         let transform = transform.ok_or_else(|| value_error("the matrix is singular or not affine"))?;
         let scene = &mut *self.scene.borrow_mut(py);
+        scene.check_placed_freely()?;
+        scene.placement = None;
         scene.scene.view.camera = scene.scene.view.camera.clone().placed(transform);
         Ok(())
     }
@@ -97,6 +122,7 @@ impl Camera {
 
     #[setter]
     fn set_lens_radius(&self, py: Python<'_>, radius: f64) -> PyResult<()> {
+        self.check_thin_lens(py, "lens_radius")?;
         self.set(py, ViewOverride { lens_radius: Some(radius), ..ViewOverride::default() })
     }
 
@@ -116,19 +142,20 @@ impl Camera {
 
     /// The part of the screen on the film: x from, x to, y from, y to.
     #[getter]
-    fn screen_window(&self, py: Python<'_>) -> [f64; 4] {
-        self.get(py, |camera| camera.screen.edges())
+    fn screen_window(&self, py: Python<'_>) -> (f64, f64, f64, f64) {
+        self.get(py, |camera| camera.screen.edges().into())
     }
 
     #[setter]
     fn set_screen_window(&self, py: Python<'_>, edges: [f64; 4]) -> PyResult<()> {
+        self.check_thin_lens(py, "screen_window")?;
         self.set(py, ViewOverride { screen_window: Some(edges), ..ViewOverride::default() })
     }
 
     /// When the shutter opens and closes.
     #[getter]
-    fn shutter(&self, py: Python<'_>) -> [f64; 2] {
-        self.get(py, |camera| [camera.shutter.open, camera.shutter.close])
+    fn shutter(&self, py: Python<'_>) -> (f64, f64) {
+        self.get(py, |camera| (camera.shutter.open, camera.shutter.close))
     }
 
     #[setter]
@@ -143,7 +170,7 @@ impl Camera {
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        let [x, y, z] = self.eye(py);
+        let (x, y, z) = self.eye(py);
         let fov = self.fov(py).map(|fov| format!(", fov {fov}"));
         format!("<lookat.Camera {} at ({x}, {y}, {z}){}>", self.kind(py), fov.unwrap_or_default())
     }

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::picture::picture_of;
 use crate::scene::Scene;
-use crate::{as_python, run_detached, value_error};
+use crate::{as_python, run_detached, start_threads, value_error};
 
 /// A chart of error against render time.
 #[pyclass(module = "lookat", frozen)]
@@ -62,9 +62,12 @@ pub fn chart(
             .ok_or_else(|| value_error(format!("unknown method {name:?}; the methods are {}", known())))
     };
     let methods = names.iter().map(named).collect::<PyResult<Vec<&'static Method>>>()?;
-    let scene = scene.borrow();
-    let (name, scene) =
-        (scene.sources.files.first().map(|file| file.path.display().to_string()), scene.scene.clone());
+    start_threads()?;
+    let (name, scene) = {
+        let scene = scene.borrow();
+        let file = scene.sources.files.first();
+        (file.map(|file| file.path.display().to_string()), scene.scene.clone())
+    };
     let film = &scene.view.film;
     let given = reference.map(|reference| {
         let found = lab::fitted(&*picture_of(reference)?, film).map_err(value_error)?;

@@ -4,7 +4,7 @@ use lookat_image::{Comparison, Metric, Rules, THRESHOLD, align};
 use pyo3::prelude::*;
 
 use crate::picture::picture_of;
-use crate::{as_python, value_error};
+use crate::{as_python, start_threads, value_error};
 
 /// The difference between two pictures, as `lookat compare --json` prints it.
 #[pyfunction]
@@ -16,6 +16,10 @@ pub fn compare<'py>(
     threshold: f32,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = actual.py();
+    start_threads()?;
+    if threshold.is_nan() || threshold < 0.0 {
+        return Err(value_error("threshold must be 0 or more"));
+    }
     let only = only.iter().map(|name| {
         Metric::from_name(name).ok_or_else(|| {
             value_error(format!("unknown metric {name:?}; the metrics are {}", Metric::names().join(", ")))

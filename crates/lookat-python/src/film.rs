@@ -16,8 +16,8 @@ pub struct Film {
 impl Film {
     /// Width and height of the full picture in pixels.
     #[getter]
-    fn resolution(&self, py: Python<'_>) -> [u32; 2] {
-        self.scene.borrow(py).scene.view.film.resolution
+    fn resolution(&self, py: Python<'_>) -> (u32, u32) {
+        self.scene.borrow(py).scene.view.film.resolution.into()
     }
 
     /// Another size shows as much along the shorter side, and all of the picture: the crop window is gone.
@@ -47,9 +47,9 @@ impl Film {
 
     /// The pixels to render: left, right, top and bottom, the right and the bottom one behind the last.
     #[getter]
-    fn crop(&self, py: Python<'_>) -> [u32; 4] {
+    fn crop(&self, py: Python<'_>) -> (u32, u32, u32, u32) {
         let PixelBounds { x0, y0, x1, y1 } = self.scene.borrow(py).scene.view.film.crop;
-        [x0, x1, y0, y1]
+        (x0, x1, y0, y1)
     }
 
     #[setter]
@@ -97,7 +97,7 @@ impl Film {
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        let [width, height] = self.resolution(py);
+        let (width, height) = self.resolution(py);
         format!("<lookat.Film {width}x{height}, crop {:?}>", self.crop(py))
     }
 }

@@ -38,8 +38,6 @@ mod _lookat {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        lookat_render::start_threads(threads);
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }
@@ -49,6 +47,21 @@ fn as_python<'py>(py: Python<'py>, value: &impl serde::Serialize) -> PyResult<Bo
     let text = serde_json::to_string(value)
         .map_err(|error| pyo3::exceptions::PyValueError::new_err(error.to_string()))?;
     py.import("json")?.call_method1("loads", (text,))
+}
+
+/// Starts the threads of the process, once. Fails in a process that was forked afterwards, which has no threads.
+fn start_threads() -> PyResult<()> {
+    static PROCESS: std::sync::OnceLock<u32> = std::sync::OnceLock::new();
+    let process = *PROCESS.get_or_init(|| {
+        lookat_render::start_threads(std::thread::available_parallelism().map_or(1, usize::from));
+        std::process::id()
+    });
+    if process != std::process::id() {
+        return Err(pyo3::exceptions::PyRuntimeError::new_err(
+            "lookat was used before this process was forked, and its threads are gone: start processes with \"spawn\"",
+        ));
+    }
+    Ok(())
 }
 
 /// A `ValueError` with a message.
@@ -71,26 +84,23 @@ fn run_detached<T: Send>(
     const STEP: Duration = Duration::from_millis(50);
     py.detach(|| {
         std::thread::scope(|scope| {
-            let (tell, told) = mpsc::channel();
-            scope.spawn(move || {
-                let _ = tell.send(work());
+            let (tell, told) = mpsc::channel::<()>();
+            let worker = scope.spawn(move || {
+                // Closed at the end, also by a panic.
+                let _tell = tell;
+                work()
             });
             let mut failed = Ok(());
-            loop {
-                match told.recv_timeout(STEP) {
-                    Ok(result) => return failed.map(|()| result),
-                    Err(mpsc::RecvTimeoutError::Disconnected) => {
-                        return Err(pyo3::exceptions::PyRuntimeError::new_err(
-                            "lookat has failed: please report it",
-                        ));
-                    }
-                    Err(mpsc::RecvTimeoutError::Timeout) if failed.is_ok() => {
-                        failed = Python::attach(|py| py.check_signals().and_then(|()| tick(py)));
-                        stop.store(failed.is_err(), Ordering::Relaxed);
-                    }
-                    Err(mpsc::RecvTimeoutError::Timeout) => {}
+            while let Err(mpsc::RecvTimeoutError::Timeout) = told.recv_timeout(STEP) {
+                if failed.is_ok() {
+                    failed = Python::attach(|py| py.check_signals().and_then(|()| tick(py)));
+                    stop.store(failed.is_err(), Ordering::Relaxed);
                 }
             }
+            let result = worker.join().map_err(|_| {
+                pyo3::exceptions::PyRuntimeError::new_err("lookat has failed: please report it")
+            })?;
+            failed.map(|()| result)
         })
     })
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lookat_image::{Image, MemoryBudget, PictureFile, ToneCurve, ToneMapping, Window};
 use lookat_render::{Layer, Layers};
 use numpy::ndarray::{Array2, Array3, ArrayView2};
-use numpy::{PyArray2, PyArray3, PyReadonlyArray3, ToPyArray};
+use numpy::{AllowTypeChange, PyArray2, PyArray3, PyArrayLike3, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -104,7 +104,7 @@ impl Picture {
         Some(Array2::from_shape_fn((height, width), at).to_pyarray(py))
     }
 
-    /// What is known of its rendering: samples, rays, seconds. Empty for pictures from files.
+    /// What is known of its rendering: samples, rays, seconds. `None` for pictures from files.
     #[getter]
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         as_python(py, &self.statistics)
@@ -112,9 +112,9 @@ impl Picture {
 
     /// Left, top, width and height of its pixels in the full picture.
     #[getter]
-    fn window(&self) -> [i64; 4] {
+    fn window(&self) -> (i64, i64, i64, i64) {
         let Window { x, y, width, height } = self.image.data_window;
-        [x.into(), y.into(), width.into(), height.into()]
+        (x.into(), y.into(), width.into(), height.into())
     }
 
     /// Writes the picture: .exr or .pfm, linear, or .png or .tga, with an exposure in stops or "auto", and a tone curve.
@@ -182,6 +182,9 @@ impl Picture {
             }
             Some(value) => value.extract()?,
         };
+        if !(-100.0..=100.0).contains(&exposure) {
+            return Err(value_error("exposure must be from -100 to 100 stops, or \"auto\""));
+        }
         Ok(ToneMapping { exposure, curve })
     }
 }
@@ -191,7 +194,9 @@ pub fn picture_of(value: &Bound<'_, PyAny>) -> PyResult<Arc<Image>> {
     if let Ok(picture) = value.cast::<Picture>() {
         return Ok(picture.get().image.clone());
     }
-    if let Ok(array) = value.extract::<PyReadonlyArray3<'_, f32>>() {
+    if value.hasattr("__array__")? {
+        let array: PyArrayLike3<'_, f32, AllowTypeChange> =
+            value.extract().map_err(|_| value_error("expected an array of height x width x 3 numbers"))?;
         let array = array.as_array();
         let (height, width, channels) = array.dim();
         if channels != 3 {
@@ -209,6 +214,6 @@ pub fn picture_of(value: &Bound<'_, PyAny>) -> PyResult<Arc<Image>> {
         return Ok(Picture::read(path)?.image);
     }
     Err(pyo3::exceptions::PyTypeError::new_err(
-        "expected a Picture, the name of a file, or an array of float32 of height x width x 3",
+        "expected a Picture, the name of a file, or an array of height x width x 3",
     ))
 }

@@ -1,16 +1,23 @@
 //! Renders a scene.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use lookat_render::{Layers, Part, Rendered, Settings, Statistics, Stop, TargetError};
+use lookat_render::{
+    Layers, Prepared, Rendered, Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes,
+};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::picture::Picture;
 use crate::scene::Scene;
-use crate::{run_detached, value_error};
+use crate::{run_detached, start_threads, value_error};
+
+/// The most threads of a rendering.
+const MOST_THREADS: usize = 1024;
 
 /// The settings of a rendering, from the arguments.
 fn settings(
@@ -22,11 +29,16 @@ fn settings(
     adaptive: bool,
     error_layers: bool,
     layers: &[String],
-    part: Option<[u32; 2]>,
 ) -> PyResult<Settings> {
+    if threads > MOST_THREADS {
+        return Err(value_error(format!("threads must be at most {MOST_THREADS}")));
+    }
+    if time.is_some_and(|seconds| !(0.001..=1e8).contains(&seconds)) {
+        return Err(value_error("time must be from 0.001 to 1e8 seconds"));
+    }
     let limit = time.map(|seconds| Duration::try_from_secs_f64(seconds).map_err(value_error)).transpose()?;
     if let Some(error) = target_error.filter(|error| !(1e-6..=1.0).contains(error)) {
-        return Err(value_error(format!("target_error must be from 0.000001 to 1, not {error}")));
+        return Err(value_error(format!("target_error must be from 0.000001 to 1, not {error:e}")));
     }
     if !(0.5..=0.999_999).contains(&confidence) {
         return Err(value_error("confidence must be from 0.5 to 0.999999"));
@@ -51,15 +63,6 @@ fn settings(
         (None, None) if adaptive => Stop::Adaptive,
         (None, None) => Stop::Samples { error_layers },
     };
-    let part = match part {
-        None => None,
-        Some([index, of]) if index < of && stop == Stop::default() => Some(Part { index, of }),
-        Some(_) => {
-            return Err(value_error(
-                "part is (i, n) with i from 0 to n - 1, for a fixed spp without error layers",
-            ));
-        }
-    };
     let mut chosen = Layers::default();
     for name in layers {
         let named = Layers::named(name).ok_or_else(|| {
@@ -70,14 +73,14 @@ fn settings(
         })?;
         chosen = chosen.union(named);
     }
-    Ok(Settings { seed, threads, stop, layers: chosen, part, ..Settings::default() })
+    Ok(Settings { seed, threads, stop, layers: chosen, ..Settings::default() })
 }
 
 /// Renders a scene. `progress` is called with the samples done and the samples in all. Ctrl-C raises `KeyboardInterrupt`.
 #[pyfunction]
 #[pyo3(signature = (
     scene, *, spp = None, seed = 0, threads = 0, target_error = None, confidence = 0.95, time = None, adaptive = false,
-    error_layers = false, layers = Vec::new(), part = None, progress = None
+    error_layers = false, layers = Vec::new(), progress = None
 ))]
 pub fn render(
     py: Python<'_>,
@@ -91,7 +94,6 @@ pub fn render(
     adaptive: bool,
     error_layers: bool,
     layers: Vec<String>,
-    part: Option<[u32; 2]>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Picture> {
     if let Some(samples) = spp.filter(|samples| !(1..=lookat_scene::MAX_SAMPLES).contains(samples)) {
@@ -101,19 +103,20 @@ pub fn render(
         )));
     }
     let target = (target_error, confidence);
-    let settings = settings(seed, threads, spp, target, time, adaptive, error_layers, &layers, part)?;
-    let mut scene = scene.borrow_mut();
-    let mut view = scene.scene.view.clone();
+    let settings = settings(seed, threads, spp, target, time, adaptive, error_layers, &layers)?;
+    start_threads()?;
+    let (mut own, prepared, memory) = {
+        let scene = scene.borrow();
+        (scene.scene.clone(), scene.prepared(), scene.memory.clone())
+    };
     if let Some(samples) = spp.filter(|_| matches!(settings.stop, Stop::Samples { .. } | Stop::Adaptive)) {
-        view.sampler = view.sampler.with_samples(samples);
+        own.view.sampler = own.view.sampler.with_samples(samples);
     }
-    let samples = view.sampler.samples_per_pixel;
-    if part.is_some_and(|[_, of]| of > samples) || error_layers && samples < 2 {
-        return Err(value_error("there are too few samples per pixel: increase spp"));
+    if error_layers && own.view.sampler.samples_per_pixel < 2 {
+        return Err(value_error("error layers need at least 2 samples per pixel: increase spp"));
     }
-    let own = &mut *scene;
-    let prepared = py.detach(|| own.prepare());
-    drop(scene);
+    let needed = film_bytes(&own.view, &settings).saturating_add(preparation_bytes(&own.world));
+    let _charge = memory.reserve(needed).map_err(|shortage| PyMemoryError::new_err(shortage.to_string()))?;
     let (stop, [done, total]) = (AtomicBool::new(false), [const { AtomicU64::new(0) }; 2]);
     let note = |progress: lookat_render::Progress<'_>| {
         done.store(progress.done, Ordering::Relaxed);
@@ -128,7 +131,13 @@ pub fn render(
         None => Ok(()),
     };
     let started = Instant::now();
-    let rendered = run_detached(py, || prepared.render(&view, &settings, &note), &stop, tell)?;
+    let work = || {
+        let prepared = prepared.unwrap_or_else(|| Arc::new(Prepared::new(&own)));
+        let rendered = prepared.render(&own.view, &settings, &note);
+        (prepared, rendered)
+    };
+    let (prepared, rendered) = run_detached(py, work, &stop, tell)?;
+    scene.borrow_mut().keep(prepared);
     let seconds = started.elapsed().as_secs_f64();
     if progress.is_some() {
         // The last one is complete.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use lookat_image::MemoryBudget;
 use lookat_render::Prepared;
 use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{CameraPlacement, LoadOptions, Loaded, Place, Shape, Sources, as_json, load_opened};
@@ -13,7 +14,7 @@ use pyo3::prelude::*;
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::mesh::Mesh;
-use crate::{as_python, value_error};
+use crate::{as_python, start_threads, value_error};
 
 create_exception!(lookat, SceneError, PyValueError, "A scene has errors. `diagnostics` lists them.");
 
@@ -25,8 +26,11 @@ pub struct Scene {
     /// The world as the renderer needs it. `None` before the first picture, and after a change.
     pub prepared: Option<Arc<Prepared>>,
     pub sources: Sources,
+    /// The memory that is left after reading.
+    pub memory: MemoryBudget,
     diagnostics: Vec<Diagnostic>,
     output: PathBuf,
+    world_follows_camera: bool,
 }
 
 #[pymethods]
@@ -98,20 +102,33 @@ impl Scene {
         })
     }
 
-    /// The world as the renderer needs it, near the eye.
-    pub fn prepare(&mut self) -> Arc<Prepared> {
-        let camera = &self.scene.view.camera;
-        if let Some(prepared) = self.prepared.as_ref().filter(|prepared| prepared.is_near(camera)) {
-            return prepared.clone();
+    /// The world as the renderer needs it, if it is prepared near the eye.
+    pub fn prepared(&self) -> Option<Arc<Prepared>> {
+        self.prepared.clone().filter(|prepared| prepared.is_near(&self.scene.view.camera))
+    }
+
+    /// Keeps a world that has been prepared, unless the scene has another one by now.
+    pub fn keep(&mut self, prepared: Arc<Prepared>) {
+        if Arc::ptr_eq(prepared.world(), &self.scene.world) {
+            self.prepared = Some(prepared);
         }
-        let prepared = Arc::new(Prepared::new(&self.scene));
-        self.prepared.insert(prepared).clone()
+    }
+
+    /// Fails if another place of the camera would change the world.
+    pub fn check_placed_freely(&self) -> PyResult<()> {
+        if self.world_follows_camera {
+            return Err(value_error(
+                "CoordSysTransform \"camera\" places a part of this world relative to the camera: change the camera in the text",
+            ));
+        }
+        Ok(())
     }
 }
 
-/// Reads a scene from a file or, if it has several lines, from a text.
+/// Reads a scene from a file, or from a text: names of files have no line breaks and no quotes.
 fn read(path_or_text: &Bound<'_, PyAny>) -> PyResult<Loaded> {
-    let text: Option<String> = path_or_text.extract().ok().filter(|text: &String| text.contains('\n'));
+    start_threads()?;
+    let text: Option<String> = path_or_text.extract().ok().filter(|text: &String| text.contains(['\n', '"']));
     let path: PathBuf = if text.is_some() { "text".into() } else { path_or_text.extract()? };
     let loaded = path_or_text.py().detach(|| {
         let open = |file: &Path| match &text {
@@ -129,9 +146,19 @@ fn read(path_or_text: &Bound<'_, PyAny>) -> PyResult<Loaded> {
 #[pyfunction]
 pub fn load(path_or_text: &Bound<'_, PyAny>) -> PyResult<Scene> {
     let py = path_or_text.py();
-    let Loaded { scene, sources, diagnostics, placement, output, .. } = read(path_or_text)?;
+    let Loaded { scene, sources, diagnostics, placement, output, memory, world_follows_camera, .. } =
+        read(path_or_text)?;
     match scene {
-        Some(scene) => Ok(Scene { scene, placement, prepared: None, sources, diagnostics, output }),
+        Some(scene) => Ok(Scene {
+            scene,
+            placement,
+            prepared: None,
+            sources,
+            memory,
+            diagnostics,
+            output,
+            world_follows_camera,
+        }),
         None => {
             let error = PyErr::new::<SceneError, _>(message(&diagnostics, &sources));
             error.value(py).setattr("diagnostics", as_python(py, &as_json(&diagnostics, &sources))?)?;

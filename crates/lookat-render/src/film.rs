@@ -197,6 +197,7 @@ impl<'v> Film<'v> {
         let reached = Area { x0: x, y0: y, x1: x + 1, y1: y + 1 }.grown(self.filter.reach());
         let mut weights = Default::default();
         self.filter.weigh(position - corner, &mut weights);
+        let _adding = self.adding.read().unwrap_or_else(PoisonError::into_inner);
         for at in self.tiles_of(reached) {
             let Tile { bounds, splats, .. } = &mut *lock(&self.tiles[at]);
             splats.resize(bounds.size(), Sum::default());
@@ -439,7 +440,7 @@ pub(crate) struct ImageBlock {
     sums: Vec<ShortSum>,
     /// The sums of the samples before those.
     carried: Vec<Sum>,
-    /// The number of the last samples.
+    /// The number of samples in them.
     waiting: u32,
     /// The samples taken in each source, row by row.
     pub counts: Vec<u32>,

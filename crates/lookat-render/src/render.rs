@@ -170,28 +170,39 @@ impl Prepared {
     }
 
     /// Goes on with a rendering that has been broken off, from the [sums](Progress::sums) that it had, to the same bits. For
-    /// [`Stop::Samples`] without error layers. `view`, `settings` and the scene are those of that rendering.
+    /// [`Stop::Samples`] without error layers. `view`, `settings` and the scene are those of that rendering, except that the view of an
+    /// [extendable](Settings::is_extendable) one may have more samples per pixel.
     ///
     /// # Errors
     ///
-    /// [`FilmSumsError::OtherPicture`] if the sums cannot be of this rendering.
+    /// [`FilmSumsError::OtherPicture`] if the sums cannot be of this rendering, [`FilmSumsError::TooManySamples`] if they have more samples than
+    /// it takes.
+    ///
+    /// # Panics
+    ///
+    /// With another stopping rule.
     pub fn resume(
         &self,
         view: &View,
         settings: &Settings,
-        so_far: &FilmSums,
+        so_far: FilmSums,
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Result<Rendered, FilmSumsError> {
-        if settings.stop != Stop::default() {
-            return Err(FilmSumsError::OtherPicture);
-        }
+        assert!(settings.stop == Stop::default(), "only Stop::Samples without error layers is resumed");
         on_threads(settings, || {
             let film = Film::new(view, Keeps::Sums);
             let control = Control::new(progress, &film);
             let context = exposed(self, view, settings, (&film, &control));
-            film.restore(so_far)?;
             let sampler = settings.stop.sampler(view);
-            rounds::render(&context, &mut Fixed::new(sampler, settings.seed, false, settings.part));
+            let mut policy = Fixed::new(sampler, settings);
+            if control.is_stopped() {
+                // Broken off before the scale is known.
+                let (image, preparation) = (so_far.image(), Duration::ZERO);
+                let statistics = Statistics::default();
+                return Ok(Rendered { image, sums: Some(so_far), statistics, preparation, complete: false });
+            }
+            film.restore(so_far, policy.samples_per_pixel)?;
+            rounds::render(&context, &mut policy);
             Ok(develop(&context, view, settings, None))
         })
     }
@@ -207,8 +218,7 @@ impl Prepared {
         on_threads(settings, || {
             let film = Film::new(view, Keeps::Sums);
             let control = Control::new(progress, &film);
-            let nominal = settings.stop.nominal_samples(view);
-            let context = Context::new(self, view, nominal, (&film, &control));
+            let context = Context::new(self, view, settings, (&film, &control));
             let mut image = film.develop(false);
             layers::add(&context, view, settings, &mut image).then_some(image)
         })
@@ -231,7 +241,7 @@ fn exposed<'a>(
     settings: &Settings,
     film_and_control: (&'a Film<'a>, &'a Control<'a>),
 ) -> Context<'a> {
-    let mut context = Context::new(prepared, view, settings.stop.nominal_samples(view), film_and_control);
+    let mut context = Context::new(prepared, view, settings, film_and_control);
     context.expose();
     context
 }
@@ -262,7 +272,7 @@ fn run(
             None
         }
         Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => {
-            rounds::render(&context, &mut Fixed::new(sampler, seed, stop.has_error_layers(), settings.part));
+            rounds::render(&context, &mut Fixed::new(sampler, settings));
             None
         }
     };

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use lookat_image::{Limit, Metric};
 use lookat_render::{Layers, Part};
 use lookat_scene::MAX_SAMPLES;
 
@@ -18,7 +19,6 @@ pub use crate::args::options::{Memory, Tone, ViewOverride, Writing, raise_limit,
 use crate::args::rendering::focus_place;
 pub use crate::args::rendering::{Animation, FocusPlace, Frames, LiveView, Parameter, Protocol};
 use crate::failure::Failure;
-use lookat_image::{Limit, Metric};
 
 /// The parsed command line.
 #[derive(Debug, Parser)]
@@ -81,7 +81,7 @@ pub struct Render {
     /// Scene files; - is standard input
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
-    /// The picture file: .exr, .png, .pfm or .tga; with several scenes, a folder [default: the filename of Film; with --quick, .quick is added before the extension]
+    /// The picture file: .exr, .png, .pfm or .tga; with several scenes, a folder [default: the filename of Film; before its extension, --quick adds .quick, and --part adds .part-I-of-N]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Samples per pixel, instead of the number in Sampler. With --target-error or --time, the maximum; with
@@ -104,6 +104,13 @@ pub struct Render {
     /// Take only the I-th of N equal parts of the samples, counted from 0. `lookat merge` adds parts up to the picture of one rendering
     #[arg(long, value_name = "I/N", allow_hyphen_values = true, conflicts_with_all = ["target_error", "time", "adaptive", "error_layers"], value_parser = part)]
     pub part: Option<Part>,
+    /// Keep the exact sums of the samples in the .exr file, so that --more can add samples. The patterns of pixels and the filtering of textures then
+    /// do not depend on --spp
+    #[arg(long, conflicts_with_all = ["target_error", "time", "adaptive", "error_layers", "part"])]
+    pub keep_sums: bool,
+    /// Add so many samples per pixel to the picture, which --keep-sums or --more has written before: 64 and then 64 more are the bits of 128
+    #[arg(long, value_name = "N", conflicts_with_all = ["spp", "quick", "target_error", "time", "adaptive", "error_layers", "part", "turntable", "animate", "watch"], allow_negative_numbers = true, value_parser = whole(1, MAX_SAMPLES))]
+    pub more: Option<u32>,
     /// Also write the samples so far to this .exr file every now and then, and when interrupted. `lookat resume` goes on from there
     #[arg(long, value_name = "FILE", conflicts_with_all = ["target_error", "time", "adaptive", "error_layers", "turntable", "animate", "watch"])]
     pub checkpoint: Option<PathBuf>,
@@ -161,6 +168,11 @@ pub struct Render {
 }
 
 impl Render {
+    /// True if samples may be added to the picture later.
+    pub fn is_extendable(&self) -> bool {
+        self.keep_sums || self.more.is_some()
+    }
+
     /// The view of the first picture. An animated radius is at its largest here, because a pinhole has no focal distance.
     pub fn first_view(&self) -> ViewOverride {
         let mut view = self.view;
@@ -340,9 +352,9 @@ pub struct Farm {
     pub engine: Engine,
     /// The scene file, in a folder that all machines see
     pub scene: PathBuf,
-    /// Number of parts
+    /// Number of parts of the picture. Pictures of lookat render --turntable or --animate are shared out one by one instead
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1, MOST_PARTS))]
-    pub parts: u32,
+    pub parts: Option<u32>,
     /// The picture file, in a folder that all machines see; the parts go to a folder beside it
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -402,7 +414,7 @@ fn part(text: &str) -> Result<Part, Failure> {
     let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
     match numbers {
         Some((index, of)) if index < of && of <= MOST_PARTS => Ok(Part { index, of }),
-        Some((index, of)) if index == of && of <= MOST_PARTS => {
+        Some((index, of)) if index == of && (1..=MOST_PARTS).contains(&of) => {
             Err(format!("parts are counted from 0: of {of}, the last one is {}/{of}", of - 1).into())
         }
         _ => Err(format!("expected I/N with I from 0 to N-1, and N at most {MOST_PARTS}, as in 0/4").into()),

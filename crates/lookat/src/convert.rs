@@ -11,6 +11,7 @@ use crate::args::{Convert, Writing, crop_edges, way_out};
 use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
 use crate::output::{check_inputs, check_output, check_replaced, write_result};
+use crate::part::{PartMetadata, is_of_sums};
 use crate::source::{open_layer, several_channels};
 
 /// Runs the command.
@@ -45,6 +46,7 @@ fn run(arguments: &Convert) -> Result<(), Failure> {
         note_linear(output, tone);
     }
     let (mut image, _charge) = file.read().map_err(told)?;
+    drop_sums(&mut image);
     let _copy = charge_copy(&image, memory)?;
     crop(&mut image, window);
     let light = map_tones(&mut image, output, tone);
@@ -83,6 +85,14 @@ fn cropped(placement: Placement, edges: [f64; 4]) -> Result<Window, Failure> {
         let Window { width, height, .. } = full;
         format!("the crop window contains no pixel of {width} x {height}").into()
     })
+}
+
+/// Makes a picture of a part: as float, sums are of no use.
+fn drop_sums(image: &mut Image) {
+    if image.metadata.as_ref().is_some_and(|text| serde_json::from_str::<PartMetadata>(text).is_ok()) {
+        image.channels.retain(|channel| !is_of_sums(&channel.name));
+        image.metadata = None;
+    }
 }
 
 /// Leaves the pixels of a window inside the data window.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser as _;
+use lookat_image::Format;
 
 use crate::args::{Arguments, Command, Engine, Farm, Render};
 use crate::failure::{Failure, SCENE_FAULT};
@@ -23,10 +24,12 @@ pub fn farm(arguments: &Farm) -> ExitCode {
 }
 
 /// The arguments of the rendering that the jobs share.
-fn parse(Farm { scene, options, .. }: &Farm) -> Result<Box<Render>, clap::Error> {
+fn parse(Farm { scene, options, parts, .. }: &Farm) -> Result<Box<Render>, clap::Error> {
     let words = ["lookat".into(), "render".into(), scene.clone().into_os_string()];
     let options = options.iter().map(Into::into);
-    let parsed = Arguments::try_parse_from(words.into_iter().chain(options))?;
+    // What does not go with parts is told now.
+    let part = parts.map(|parts| format!("--part=0/{parts}").into());
+    let parsed = Arguments::try_parse_from(words.into_iter().chain(options).chain(part))?;
     match parsed.command {
         Command::Render(render) => Ok(render),
         _ => unreachable!("the second word is render"),
@@ -36,10 +39,25 @@ fn parse(Farm { scene, options, .. }: &Farm) -> Result<Box<Render>, clap::Error>
 /// Checks what can be checked before any job starts, and prints the script.
 fn run(arguments: &Farm, render: &Render) -> Result<u8, Failure> {
     let Farm { engine, scene, parts, output, options } = arguments;
+    let frames = render.frames.is_used().then(|| render.frames.count());
     let [scene, output] = [absolute(scene)?, absolute(output)?];
-    if render.output.is_some() || render.part.is_some() || render.frames.is_used() || render.live.watch {
+    let live = &render.live;
+    let is_shown = live.watch || live.show.is_some() || live.tev.is_some();
+    if render.scenes.len() > 1 {
+        bail!("a farm renders one scene; remove {}", render.scenes[1].display());
+    }
+    if is_shown || render.quick || render.checkpoint.is_some() || render.tone.is_given() {
         bail!(
-            "a farm renders the parts of one picture: it needs no lookat render -o, --part, --watch, --turntable or --animate"
+            "a farm does not take lookat render --show, --tev, --quick, --checkpoint, --exposure or --tone; \
+            `lookat convert` applies the last two to the picture"
+        );
+    }
+    if render.output.is_some() || render.frames.only.is_some() {
+        bail!("a farm shares out the parts or the pictures itself: it needs no lookat render -o or --only");
+    }
+    if parts.is_some() == frames.is_some() {
+        bail!(
+            "name the number of --parts of one picture, or the pictures by lookat render --turntable or --animate behind --, but not both"
         );
     }
     let mut loaded = load_scene(&scene, &load_options(render), render.report);
@@ -47,23 +65,27 @@ fn run(arguments: &Farm, render: &Render) -> Result<u8, Failure> {
     replace_samples(&mut loaded, render.spp);
     let Some(found) = &loaded.scene else { return Ok(SCENE_FAULT) };
     let samples = found.view.sampler.samples_per_pixel;
-    if *parts > samples {
+    if parts.is_some_and(|parts| parts > samples) {
         bail!(
             "{samples} samples per pixel make at most {samples} parts; write fewer, or increase lookat render --spp behind --"
         );
     }
+    if !render.layers.is_empty() && Format::from_path(&output) != Some(Format::Exr) {
+        bail!("{}: only an .exr file can store layers; choose one with -o", output.display());
+    }
     let crop = found.view.film.crop;
     check_output(&output, [crop.width(), crop.height()])?;
     check_inputs(&output, &loaded.inputs)?;
-    let options: Vec<String> = options.iter().map(|option| quoted(option.as_ref())).collect();
+    let options = options.iter().map(|option| format!(" {}", quoted(option.as_ref()))).collect();
     let program =
         std::env::current_exe().map_err(|error| Failure::io("find", Path::new("lookat"), &error))?;
     let folder = output.with_extension("parts");
     let [program, scene, output, folder] =
         [program, scene, output, folder].map(|path| quoted(path.as_os_str()));
-    let names = Names { program, scene, output, folder, options: options.join(" ") };
-    crate::print(&match engine {
-        Engine::Slurm => slurm(&names, *parts),
+    let names = Names { program, scene, output, folder, options };
+    crate::print(&match (engine, frames, *parts) {
+        (Engine::Slurm, Some(frames), _) => slurm_frames(&names, frames),
+        (Engine::Slurm, None, parts) => slurm_parts(&names, parts.unwrap_or(1)),
     })?;
     Ok(0)
 }
@@ -75,17 +97,20 @@ struct Names {
     output: String,
     /// The folder of the parts.
     folder: String,
-    /// The options of the rendering.
+    /// The options of the rendering, each after a blank.
     options: String,
 }
 
-/// A job array of Slurm, and a job that depends on it. An array task that is requeued writes its part again; the part appears whole or not at all.
-fn slurm(Names { program, scene, output, folder, options }: &Names, parts: u32) -> String {
+/// The most files that one job merges, unless there are as many times more parts.
+const MERGED: u32 = 100;
+
+/// A job array of Slurm, and jobs that merge what it renders: all parts in one job or, of many, some in each of a second array, whose results a
+/// last job merges. An array task that is requeued writes its part again; the part appears whole or not at all.
+fn slurm_parts(Names { program, scene, output, folder, options }: &Names, parts: u32) -> String {
     let (last, version) = (parts - 1, env!("CARGO_PKG_VERSION"));
-    let options = if options.is_empty() { String::new() } else { format!(" {options}") };
-    format!(
+    let script = format!(
         r#"#!/bin/sh
-# {parts} parts of a rendering, and the job that merges them. Made by lookat {version}.
+# {parts} parts of a rendering, and the jobs that merge them. Made by lookat {version}.
 set -eu
 mkdir -p {folder}
 cd {folder}
@@ -94,15 +119,62 @@ parts=$(sbatch --parsable --job-name=lookat-part --array=0-{last} --requeue --ou
 exec {program} render {scene}{options} --part "$SLURM_ARRAY_TASK_ID/{parts}" -o "part-$SLURM_ARRAY_TASK_ID.exr" --force --quiet
 END
 )
-sbatch --job-name=lookat-merge --dependency="afterok:$parts" --kill-on-invalid-dep=yes --output=merge.log <<'END'
-#!/bin/sh
-set --
-part=0
-while [ "$part" -lt {parts} ]; do
-    set -- "$@" "part-$part.exr"
-    part=$((part + 1))
+"#
+    );
+    // Merges the files of a name with the numbers from $1 to $2.
+    let merge = |files: &str, output: &str, partial: &str| {
+        format!(
+            r#"set --
+while [ "$first" -le "$last" ]; do
+    set -- "$@" "{files}-$first.exr"
+    first=$((first + 1))
 done
-exec {program} merge "$@" -o {output} --force
+exec {program} merge "$@" -o {output} --force{partial}
+"#
+        )
+    };
+    let submit = "sbatch --parsable --kill-on-invalid-dep=yes";
+    if parts <= MERGED {
+        let merge = merge("part", output, "");
+        return format!(
+            r#"{script}{submit} --job-name=lookat-merge --dependency="afterok:$parts" --output=merge.log <<'END'
+#!/bin/sh
+first=0 last={last}
+{merge}END
+"#
+        );
+    }
+    let each = MERGED.max(parts.isqrt());
+    let last_merge = parts.div_ceil(each) - 1;
+    let [some, all] = [
+        merge("part", r#""merged-$SLURM_ARRAY_TASK_ID.exr""#, " --partial --quiet"),
+        merge("merged", output, ""),
+    ];
+    format!(
+        r#"{script}some=$({submit} --job-name=lookat-merge-some --array=0-{last_merge} --requeue --dependency="afterok:$parts" --output=merge-%a.log <<'END'
+#!/bin/sh
+first=$((SLURM_ARRAY_TASK_ID * {each})) last=$((SLURM_ARRAY_TASK_ID * {each} + {each} - 1))
+[ "$last" -le {last} ] || last={last}
+{some}END
+)
+{submit} --job-name=lookat-merge --dependency="afterok:$some" --output=merge.log <<'END'
+#!/bin/sh
+first=0 last={last_merge}
+{all}END
+"#
+    )
+}
+
+/// A job array of Slurm with a task for each picture of `--turntable` or `--animate`.
+fn slurm_frames(Names { program, scene, output, options, .. }: &Names, frames: u32) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    format!(
+        r#"#!/bin/sh
+# {frames} pictures of a scene. Made by lookat {version}.
+set -eu
+sbatch --parsable --job-name=lookat-picture --array=1-{frames} --requeue --output=picture-%a.log <<'END'
+#!/bin/sh
+exec {program} render {scene}{options} --only "$SLURM_ARRAY_TASK_ID" -o {output} --force --quiet
 END
 "#
     )

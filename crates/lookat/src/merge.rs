@@ -10,7 +10,7 @@ use crate::args::{Merge, Writing};
 use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
 use crate::output::{check_inputs, check_output, check_replaced, write_result};
-use crate::part::{Part, PartFile, PartMetadata};
+use crate::part::{Part, PartFile, PartMetadata, is_of_sums};
 
 /// Runs the command.
 pub fn merge(arguments: &Merge) -> ExitCode {
@@ -53,6 +53,8 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
     let memory = &memory.budget();
     let mut sums = files[0].read(memory)?;
     for file in &files[1..] {
+        // Of each file only the sums so far stay.
+        let memory = &MemoryBudget::new(memory.left());
         sums.add(&file.read(memory)?).map_err(|error| format!("{}: {error}", file.path.display()))?;
     }
     let mut image = sums.image();
@@ -62,11 +64,11 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
     }
     image.metadata = Some(files[0].metadata.whole.clone());
     if !is_whole {
-        let (header, integers) = sums.to_channels();
+        let (part, integers) = Part::new(first.rendering.clone(), ranges, &sums);
         let metadata = PartMetadata {
             samples_per_pixel: sums.mean_samples(),
             complete: unfinished.is_none(),
-            part: Part::new(first.rendering.clone(), ranges, &header),
+            part,
             whole: files[0].metadata.whole.clone(),
             invocation: None,
         };
@@ -167,9 +169,7 @@ fn add_layers(
     memory: &MemoryBudget,
 ) -> Result<(), Failure> {
     let (part, _charge) = PictureFile::open(file.path, memory)?.read()?;
-    let is_layer = |name: &str| {
-        !["R", "G", "B"].contains(&name) && !name.starts_with("sums.") && !name.starts_with("splats.")
-    };
+    let is_layer = |name: &str| !["R", "G", "B"].contains(&name) && !is_of_sums(name);
     for mut channel in part.channels.into_iter().filter(|channel| is_layer(&channel.name)) {
         if Layer::named("samples").is_some_and(|layer| layer.name_in_file() == channel.name) {
             channel.samples = sums.samples().map(|samples| samples as f32).collect();

@@ -70,6 +70,18 @@ impl Identity {
     }
 }
 
+/// What is the same for all paths to a file, also to one that does not exist yet: itself, or its folder and its name there.
+pub fn place(file: &Path) -> (Option<Identity>, Option<&OsStr>) {
+    let folder = match file.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    match Identity::of(file) {
+        None => (Identity::of(folder), file.file_name()),
+        found => (found, None),
+    }
+}
+
 /// Fails unless this file can be written: its folder accepts files, its name is valid, and it is not a folder itself.
 /// Leaves no file behind.
 pub fn check_folder(file: &Path) -> Result<(), Failure> {

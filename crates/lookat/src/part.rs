@@ -2,15 +2,16 @@
 
 use std::io::{self, BufRead, BufReader};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
-use lookat_image::{MemoryBudget, PictureFile, open_file, read_integers};
-use lookat_render::{FilmSums, SumsHeader};
+use lookat_image::{IntegerChannel, MemoryBudget, PictureFile, open_file, read_integers};
+use lookat_render::{FilmSums, Settings, SumsHeader};
 use lookat_scene::{Loaded, View};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::args::way_out;
 use crate::failure::Failure;
 
 /// The metadata of a part.
@@ -35,6 +36,11 @@ impl PartMetadata {
     }
 }
 
+/// True for the channels of sums in the file of a part.
+pub fn is_of_sums(channel: &str) -> bool {
+    channel.starts_with("sums.") || channel.starts_with("splats.")
+}
+
 /// Some of the samples of a rendering.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Part {
@@ -43,11 +49,19 @@ pub struct Part {
     pub ranges: Vec<Range<u32>>,
     /// The header of its sums, in base 64: JSON holds no infinite numbers.
     sums: String,
+    /// SHA-256 of the channels of its sums.
+    hash: String,
 }
 
 impl Part {
-    pub fn new(rendering: Rendering, ranges: Vec<Range<u32>>, sums: &SumsHeader) -> Self {
-        Part { rendering, ranges, sums: BASE64_STANDARD.encode(sums.to_bytes()) }
+    pub fn new(
+        rendering: Rendering,
+        ranges: Vec<Range<u32>>,
+        sums: &FilmSums,
+    ) -> (Self, Vec<IntegerChannel>) {
+        let (header, channels) = sums.to_channels();
+        let sums = BASE64_STANDARD.encode(header.to_bytes());
+        (Part { rendering, ranges, sums, hash: hash_of(&channels) }, channels)
     }
 
     /// The number of its samples, once it is complete.
@@ -75,16 +89,17 @@ impl Part {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Invocation {
     /// The working folder.
-    pub folder: PathBuf,
+    pub folder: String,
     /// The words behind the name of the program.
     pub words: Vec<String>,
 }
 
 impl Invocation {
-    /// The one of this process. `None` if it has words that are not Unicode, or there is no working folder.
+    /// The one of this process. `None` if its words or the name of its working folder are not Unicode.
     pub fn of_this_process() -> Option<Invocation> {
         let words = std::env::args_os().skip(1).map(|word| word.into_string().ok());
-        Some(Invocation { folder: std::env::current_dir().ok()?, words: words.collect::<Option<_>>()? })
+        let folder = std::env::current_dir().ok()?.into_os_string().into_string().ok()?;
+        Some(Invocation { folder, words: words.collect::<Option<_>>()? })
     }
 }
 
@@ -118,9 +133,17 @@ impl PartFile<'_> {
         Ok(read().ok_or_else(|| format!("{name} is damaged, or of another version of lookat"))?)
     }
 
-    /// Reads its sums.
+    /// Reads its sums, and charges them for good.
     pub fn read(&self, memory: &MemoryBudget) -> Result<FilmSums, Failure> {
+        let name = self.path.display();
         let (channels, _charge) = read_integers(self.path, memory)?;
+        if hash_of(&channels) != self.metadata.part.hash {
+            bail!("{name} is damaged: its sums have changed");
+        }
+        memory
+            .reserve(self.sums.bytes())
+            .map_err(|shortage| format!("{name}: {}", way_out(shortage)))?
+            .keep();
         let sums = FilmSums::from_channels(self.sums.clone(), &channels);
         sums.map_err(|error| format!("{}: {error}", self.path.display()).into())
     }
@@ -136,6 +159,8 @@ pub struct Rendering {
     /// The number of parts of the rendering.
     pub parts: u32,
     pub seed: u64,
+    /// True if samples may be added later: see [`Settings::is_extendable`](lookat_render::Settings::is_extendable).
+    pub is_extendable: bool,
     /// The files of the scene, the scene file first.
     pub files: Vec<HashedFile>,
     /// The hash of camera, film, filter, sampler and integrator, which options may have changed.
@@ -153,7 +178,8 @@ pub struct HashedFile {
 
 impl Rendering {
     /// The rendering of a scene that has been loaded from files. Reads those again that are no text.
-    pub fn new(loaded: &Loaded, view: &View, seed: u64, parts: u32) -> Result<Self, Failure> {
+    pub fn new(loaded: &Loaded, view: &View, settings: &Settings) -> Result<Self, Failure> {
+        let Settings { seed, part, is_extendable, .. } = *settings;
         let texts = &loaded.sources.files;
         let mut files: Vec<_> = texts.iter().map(|file| hashed(&file.path, hash(&file.text[..]))).collect();
         for path in loaded.inputs.iter().filter(|path| texts.iter().all(|file| file.path != **path)) {
@@ -174,10 +200,14 @@ impl Rendering {
         Ok(Rendering {
             version: env!("CARGO_PKG_VERSION").into(),
             samples_per_pixel: view.sampler.samples_per_pixel,
-            parts,
+            parts: part.map_or(1, |part| part.of),
             seed,
+            is_extendable,
             files,
-            view: hash(format!("{view:?}").as_bytes()),
+            // The number of samples stands by itself.
+            view: hash(
+                format!("{:?}", View { sampler: view.sampler.with_samples(1), ..view.clone() }).as_bytes(),
+            ),
         })
     }
 
@@ -196,6 +226,8 @@ impl Rendering {
         } else if self.samples_per_pixel != other.samples_per_pixel {
             let [a, b] = [self, other].map(|of| of.samples_per_pixel);
             Some(format!("their pictures have {a} and {b} samples per pixel"))
+        } else if self.is_extendable != other.is_extendable {
+            Some("only one of them was rendered with --keep-sums".into())
         } else if self.view != other.view {
             Some("camera, film, filter or integrator differ".into())
         } else {
@@ -207,6 +239,17 @@ impl Rendering {
 fn hashed(path: &Path, hash: String) -> HashedFile {
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     HashedFile { name, hash }
+}
+
+fn hash_of(channels: &[IntegerChannel]) -> String {
+    let mut hasher = Sha256::new();
+    let mut channels: Vec<_> = channels.iter().collect();
+    channels.sort_by(|a, b| a.name.cmp(&b.name));
+    for IntegerChannel { name, samples } in channels {
+        hasher.update(name);
+        samples.iter().for_each(|word| hasher.update(word.to_le_bytes()));
+    }
+    digits(hasher)
 }
 
 fn hash(bytes: &[u8]) -> String {

@@ -59,6 +59,15 @@ fn check_arguments(arguments: &Render) -> Result<(), Failure> {
     if arguments.error_layers && arguments.time.is_some() && arguments.target_error.is_none() {
         bail!("--error-layers with --time also needs --target-error");
     }
+    if let Some(only) = arguments.frames.only {
+        let count = arguments.frames.count();
+        if !arguments.frames.is_used() {
+            bail!("--only chooses a picture of --turntable or --animate; add one of them");
+        }
+        if only > count {
+            bail!("--only {only} is beyond the last of {count} pictures");
+        }
+    }
     if let Some(Animation { parameter, .. }) = arguments.frames.animate {
         let name = parameter.name();
         if parameter.is_set(&arguments.view) {

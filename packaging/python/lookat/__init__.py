@@ -44,6 +44,7 @@ __all__ = [
 
 
 def render(scene, *, progress=None, **settings):
+    """Renders a scene, or the scene of a path or a text: see the stubs beside this file."""
     if not isinstance(scene, Scene):
         scene = load(scene)
     if progress is not True:

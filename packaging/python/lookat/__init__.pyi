@@ -1,10 +1,11 @@
 """Reads, renders and compares pbrt-v3 scenes."""
 
 from os import PathLike
+from pathlib import Path
 from typing import Any, Callable, Dict, List, Literal, Optional, Sequence, Tuple, Union
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 
@@ -24,29 +25,29 @@ class Camera:
     @property
     def kind(self) -> Literal["perspective", "orthographic", "environment", "realistic"]: ...
     @property
-    def eye(self) -> List[float]:
+    def eye(self) -> Tuple[float, float, float]:
         """The position of the eye in the world."""
     fov: Optional[float]
     """The angle of view along the shorter side, in degrees, above 0 and below 180. Only a perspective camera takes another."""
     lens_radius: float
-    """The radius of the aperture, in units of camera space; 0 is a pinhole."""
+    """The radius of the aperture, in units of camera space; 0 is a pinhole. A pinhole that gets a lens is focused far away."""
     focal_distance: Optional[float]
     """The distance to the plane in focus, in units of camera space; None for a pinhole."""
-    screen_window: List[float]
+    screen_window: Tuple[float, float, float, float]
     """The part of the screen on the film: x from, x to, y from, y to."""
-    shutter: List[float]
+    shutter: Tuple[float, float]
     """When the shutter opens and closes, in units of TransformTimes."""
     world_from_camera: NDArray[np.float64]
-    """World from camera space: 4 x 4, for column vectors."""
+    """World from camera space: 4 x 4, for column vectors. A copy: set the whole matrix."""
     def look_at(self, eye: _Vector, target: _Vector, up: _Vector = (0.0, 1.0, 0.0)) -> None:
         """Places the eye, and turns the camera to a point."""
 
 class Film:
     """The film of a scene. What is set changes the scene. Values out of range raise `ValueError`."""
 
-    resolution: List[int]
+    resolution: Tuple[int, int]
     """Width and height of the full picture in pixels. Another one resets the crop window."""
-    crop: List[int]
+    crop: Tuple[int, int, int, int]
     """The pixels to render: left, right, top, bottom; the right and the bottom one are behind the last."""
     scale: float
     """The factor on every pixel."""
@@ -58,10 +59,10 @@ class Mesh:
 
     def __init__(
         self,
-        positions: NDArray[np.float64],
-        indices: NDArray[np.int32],
-        normals: Optional[NDArray[np.float64]] = None,
-        uvs: Optional[NDArray[np.float64]] = None,
+        positions: ArrayLike,
+        indices: ArrayLike,
+        normals: Optional[ArrayLike] = None,
+        uvs: Optional[ArrayLike] = None,
     ) -> None:
         """Vertices in world space (N x 3), and three vertex numbers for each triangle (M x 3). The arrays are copied."""
     @property
@@ -83,7 +84,7 @@ class Scene:
     spp: int
     """Samples per pixel."""
     @property
-    def output(self) -> str:
+    def output(self) -> Path:
         """The file that the scene names for its picture."""
     @property
     def diagnostics(self) -> List[Dict[str, Any]]:
@@ -102,7 +103,7 @@ class Picture:
         """Reads .exr, .pfm, .png, .tga, .jpg or .hdr."""
     @property
     def pixels(self) -> NDArray[np.float32]:
-        """Linear RGB: height x width x 3."""
+        """Linear RGB: height x width x 3. A new copy each time."""
     @property
     def layers(self) -> Dict[str, NDArray[np.float32]]:
         """The layers by their names in `render`: height x width, or height x width x channels."""
@@ -116,7 +117,7 @@ class Picture:
     def statistics(self) -> Dict[str, Any]:
         """Samples, rays and seconds of the rendering. None for pictures from files."""
     @property
-    def window(self) -> List[int]:
+    def window(self) -> Tuple[int, int, int, int]:
         """Left, top, width and height of the pixels in the full picture."""
     def save(
         self,
@@ -138,7 +139,7 @@ class Chart:
         """The figure."""
 
 def load(path_or_text: _Path) -> Scene:
-    """Reads a scene: a path, or a text of several lines. Raises `SceneError` if it has errors."""
+    """Reads a scene: a path, or a text, which has line breaks or quotes. Raises `SceneError` if it has errors."""
 
 def check(path_or_text: _Path) -> List[Dict[str, Any]]:
     """The problems of a scene, as `lookat check --json` lists them: severity, message, labels with places, help, fix."""
@@ -155,14 +156,14 @@ def render(
     adaptive: bool = False,
     error_layers: bool = False,
     layers: Sequence[str] = (),
-    part: Optional[Tuple[int, int]] = None,
     progress: Union[None, bool, Callable[[int, int], Any]] = None,
 ) -> Picture:
     """Renders a scene. The same scene, seed and version give the bits of the program's picture.
 
     Arguments are those of `lookat render`. `threads`: 0 means one per processor. `progress`: True shows a bar by tqdm, where it is
     installed; a function is called with the samples done and the samples in all. Other Python threads run meanwhile, and Ctrl-C raises
-    `KeyboardInterrupt` within a moment. Raises `ValueError` for settings that do not fit together.
+    `KeyboardInterrupt` within a moment, once the scene is prepared. Raises `ValueError` for settings that do not fit together, `MemoryError` for
+    pictures that do not fit the memory, and `RuntimeError` in a process that was forked after lookat was used.
     """
 
 def compare(

@@ -136,7 +136,7 @@ impl Sum {
     #[inline(always)]
     fn carry(&mut self) {
         for (high, low) in self.high.iter_mut().zip(&mut self.low) {
-            *high += *low >> LOW;
+            *high = high.saturating_add(*low >> LOW);
             *low &= (1 << LOW) - 1;
         }
     }
@@ -270,8 +270,8 @@ pub enum FilmSumsError {
     /// The film, the filter or the brightness of the scene differs.
     #[error("the film sums are of different pictures: scene, film and filter must be the same")]
     OtherPicture,
-    /// A pixel would have 2^32 samples or more.
-    #[error("a pixel would have 2^32 samples or more")]
+    /// A pixel would have more samples than a film, or this rendering, has room for.
+    #[error("a pixel would have more samples than there is room for")]
     TooManySamples,
     /// The bytes are no film sums, are damaged, or of another version of lookat.
     #[error("these are no film sums, or they are damaged, or of another version of lookat")]
@@ -279,10 +279,16 @@ pub enum FilmSumsError {
 }
 
 impl Film<'_> {
-    /// Starts with sums, once the scale is set. Fails if they are of another picture.
-    pub fn restore(&self, so_far: &FilmSums) -> Result<(), FilmSumsError> {
-        if !self.sums().is_like(so_far) || !so_far.splats.is_empty() {
+    /// Starts with sums, once the scale is set. `most`: the samples that each pixel is to have. Fails if they are of another picture, or have
+    /// more samples.
+    pub fn restore(&self, so_far: FilmSums, most: u32) -> Result<(), FilmSumsError> {
+        let weights = self.filter.of_squares();
+        let is_own = (&so_far.film, &so_far.weights, so_far.scale) == (self.settings, &weights, self.scale());
+        if !is_own || !so_far.splats.is_empty() {
             return Err(FilmSumsError::OtherPicture);
+        }
+        if so_far.counts.iter().any(|count| *count > most) {
+            return Err(FilmSumsError::TooManySamples);
         }
         let (crop, sources) = (self.crop(), self.sources());
         for tile in &self.tiles {
@@ -299,7 +305,6 @@ impl Film<'_> {
 
     /// The sums so far: each sample is in all of the pixels that it counts for, or in none.
     pub fn sums(&self) -> FilmSums {
-        let _whole = self.adding.write().unwrap_or_else(PoisonError::into_inner);
         let (crop, sources) = (self.crop(), self.sources());
         let mut all = FilmSums {
             film: self.settings.clone(),
@@ -310,6 +315,8 @@ impl Film<'_> {
             sums: vec![Sum::default(); crop.size()],
             splats: Vec::new(),
         };
+        // Only now: other threads wait.
+        let _whole = self.adding.write().unwrap_or_else(PoisonError::into_inner);
         for tile in &self.tiles {
             let tile = lock(tile);
             for (pixel, count) in tile.sources.pixels().zip(&tile.counts) {
@@ -332,12 +339,12 @@ impl Film<'_> {
 /// Changes whenever the bytes of a header do.
 const FORMAT: u32 = 2;
 
-/// More than the pixels that any filter reaches.
-const MOST_REACH: usize = 1000;
+/// The most pixels that any filter reaches.
+const MOST_REACH: usize = 100;
 
 /// The pixels in which samples are taken: see [`FilmSums::counts`].
 fn sources(film: &lookat_scene::Film, weights: &[Vec<f64>; 2]) -> Area {
-    let reach = weights.each_ref().map(|weights| (weights.len() / 2).min(MOST_REACH) as u32);
+    let reach = weights.each_ref().map(|weights| (weights.len() / 2) as u32);
     Area::of(film.crop).grown(reach)
 }
 
@@ -375,8 +382,28 @@ impl SumsHeader {
     /// What [`SumsHeader::to_bytes`] has written.
     pub fn from_bytes(bytes: &[u8]) -> Result<SumsHeader, FilmSumsError> {
         let read: Result<(u32, SumsHeader), _> = postcard::from_bytes(bytes);
-        let read = read.ok().filter(|(format, _)| *format == FORMAT).map(|(_, header)| header);
-        read.ok_or(FilmSumsError::Unreadable)
+        let read = read.ok().filter(|(format, header)| *format == FORMAT && header.is_sound());
+        read.map(|(_, header)| header).ok_or(FilmSumsError::Unreadable)
+    }
+
+    /// True if it can be that of a film: nothing else takes memory.
+    fn is_sound(&self) -> bool {
+        let lookat_scene::Film { resolution: [width, height], crop, .. } = self.film;
+        let fits = |from, to, side| from < to && to <= side && side <= lookat_scene::MAX_SIDE;
+        let reaches = self.weights.each_ref().map(Vec::len);
+        fits(crop.x0, crop.x1, width)
+            && fits(crop.y0, crop.y1, height)
+            && crop.area() <= lookat_scene::MAX_PIXELS
+            && reaches.iter().all(|count| count % 2 == 1 && count / 2 <= MOST_REACH)
+            && self.scale.is_valid()
+            && self.runs.iter().map(|(length, _)| u64::from(*length)).sum::<u64>()
+                == sources(&self.film, &self.weights).size() as u64
+    }
+
+    /// Bytes of the sums that it belongs to, about.
+    pub fn bytes(&self) -> u64 {
+        let counts = sources(&self.film, &self.weights).size() * size_of::<u32>();
+        self.film.crop.area() * size_of::<Sum>() as u64 + counts as u64
     }
 }
 
@@ -477,30 +504,13 @@ impl FilmSums {
         }
         let sums = read(SUMS).ok_or(FilmSumsError::Unreadable)?;
         let splats = read(SPLATS).unwrap_or_default();
-        let size = sources(&film, &weights).size();
-        let all: u64 = runs.iter().map(|(length, _)| u64::from(*length)).sum();
-        if all != size as u64 {
-            return Err(FilmSumsError::Unreadable);
-        }
-        let mut counts = Vec::with_capacity(size);
+        let mut counts = Vec::with_capacity(sources(&film, &weights).size());
         for (length, count) in runs {
             counts.resize(counts.len() + length as usize, count);
         }
+        let is_carried = sums.iter().chain(&splats).all(Sum::is_carried);
         let all = FilmSums { film, weights, counts, light_paths, scale, sums, splats };
-        if all.is_whole() { Ok(all) } else { Err(FilmSumsError::Unreadable) }
-    }
-
-    /// True if there is a sum for each pixel.
-    fn is_whole(&self) -> bool {
-        let lookat_scene::Film { resolution: [width, height], crop, .. } = self.film;
-        let fits = |from, to, side| from < to && to <= side && side <= lookat_scene::MAX_SIDE;
-        fits(crop.x0, crop.x1, width)
-            && fits(crop.y0, crop.y1, height)
-            && self.counts.len() == sources(&self.film, &self.weights).size()
-            && self.sums.len() == Area::of(crop).size()
-            && (self.splats.is_empty() || self.splats.len() == self.sums.len())
-            && self.scale.is_valid()
-            && self.sums.iter().chain(&self.splats).all(Sum::is_carried)
+        if is_carried { Ok(all) } else { Err(FilmSumsError::Unreadable) }
     }
 }
 
@@ -585,7 +595,8 @@ mod tests {
                     (1, _) | (3, _) => 1e-12,
                     _ => 10_f64.powf(random.random::<f64>() * 24.0 - 15.0),
                 };
-                let weight = if kind == 0 { 1.0 } else { random.random::<f64>() };
+                // Filters have lobes of both signs, and weights a little above 1.
+                let weight = if kind == 0 { 1.2 } else { 1.4 * random.random::<f64>() - 0.2 };
                 let units = Scale::ONE.units((DVec3::splat(size) * weight).extend(weight));
                 short += units;
                 long += Sum::new(units);

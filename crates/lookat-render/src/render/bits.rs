@@ -101,14 +101,20 @@ fn all() -> (Vec<(String, Scene, Stop)>, String) {
     (all, texts.into_inner())
 }
 
-/// The hash (FNV-1a) of the numbers of a picture, with the layers of its error.
+/// The hash (FNV-1a) of the numbers of a picture, with the layers of its error, and of its exact sums: so parts from unlike machines
+/// add up.
 fn hash(scene: &Scene, stop: Stop, level: Level, threads: usize) -> u64 {
     let mut prepared = Prepared::new(scene);
     prepared.traceable.level = level;
-    let settings = Settings { seed: 7, threads, stop, ..Settings::default() };
-    let image = prepared.render(&scene.view, &settings, &|_| ControlFlow::Continue(())).image;
-    let bytes = image.channels.iter().flat_map(|channel| &channel.samples).flat_map(|x| x.to_le_bytes());
-    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    let settings = Settings { seed: 7, threads, stop, keep_sums: true, ..Settings::default() };
+    let rendered = prepared.render(&scene.view, &settings, &|_| ControlFlow::Continue(()));
+    let (_, integers) = rendered.sums.unwrap().to_channels();
+    let bytes =
+        rendered.image.channels.iter().flat_map(|channel| &channel.samples).flat_map(|x| x.to_le_bytes());
+    let sums = integers.iter().flat_map(|channel| &channel.samples).flat_map(|x| x.to_le_bytes());
+    bytes
+        .chain(sums)
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 #[test]

@@ -57,8 +57,8 @@ impl Prepared {
         limit: f64,
         flow: fn() -> ControlFlow<()>,
     ) -> Option<BrightestSample> {
-        let Settings { seed, stop, .. } = *settings;
-        let Stop::Samples { error_layers } = stop else { return None };
+        let Settings { stop, .. } = *settings;
+        let Stop::Samples { .. } = stop else { return None };
         let [x, y] = pixel;
         let pixel = pixel.map(u32::cast_signed);
         let mut view = view.clone();
@@ -67,10 +67,10 @@ impl Prepared {
         let film = Film::new(view, Keeps::Sums);
         let progress = &|_: Progress| flow();
         let control = Control::new(progress, &film);
-        let context = Context::new(self, view, stop.nominal_samples(view), (&film, &control));
+        let context = Context::new(self, view, settings, (&film, &control));
         let mut worker = Worker::new(&context);
         let (mut brightest, mut sum, mut loss, mut samples) = ((0.0, None), 0.0, 0.0, 0);
-        for pass in all(stop.sampler(view), seed, error_layers) {
+        for pass in all(stop.sampler(view), settings) {
             for first in pass.samples.clone().step_by(PATHS) {
                 let indices = first..pass.samples.end.min(first + PATHS as u32);
                 context.radiance(&mut worker, (pass.pattern, pixel), indices.clone())?;

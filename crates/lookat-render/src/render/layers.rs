@@ -30,9 +30,9 @@ const FAR: f64 = 1e10;
 
 /// Adds the layers to the picture of a film; nothing after an interruption, and then false.
 pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &mut Image) -> bool {
-    let Settings { seed, stop, layers, .. } = *settings;
+    let Settings { stop, layers, .. } = *settings;
     let film = context.film;
-    let passes = rounds::all(stop.layer_sampler(view), seed, stop.has_error_layers());
+    let passes = rounds::all(stop.layer_sampler(view), settings);
     let channels: Vec<_> = layers.channels().collect();
     let planes = Mutex::new(vec![vec![0.0; film.settings.crop.area() as usize]; channels.len()]);
     let add_tile = |worker: &mut Worker, tile: &Mutex<Tile>| {

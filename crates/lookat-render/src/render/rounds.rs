@@ -10,11 +10,11 @@ use lookat_scene::Sampler;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::Progress;
 use super::control::{Control, Meter};
 use super::sample::{Context, Job, Pattern, Worker};
+use super::{Progress, Settings};
 use crate::film::{Film, REPLICATES, Tile, lock};
-use crate::sampler::replicate_seed;
+use crate::sampler::{of_single_pixels, replicate_seed};
 
 /// Decides where the next samples go, and when there are enough.
 pub(super) trait Policy: Sync {
@@ -159,15 +159,15 @@ pub(super) struct Fixed {
     pass: Option<Pass>,
     /// The index of the first sample.
     first: u32,
-    samples_per_pixel: u32,
+    pub samples_per_pixel: u32,
     has_spreads: bool,
 }
 
 impl Fixed {
-    /// `part`: takes only these samples; without error layers.
-    pub fn new(sampler: Sampler, seed: u64, has_spreads: bool, part: Option<Part>) -> Fixed {
-        let (mut passes, mut first) = (all(sampler, seed, has_spreads), 0);
-        if let Some(part) = part.filter(|_| !has_spreads) {
+    pub fn new(sampler: Sampler, settings: &Settings) -> Fixed {
+        let has_spreads = settings.stop.has_error_layers();
+        let (mut passes, mut first) = (all(sampler, settings), 0);
+        if let Some(part) = settings.part.filter(|_| !has_spreads) {
             let own = part.range(sampler.samples_per_pixel);
             first = own.start;
             for Pass { samples, .. } in &mut passes {
@@ -181,8 +181,9 @@ impl Fixed {
 }
 
 /// All passes of a picture.
-pub(super) fn all(sampler: Sampler, seed: u64, has_spreads: bool) -> Vec<Pass> {
-    if has_spreads { replicates(sampler, seed) } else { passes(sampler, seed) }
+pub(super) fn all(sampler: Sampler, settings: &Settings) -> Vec<Pass> {
+    let Settings { seed, stop, is_extendable, .. } = *settings;
+    if stop.has_error_layers() { replicates(sampler, seed) } else { passes(sampler, seed, is_extendable) }
 }
 
 fn replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
@@ -197,12 +198,14 @@ fn replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
     (0..count).map(replicate).collect()
 }
 
-fn passes(sampler: Sampler, seed: u64) -> Vec<Pass> {
+fn passes(sampler: Sampler, seed: u64, is_extendable: bool) -> Vec<Pass> {
     let mut from = 0;
+    // Pixels that share a sequence need to know how many samples each takes of it.
+    let of_pattern = if is_extendable { of_single_pixels(sampler) } else { sampler };
     let pass = |to| {
         let samples = from..to;
         from = to;
-        Pass { pattern: Pattern { sampler, seed, is_watched: false }, samples }
+        Pass { pattern: Pattern { sampler: of_pattern, seed, is_watched: false }, samples }
     };
     doubled(1, sampler.samples_per_pixel).map(pass).collect()
 }

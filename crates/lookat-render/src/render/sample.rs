@@ -10,6 +10,7 @@ use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Sampler, SamplerKind, View};
 
+use super::Settings;
 use super::control::{Control, Meter};
 use crate::camera::{CameraRays, CameraSample, Viewer};
 use crate::film::{Film, ImageBlock, Scale};
@@ -37,12 +38,11 @@ pub(super) struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    /// `nominal_samples`: the samples per pixel that texture filtering assumes. They have to be known in advance, so that all
-    /// samples of a pixel have one mean.
+    /// The samples per pixel that texture filtering assumes have to be known in advance, so that all samples of a pixel have one mean.
     pub fn new(
         prepared: &'a Prepared,
         view: &View,
-        nominal_samples: u32,
+        settings: &Settings,
         (film, control): (&'a Film<'a>, &'a Control<'a>),
     ) -> Self {
         Context {
@@ -51,7 +51,7 @@ impl<'a> Context<'a> {
             scale: film.scale(),
             control,
             camera: prepared.camera(view),
-            spacing: f64::from(nominal_samples).sqrt().recip(),
+            spacing: f64::from(settings.nominal_samples(view)).sqrt().recip(),
             integrator: SceneIntegrator::new(&view.integrator, &prepared.traceable, &prepared.lights),
         }
     }

@@ -27,6 +27,10 @@ pub struct Settings {
     /// The part of the samples of each pixel to take, with [`Stop::Samples`] without error layers; others take no notice of it. Default: all
     /// samples. The [sums](crate::Rendered::sums) of all parts, added up, are those of one rendering.
     pub part: Option<Part>,
+    /// True for a picture that samples may be added to later, with [`Stop::Samples`]: the pattern of a pixel and the filtering of textures then
+    /// do not depend on the number of samples, so that [`Prepared::resume`](crate::Prepared::resume) with more samples per pixel gives the
+    /// bits of one rendering with as many. Not for stratified samples, whose grid has a fixed size. Default false.
+    pub is_extendable: bool,
     /// True to keep the sums of the film as [`Rendered::sums`](crate::Rendered::sums). Default false.
     pub keep_sums: bool,
 }
@@ -130,10 +134,13 @@ impl Stop {
     pub(super) fn layer_sampler(&self, view: &View) -> Sampler {
         Sampler { samples_per_pixel: view.sampler.samples_per_pixel, ..self.sampler(view) }
     }
+}
 
+impl Settings {
     /// The samples of a pixel that textures are filtered for.
     pub(super) fn nominal_samples(&self, view: &View) -> u32 {
-        match self {
+        match self.stop {
+            Stop::Samples { .. } if self.is_extendable => target::FIRST,
             Stop::Samples { .. } | Stop::Adaptive => view.sampler.samples_per_pixel,
             Stop::Time { .. } | Stop::TargetError { .. } => target::FIRST,
         }
@@ -152,6 +159,7 @@ pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
     let pixel = pixel_bytes(settings.stop.keeps(), view.filter.shares_samples())
         + policy
         + settings.layers.pixel_bytes()
-        + if settings.keep_sums { FilmSums::PIXEL_BYTES } else { 0 };
+        // The sums, the channels that they become, and the copy of these that is written.
+        + if settings.keep_sums { 3 * FilmSums::PIXEL_BYTES } else { 0 };
     view.film.crop.area() * pixel as u64
 }

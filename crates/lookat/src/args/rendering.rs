@@ -22,6 +22,9 @@ pub struct Frames {
     /// eye.x, eye.y, eye.z, look.x, look.y or look.z
     #[arg(long, value_name = "PARAMETER=A..B", requires = "frames", conflicts_with = "turntable")]
     pub animate: Option<Animation>,
+    /// Render only the K-th of these pictures, counted from 1
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = whole(1, MOST))]
+    pub only: Option<u32>,
     /// Number of pictures of --animate
     #[arg(long, value_name = "N", requires = "animate", allow_negative_numbers = true, value_parser = whole(2, MOST))]
     pub frames: Option<u32>,
@@ -123,6 +126,11 @@ impl Parameter {
 }
 
 impl Frames {
+    /// The number of pictures.
+    pub fn count(&self) -> u32 {
+        self.turntable.or(self.frames).unwrap_or(1)
+    }
+
     /// True if a scene gives several pictures.
     pub fn is_used(&self) -> bool {
         self.turntable.is_some() || self.animate.is_some()

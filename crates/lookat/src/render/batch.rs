@@ -1,7 +1,6 @@
 //! Several scenes, one after the other, and one scene again and again.
 
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -11,7 +10,7 @@ use crate::args::{Render, Report};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::live::{Live, Watch};
-use crate::output::{Identity, check_inputs, check_new_folder, make_folder, marked};
+use crate::output::{check_inputs, check_new_folder, make_folder, marked, place};
 use crate::render::job::{Job, load_options, render_scene};
 use crate::source::{is_read_once, load_scene};
 use crate::usage::tip_for_render;
@@ -95,18 +94,6 @@ fn picture_of(arguments: &Render, scene: &Path, inputs: &mut BTreeSet<PathBuf>) 
     match (&arguments.output, output.file_name()) {
         (Some(folder), Some(name)) => folder.join(name),
         _ => output,
-    }
-}
-
-/// What is the same for all paths to a file, also to one that does not exist yet: itself, or its folder and its name there.
-fn place(file: &Path) -> (Option<Identity>, Option<&OsStr>) {
-    let folder = match file.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    match Identity::of(file) {
-        None => (Identity::of(folder), file.file_name()),
-        found => (found, None),
     }
 }
 

@@ -1,49 +1,78 @@
 //! Checkpoints: the samples so far, in a file that `lookat resume` goes on from and `lookat merge` reads.
 
+use std::cell::RefCell;
+use std::fs::{File, TryLockError};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use lookat_image::{Format, Image, MemoryBudget, PictureFile, remove_leftovers};
+use lookat_image::{Format, Image, MemoryBudget, io_reason, remove_leftovers};
 use lookat_render::{FilmSums, Progress};
+use lookat_scene::MAX_SAMPLES;
 
 use crate::args::Render;
 use crate::failure::Failure;
-use crate::output::{check_inputs, check_output, marked};
+use crate::output::{Destination, check_inputs, check_output, marked, place};
 use crate::part::{Invocation, Part, PartFile, PartMetadata, Rendering};
+use crate::render::written::PARTIAL;
 use crate::writer::lock;
 
 /// The time between two checkpoints, unless it is given.
 const EVERY: Duration = Duration::from_secs(60);
 
-/// The checkpoint of a rendering that was broken off.
+/// What a rendering goes on from: a checkpoint, or a picture that samples are added to.
 pub struct Resumed {
     /// Its file.
     pub file: PathBuf,
-    pub invocation: Invocation,
+    /// The command that was broken off.
+    pub invocation: Option<Invocation>,
     pub rendering: Rendering,
-    pub sums: FilmSums,
+    /// Its sums, until the rendering takes them.
+    pub sums: RefCell<Option<FilmSums>>,
 }
 
 impl Resumed {
-    /// Reads a checkpoint, or the one before it where there is none or it is damaged.
+    /// Reads a checkpoint, or the one before it where there is none or it is damaged: that one then takes its name.
     pub fn read(file: &Path) -> Result<Resumed, Failure> {
         let read = |at: &Path| {
             let opened = PartFile::open(at)?;
             let Some(invocation) = opened.metadata.invocation.clone() else {
                 bail!("{} is no checkpoint: only `lookat render --checkpoint` writes them", at.display());
             };
-            let sums = opened.read(&MemoryBudget::default())?;
+            let sums = RefCell::new(Some(opened.read(&MemoryBudget::default())?));
             let rendering = opened.metadata.part.rendering;
-            Ok(Resumed { file: file.into(), invocation, rendering, sums })
+            Ok(Resumed { file: file.into(), invocation: Some(invocation), rendering, sums })
         };
         read(file).or_else(|error: Failure| {
             let previous = previous(file);
             let resumed = read(&previous).map_err(|_| error.clone())?;
             say!("{error}; going on from {}", previous.display());
+            std::fs::rename(&previous, file).map_err(|error| Failure::io("rename", &previous, &error))?;
             Ok(resumed)
         })
+    }
+
+    /// Reads a picture that `more` samples per pixel are added to.
+    pub fn extended(file: &Path, more: u32) -> Result<Resumed, Failure> {
+        let opened = PartFile::open(file).map_err(|error| match file.exists() {
+            true => format!(
+                "nothing can be added to {}: only lookat render --keep-sums keeps what it needs",
+                file.display()
+            )
+            .into(),
+            false => error,
+        })?;
+        let sums = RefCell::new(Some(opened.read(&MemoryBudget::default())?));
+        let mut rendering = opened.metadata.part.rendering;
+        if !rendering.is_extendable || !opened.metadata.complete {
+            bail!("nothing can be added to {}: render it with --keep-sums", file.display());
+        }
+        let samples = rendering.samples_per_pixel.checked_add(more).filter(|all| *all <= MAX_SAMPLES);
+        rendering.samples_per_pixel =
+            samples.ok_or_else(|| format!("a picture has at most {MAX_SAMPLES} samples per pixel"))?;
+        Ok(Resumed { file: file.into(), invocation: None, rendering, sums })
     }
 }
 
@@ -52,15 +81,21 @@ fn previous(file: &Path) -> PathBuf {
     marked(file, "previous")
 }
 
-/// The checkpoint file of a rendering.
+/// The checkpoint file of a rendering, which no other rendering uses at the same time.
 pub struct Checkpoint {
-    pub file: PathBuf,
+    record: Arc<Record>,
     every: Duration,
+    state: Mutex<State>,
+    _lock: Lock,
+}
+
+/// What a checkpoint says beside its sums.
+struct Record {
+    file: PathBuf,
     invocation: Invocation,
     rendering: Rendering,
     /// The samples of each pixel that the rendering is to take.
-    range: std::ops::Range<u32>,
-    state: Mutex<State>,
+    range: Range<u32>,
 }
 
 struct State {
@@ -70,26 +105,31 @@ struct State {
 }
 
 impl Checkpoint {
-    /// The one that the arguments ask for.
+    /// The one that the arguments ask for. Fails if another program writes it.
     pub fn new(
         arguments: &Render,
         rendering: &Rendering,
         resumed: Option<&Resumed>,
     ) -> Result<Option<Checkpoint>, Failure> {
         let Some(file) = &arguments.checkpoint else { return Ok(None) };
-        let invocation = resumed.map(|resumed| resumed.invocation.clone());
+        let invocation = resumed.and_then(|resumed| resumed.invocation.clone());
         let invocation = invocation.or_else(Invocation::of_this_process).ok_or(
-            "a checkpoint holds the command line, but this one has names that are not Unicode: rename these files",
+            "a checkpoint holds the command line and the working folder, but one of them has a name that is not Unicode: rename it",
         )?;
         let all = rendering.samples_per_pixel;
         let range = arguments.part.map_or(0..all, |part| part.range(all));
+        let record = Record { file: file.clone(), invocation, rendering: rendering.clone(), range };
         let state = Mutex::new(State { last: Instant::now(), writing: None });
         let every = arguments.every.unwrap_or(EVERY);
-        let rendering = rendering.clone();
-        Ok(Some(Checkpoint { file: file.clone(), every, invocation, rendering, range, state }))
+        Ok(Some(Checkpoint { record: Arc::new(record), every, state, _lock: Lock::new(file)? }))
     }
 
-    /// Writes a checkpoint in the background if it is time for one, and the one before is written.
+    /// Its file.
+    pub fn file(&self) -> &Path {
+        &self.record.file
+    }
+
+    /// Writes a checkpoint in the background if it is time for one, and the one before is written. `whole`: see [`PartMetadata::whole`].
     pub fn write_if_due(&self, progress: &Progress, whole: impl FnOnce() -> Option<String>) {
         let Ok(mut state) = self.state.try_lock() else { return };
         let is_free = state.writing.as_ref().is_none_or(JoinHandle::is_finished);
@@ -98,42 +138,37 @@ impl Checkpoint {
         }
         report(state.writing.take());
         state.last = Instant::now();
-        let sums = progress.sums();
-        let mut image = sums.image();
-        self.complete(&mut image, &sums, whole().unwrap_or_default());
-        let (file, previous) = (self.file.clone(), previous(&self.file));
-        let write = move || Ok(image.write_checkpoint(&file, &previous)?);
-        // Without a thread there is none this time.
-        state.writing = std::thread::Builder::new().spawn(write).ok();
-    }
-
-    /// Adds the sums and the metadata of a checkpoint to a picture. `whole`: the metadata of the finished picture.
-    pub fn complete(&self, image: &mut Image, sums: &FilmSums, whole: String) {
-        let (header, integers) = sums.to_channels();
-        let metadata = PartMetadata {
-            samples_per_pixel: sums.mean_samples(),
-            complete: false,
-            part: Part::new(self.rendering.clone(), vec![self.range.clone()], &header),
-            whole,
-            invocation: Some(self.invocation.clone()),
+        let (record, sums, whole) = (self.record.clone(), progress.sums(), whole().unwrap_or_default());
+        let write = move || {
+            let file = record.file.clone();
+            let image = record.image(sums, whole);
+            Ok(image.write_checkpoint(&file, &previous(&file))?)
         };
-        image.metadata = metadata.to_text();
-        image.integers = integers;
+        match std::thread::Builder::new().spawn(write) {
+            Ok(writing) => state.writing = Some(writing),
+            Err(error) => say!("warning: no checkpoint this time: {}", io_reason(&error)),
+        }
     }
 
-    /// Writes the last checkpoint of a rendering that is broken off.
-    pub fn write(&self, image: &Image) -> Result<(), Failure> {
+    /// Writes the last checkpoint of a rendering that is broken off: into another folder if its own fails.
+    pub fn write(&self, sums: FilmSums, whole: String) -> Result<(PathBuf, Destination), Failure> {
         self.wait();
-        Ok(image.write_checkpoint(&self.file, &previous(&self.file))?)
+        let image = self.record.image(sums, whole);
+        let file = self.file();
+        let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
+        let name = file.file_name().unwrap_or_default();
+        let file = destination.write(name, |path| image.write_checkpoint(path, &previous(path)))?;
+        Ok((file, destination))
     }
 
     /// Removes the checkpoints of a rendering that is finished.
     pub fn remove(&self) {
         self.wait();
-        for file in [&self.file, &previous(&self.file)] {
+        let file = self.file();
+        for file in [file, &previous(file)] {
             let _ = std::fs::remove_file(file);
         }
-        remove_leftovers(self.file.parent().filter(|it| *it != Path::new("")).unwrap_or(Path::new(".")));
+        remove_leftovers(file.parent().filter(|it| *it != Path::new("")).unwrap_or(Path::new(".")));
     }
 
     fn wait(&self) {
@@ -141,10 +176,50 @@ impl Checkpoint {
     }
 }
 
+impl Record {
+    /// The picture so far, with the sums and the metadata of a checkpoint.
+    fn image(&self, sums: FilmSums, whole: String) -> Image {
+        let (part, integers) = Part::new(self.rendering.clone(), vec![self.range.clone()], &sums);
+        let metadata = PartMetadata {
+            samples_per_pixel: sums.mean_samples(),
+            complete: false,
+            part,
+            whole,
+            invocation: Some(self.invocation.clone()),
+        };
+        Image { metadata: metadata.to_text(), integers, ..sums.image() }
+    }
+}
+
+/// A file beside a checkpoint that is locked while its rendering runs. What a program that was killed leaves is taken over.
+struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    fn new(checkpoint: &Path) -> Result<Lock, Failure> {
+        let path = marked(checkpoint, "lock");
+        let file = File::create(&path).map_err(|error| Failure::io("write", &path, &error))?;
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            bail!("another rendering writes the checkpoint {}", checkpoint.display());
+        }
+        Ok(Lock { path, _file: file })
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
 /// Warns if a checkpoint could not be written: the one before is still there.
 fn report(writing: Option<JoinHandle<Result<(), Failure>>>) {
-    if let Some(Ok(Err(error))) = writing.map(JoinHandle::join) {
-        say!("warning: no checkpoint this time: {error}");
+    match writing.map(JoinHandle::join) {
+        Some(Ok(Err(error))) => say!("warning: no checkpoint this time: {error}"),
+        Some(Err(_)) => say!("warning: no checkpoint this time: lookat has failed; please report it"),
+        Some(Ok(Ok(()))) | None => {}
     }
 }
 
@@ -153,7 +228,7 @@ pub fn check<'i>(
     arguments: &Render,
     picture: &Path,
     size: [u32; 2],
-    inputs: impl IntoIterator<Item = &'i PathBuf>,
+    inputs: impl IntoIterator<Item = &'i PathBuf> + Clone,
     is_resumed: bool,
 ) -> Result<(), Failure> {
     let Some(file) = &arguments.checkpoint else { return Ok(()) };
@@ -162,21 +237,22 @@ pub fn check<'i>(
         bail!("{name}: only an .exr file can store a checkpoint; choose another name");
     }
     check_output(file, size)?;
-    check_inputs(file, inputs)?;
-    let path = |file: &Path| std::path::absolute(file).ok();
-    if path(file) == path(picture) {
-        bail!("{name} is the picture: choose another name for the checkpoint");
-    }
-    let found = [file.clone(), previous(file)].into_iter().find(|file| file.exists());
-    if let Some(found) = found.filter(|_| !is_resumed && !arguments.force) {
-        let found = found.display();
-        let opened = PictureFile::open(file, &MemoryBudget::default()).ok();
-        match opened.and_then(|it| it.metadata()).is_some_and(|text| text.contains("\"invocation\":")) {
-            true => bail!(
-                "{found} is a checkpoint: start again with --force, or go on with `lookat resume {name}`"
-            ),
-            false => bail!("{found} is no checkpoint: choose another name, or replace it with --force"),
+    let own = [file.clone(), previous(file)];
+    let partial = marked(picture, PARTIAL);
+    for own in &own {
+        check_inputs(own, inputs.clone())?;
+        if [picture, &partial].iter().any(|picture| place(picture) == place(own)) {
+            bail!("{name} has the name of the picture: choose another name for the checkpoint");
         }
     }
-    Ok(())
+    let Some(found) = own.iter().find(|file| file.exists()).filter(|_| !is_resumed && !arguments.force)
+    else {
+        return Ok(());
+    };
+    let is_checkpoint = PartFile::open(found).is_ok_and(|part| part.metadata.invocation.is_some());
+    let found = found.display();
+    if is_checkpoint {
+        bail!("{found} is a checkpoint: start again with --force, or go on with `lookat resume {name}`");
+    }
+    bail!("{found} is no checkpoint: choose another name, or replace it with --force");
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use lookat_render::{Prepared, Progress, Statistics};
+use lookat_render::{FilmSums, Part, Prepared, Progress, Statistics};
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, Scene, as_json};
 
@@ -83,6 +83,14 @@ pub fn render_scene(Job { arguments, inputs, resumed }: &Job, live: &Live) -> u8
     let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
     let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));
     replace_samples(&mut loaded, samples);
+    let mut extended = Ok(None);
+    if let (Some(more), Some(_)) = (arguments.more, &loaded.scene) {
+        let file = picture_file(arguments, &loaded.output);
+        extended = Resumed::extended(&file, more).map(Some);
+        // A checkpoint of this command has some of the samples already.
+        let samples = resumed.as_ref().or(extended.as_ref().ok().and_then(Option::as_ref));
+        replace_samples(&mut loaded, samples.map(|it| it.rendering.samples_per_pixel));
+    }
     let mut diagnostics = Vec::new();
     if arguments.report.json {
         diagnostics = as_json(&loaded.diagnostics, &loaded.sources);
@@ -100,9 +108,16 @@ pub fn render_scene(Job { arguments, inputs, resumed }: &Job, live: &Live) -> u8
             report::failure(&loaded)
         }
         (Some(scene), _) => {
-            let rendering = Rendering { arguments, loaded: &loaded, live, resumed: resumed.as_ref() };
             let mut done = Vec::new();
-            let rendered = rendering.pictures(scene, &mut done, &mut advice);
+            let rendered = match (resumed, extended) {
+                (None, Err(failure)) => Err(failure),
+                (resumed, extended) => {
+                    let extended = extended.ok().flatten();
+                    let resumed = resumed.as_ref().or(extended.as_ref());
+                    let rendering = Rendering { arguments, loaded: &loaded, live, resumed };
+                    rendering.pictures(scene, &mut done, &mut advice)
+                }
+            };
             if arguments.frames.is_used() {
                 result.frames = done;
             } else {
@@ -161,8 +176,12 @@ impl Rendering<'_> {
             note_sampler(arguments, scene, loaded);
             note_linear(&file, arguments.tone);
         }
-        let cameras = cameras(arguments, scene, loaded)?;
-        let files = if arguments.frames.is_used() { numbered(&file, cameras.len()) } else { vec![file] };
+        let mut cameras = cameras(arguments, scene, loaded)?;
+        let mut files = if arguments.frames.is_used() { numbered(&file, cameras.len()) } else { vec![file] };
+        if let Some(only) = arguments.frames.only {
+            let at = only as usize - 1;
+            (cameras, files) = (vec![cameras.swap_remove(at)], vec![files.swap_remove(at)]);
+        }
         // Check before hours of rendering, not after.
         let crop = scene.view.film.crop;
         for file in &files {
@@ -172,11 +191,12 @@ impl Rendering<'_> {
         }
         check_settings(arguments, scene, &files[0])?;
         let size = [crop.width(), crop.height()];
-        checkpoint::check(arguments, &files[0], size, &loaded.inputs, self.resumed.is_some())?;
+        let is_resumed = self.resumed.is_some_and(|resumed| resumed.invocation.is_some());
+        checkpoint::check(arguments, &files[0], size, &loaded.inputs, is_resumed)?;
         self.check_unfinished(scene, &files[0])?;
         drop(charge_memory(scene, &settings(arguments, &files[0]), &loaded.memory)?);
         let notice = match arguments.checkpoint {
-            Some(_) => "stopping; interrupt again to quit without a checkpoint",
+            Some(_) => "stopping; interrupt again to quit at once",
             None => "stopping; interrupt again to quit without a picture",
         };
         interrupt::stop_in_order((!arguments.quiet).then_some(notice), || {
@@ -234,15 +254,15 @@ impl Rendering<'_> {
         live.begin(&file, [crop.width(), crop.height()]);
         let (mut rendering, mut checkpoint) = (None, None);
         if settings.keep_sums {
-            let parts = settings.part.map_or(1, |part| part.of);
-            let new = part::Rendering::new(loaded, &scene.view, arguments.seed, parts)?;
+            let new = part::Rendering::new(loaded, &scene.view, &settings)?;
             if let Some(resumed) = self.resumed
                 && let Some(difference) = new.difference(&resumed.rendering)
             {
                 bail!("{} cannot be resumed: {difference}", resumed.file.display());
             }
             if let Some(Resumed { file, sums, .. }) = self.resumed.filter(|_| is_told) {
-                say!("{}: {:.1} samples per pixel so far", file.display(), sums.mean_samples());
+                let samples = sums.borrow().as_ref().map_or(0.0, FilmSums::mean_samples);
+                say!("{}: {samples:.1} samples per pixel so far", file.display());
             }
             checkpoint = Checkpoint::new(arguments, &new, self.resumed)?;
             rendering = Some(new);
@@ -267,9 +287,11 @@ impl Rendering<'_> {
         };
         let mut rendered = match self.resumed {
             None => prepared.render(&scene.view, &settings, &progress),
-            Some(Resumed { file, sums, .. }) => prepared
-                .resume(&scene.view, &settings, sums, &progress)
-                .map_err(|error| format!("{} cannot be resumed: {error}", file.display()))?,
+            Some(Resumed { file, sums, .. }) => {
+                let sums = sums.take().ok_or("the samples so far are gone")?;
+                let resumed = prepared.resume(&scene.view, &settings, sums, &progress);
+                resumed.map_err(|error| format!("{} cannot be resumed: {error}", file.display()))?
+            }
         };
         shown.clear();
         if !rendered.complete && interrupt::flow().is_continue() {
@@ -342,7 +364,8 @@ impl Rendering<'_> {
             explain_black(&picture, &rendered, scene, prepared, &loaded.sources);
         }
         if let Some(checkpoint) = output.checkpoint.as_ref().filter(|_| !picture.complete) {
-            say!("to go on: lookat resume {}", quoted(checkpoint.file.as_os_str()));
+            let file = quoted(checkpoint.file().as_os_str());
+            say!("to go on: lookat resume {file}");
         }
         live.wait();
         Ok(Some((picture, destination.result())))
@@ -352,7 +375,10 @@ impl Rendering<'_> {
 /// The file of the picture.
 pub fn picture_file(arguments: &Render, film_name: &Path) -> PathBuf {
     // A draft replaces no finished picture.
-    let own = if arguments.quick { marked(film_name, "quick") } else { film_name.into() };
+    let mut own = if arguments.quick { marked(film_name, "quick") } else { film_name.into() };
+    if let Some(Part { index, of }) = arguments.part {
+        own = marked(&own, &format!("part-{index}-of-{of}"));
+    }
     arguments.output.clone().unwrap_or(own)
 }
 

@@ -38,8 +38,9 @@ pub fn settings(arguments: &Render, file: &Path) -> Settings {
     let own = arguments.layers.iter().filter(|_| arguments.part.is_none_or(|part| part.index == 0));
     let layers = own.copied().fold(Layers::default(), Layers::union);
     let part = arguments.part;
-    let keep_sums = part.is_some() || arguments.checkpoint.is_some();
-    Settings { seed: arguments.seed, stop, layers, part, keep_sums, ..Settings::default() }
+    let is_extendable = arguments.is_extendable();
+    let keep_sums = part.is_some() || arguments.checkpoint.is_some() || is_extendable;
+    Settings { seed: arguments.seed, stop, layers, part, is_extendable, keep_sums, ..Settings::default() }
 }
 
 /// The target error, if there is one.
@@ -93,6 +94,16 @@ pub fn check_settings(arguments: &Render, scene: &Scene, file: &Path) -> Result<
         if part.of > samples {
             bail!(
                 "{samples} samples per pixel make at most {samples} parts; write a smaller N, or increase --spp"
+            );
+        }
+    }
+    if arguments.is_extendable() {
+        if Format::from_path(file) != Some(Format::Exr) {
+            bail!("{}: only an .exr file can keep sums; choose one with -o", file.display());
+        }
+        if matches!(scene.view.sampler.kind, SamplerKind::Stratified { .. }) {
+            bail!(
+                "nothing can be added to stratified samples, whose grid has a fixed size: write Sampler \"sobol\" in the scene"
             );
         }
     }

@@ -61,19 +61,21 @@ impl Output<'_> {
         let Output { arguments, loaded, settings, new, .. } = *self;
         let samples_per_pixel =
             rendered.statistics.samples_in_picture as f64 / (new.size[0] as f64 * new.size[1] as f64);
-        if let (Some(checkpoint), Some(sums), false) = (&self.checkpoint, &rendered.sums, rendered.complete) {
+        if let (Some(checkpoint), false) = (&self.checkpoint, rendered.complete)
+            && let Some(sums) = rendered.sums.take()
+        {
             let whole = self.whole(numbered).unwrap_or_default();
-            checkpoint.complete(&mut rendered.image, sums, whole);
-            checkpoint.write(&rendered.image)?;
-            let (file, destination) = (checkpoint.file.clone(), Destination::new(Path::new("")));
+            let (file, destination) = checkpoint.write(sums, whole)?;
             return Ok(Kept { file, destination, kept: None, light: None, samples_per_pixel });
         }
         rendered.image.metadata = self.metadata(samples_per_pixel, rendered.complete, numbered.clone());
-        if let (Some(rendering), Some(part), Some(sums), true) =
-            (&self.rendering, settings.part, &rendered.sums, rendered.complete)
+        let is_part = settings.part.is_some() || settings.is_extendable;
+        if let (Some(rendering), Some(sums), true, true) =
+            (&self.rendering, &rendered.sums, rendered.complete, is_part)
         {
-            let (header, integers) = sums.to_channels();
-            let part = Part::new(rendering.clone(), vec![part.range(rendering.samples_per_pixel)], &header);
+            let all = rendering.samples_per_pixel;
+            let range = settings.part.map_or(0..all, |part| part.range(all));
+            let (part, integers) = Part::new(rendering.clone(), vec![range], sums);
             let whole = self.whole(numbered).unwrap_or_default();
             let metadata = PartMetadata { samples_per_pixel, complete: true, part, whole, invocation: None };
             rendered.image.integers = integers;

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use lookat_image::Measured;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 use crate::readable::count;
 use crate::verify::page::picture::Picture;
-use lookat_image::Measured;
 
 /// The result for one scene, from the best to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]

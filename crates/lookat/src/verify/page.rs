@@ -8,14 +8,13 @@ use std::fs::File;
 use std::io::{self, Read as _, Seek as _, Write as _};
 use std::path::Path;
 
-use lookat_image::{ImageError, io_reason, write_file};
+use lookat_image::{ImageError, Measured, Metric, io_reason, write_file};
 
 use crate::failure::Failure;
 use crate::output::write_result;
 use crate::readable::{digits, visible_lines};
 use crate::verify::outcome::{Outcome, Verdict, summary};
 use crate::verify::page::picture::Picture;
-use lookat_image::{Measured, Metric};
 
 /// A number in the report.
 #[derive(Debug, Clone)]

@@ -5,7 +5,10 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use lookat_image::{AlignError, Aligned, Format, Image, MemoryBudget, align, mean};
+use lookat_image::{
+    AlignError, Aligned, Format, Image, Limit, Measurement, MemoryBudget, Metric, THRESHOLD, align, mean,
+    measure, not_finite,
+};
 use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{LoadOptions, Loaded, Scene};
@@ -22,7 +25,6 @@ use crate::verify::files::{beside, scene_name, why_unreadable};
 use crate::verify::outcome::{Outcome, Verdict};
 use crate::verify::page::picture::{PACKING_BYTES, Picture};
 use crate::{compare as comparing, report};
-use lookat_image::{Limit, Measurement, Metric, THRESHOLD, measure, not_finite};
 
 /// Renders a scene and compares it with its reference. `inputs` are the files that all scenes read: none of them is replaced.
 pub fn verify(arguments: &Verify, file: &Path, inputs: &BTreeSet<PathBuf>) -> Outcome {

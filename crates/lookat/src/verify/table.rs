@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use unicode_width::UnicodeWidthStr;
 
+use lookat_image::{Metric, number, value_of};
+
 use crate::failure::Failure;
 use crate::readable::visible;
 use crate::verify::files::scene_name;
 use crate::verify::outcome::{Outcome, Verdict, summary};
-use lookat_image::{Metric, number, value_of};
 
 /// Prints rows to standard output, as text or JSON.
 pub struct Table {

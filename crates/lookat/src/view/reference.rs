@@ -5,7 +5,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use lookat_image::{Aligned, Charge, Image, MemoryBudget, PictureFile, Window, align};
+use lookat_image::{
+    Aligned, Charge, Comparison, Image, MemoryBudget, PictureFile, Rules, THRESHOLD, Window, align,
+};
 
 use crate::compare::{as_text, check_memory, pixel_bytes};
 use crate::failure::Failure;
@@ -13,8 +15,6 @@ use crate::live::Watch;
 use crate::view::messages::News;
 use crate::view::outbox::{Hub, Requests};
 use crate::writer::{Writer, lock};
-use lookat_image::THRESHOLD;
-use lookat_image::{Comparison, Rules};
 
 /// What the engine and the server share.
 #[derive(Default)]

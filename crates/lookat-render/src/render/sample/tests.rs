@@ -28,7 +28,7 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let progress = |_: Progress| ControlFlow::Continue(());
     let film = Film::new(&scene.view, Keeps::Sums);
     let control = Control::new(&progress, &film);
-    let context = Context::new(&prepared, &scene.view, 16, (&film, &control));
+    let context = Context::new(&prepared, &scene.view, &Settings::default(), (&film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     let job = |at: u32| Job {
         pattern: Pattern { seed: u64::from(at % 2), ..watched(scene) },
@@ -344,7 +344,7 @@ fn broken_off(most: u64, (scene, prepared): (&Scene, &Prepared), jobs: &mut [Job
         false => ControlFlow::Break(()),
     };
     let control = Control::new(&progress, &film);
-    let context = Context::new(prepared, &scene.view, 16, (&film, &control));
+    let context = Context::new(prepared, &scene.view, &Settings::default(), (&film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     context.sample_all(&mut worker, &mut meter, jobs);
     let calls = calls.load(Ordering::Relaxed);
