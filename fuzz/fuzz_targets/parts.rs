@@ -1,34 +1,79 @@
-//! The sums of parts and checkpoints: any bytes of a header with any integers are sums, or an error.
+//! The sums of parts and checkpoints: changed anywhere, they are sums, or an error, and a rendering goes on from them or refuses them.
 
 #![no_main]
 
+use std::ops::ControlFlow;
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use libfuzzer_sys::fuzz_target;
 use lookat_image::IntegerChannel;
-use lookat_render::{FilmSums, SumsHeader};
+use lookat_render::{FilmSums, Part, Prepared, Progress, Settings, Stop, SumsHeader, TargetError};
+use lookat_scene::{Scene, load_str};
 
-/// The most pixels: more only take longer.
-const MOST: u64 = 4096;
+/// Sums of one way to render, as a file has them.
+struct Kept {
+    settings: Settings,
+    header: Vec<u8>,
+    channels: Vec<IntegerChannel>,
+}
+
+static SCENE: LazyLock<(Scene, Prepared)> = LazyLock::new(|| {
+    let text = r#"LookAt 0 0 -4 0 0 0 0 1 0 Film "image" "integer xresolution" 6 "integer yresolution" 5
+        Camera "perspective" PixelFilter "gaussian" Sampler "sobol" "integer pixelsamples" 64 WorldBegin
+        LightSource "infinite" Shape "sphere" WorldEnd"#;
+    let scene = load_str(text).scene.expect("the scene has no fault");
+    let prepared = Prepared::new(&scene);
+    (scene, prepared)
+});
+
+static KEPT: LazyLock<Vec<Kept>> = LazyLock::new(|| {
+    let (scene, prepared) = &*SCENE;
+    let target = TargetError { relative: 0.01, confidence: 0.95 };
+    let target = Stop::TargetError { target, max_samples: 256, limit: None, error_layers: true };
+    let errors = Stop::Samples { error_layers: true };
+    let part = Some(Part { index: 1, of: 3 });
+    let kept = |(stop, part)| {
+        let settings = Settings { threads: 1, stop, part, keep_sums: true, ..Settings::default() };
+        let break_off = |progress: Progress| match progress.done {
+            0..1000 => ControlFlow::Continue(()),
+            _ => ControlFlow::Break(()),
+        };
+        let rendered = prepared.render(&scene.view, &settings, &break_off);
+        let (header, channels) = rendered.sums.expect("they are kept").to_channels();
+        Kept { settings, header: header.to_bytes(), channels }
+    };
+    [(Stop::default(), None), (errors, part), (errors, None), (Stop::Adaptive, None), (target, None)]
+        .map(kept)
+        .into()
+});
 
 fuzz_target!(|data: &[u8]| {
-    let Some((length, data)) = data.split_first() else { return };
-    let (header, words) = data.split_at(data.len().min(usize::from(*length)));
-    let Ok(header) = SumsHeader::from_bytes(header) else { return };
-    let crop = header.film.crop;
-    let size = u64::from(crop.x1.saturating_sub(crop.x0)) * u64::from(crop.y1.saturating_sub(crop.y0));
-    let mut words = words.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).cycle();
-    let mut channels = Vec::new();
-    for kind in ["sums", "splats"] {
-        for color in ["R", "G", "B", "weight"] {
-            for word in 0..4 {
-                let samples = (0..size.min(MOST)).map(|_| words.next().unwrap_or(0)).collect();
-                channels.push(IntegerChannel { name: format!("{kind}.{color}.{word}"), samples });
+    let Some((kind, edits)) = data.split_first() else { return };
+    let Kept { settings, header, channels } = &KEPT[usize::from(*kind) % KEPT.len()];
+    let (mut header, mut channels) = (header.clone(), channels.clone());
+    let size = channels[0].samples.len();
+    for [low, middle, high, bits] in edits.as_chunks().0 {
+        let at = usize::from(*low) | usize::from(*middle) << 8 | usize::from(*high) << 16;
+        let at = at % (header.len() + 4 * size * channels.len());
+        match at.checked_sub(header.len()) {
+            None => header[at] ^= bits,
+            Some(at) => {
+                let word = at / 4;
+                channels[word / size].samples[word % size] ^= u32::from(*bits) << (8 * (at % 4));
             }
         }
     }
-    if let Ok(mut sums) = FilmSums::from_channels(header, &channels) {
-        sums.image();
-        let other = sums.clone();
-        let _ = sums.add(&other);
-        sums.to_channels();
-    }
+    let Ok(header) = SumsHeader::from_bytes(&header) else { return };
+    let Ok(sums) = FilmSums::from_channels(header, &channels) else { return };
+    sums.image();
+    let _ = sums.clone().add(&sums);
+    sums.to_channels();
+    let (scene, prepared) = &*SCENE;
+    let calls = AtomicU32::new(0);
+    let few = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) {
+        0..20 => ControlFlow::Continue(()),
+        _ => ControlFlow::Break(()),
+    };
+    let _ = prepared.resume(&scene.view, settings, sums, &few);
 });

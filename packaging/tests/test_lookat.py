@@ -154,6 +154,44 @@ def test_meshes_are_views_of_the_scene():
     assert positions.tolist()[0] == [-1, -1, 0]
 
 
+def test_meshes_of_numpy_are_not_copied():
+    positions = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], dtype=np.float64)
+    indices = np.array([[0, 1, 2]], dtype=np.int32)
+    uvs = np.array([[0, 0], [1, 0], [0, 1]], dtype=np.float64)
+    mesh = lookat.Mesh(positions, indices, uvs=uvs)
+    for own, array in [(mesh.positions, positions), (mesh.indices, indices), (mesh.uvs, uvs)]:
+        assert own.__array_interface__["data"][0] == array.__array_interface__["data"][0]
+        assert np.array_equal(own, array) and not array.flags.writeable
+        with pytest.raises(ValueError):
+            array[0, 0] = 1
+    scene = lookat.load(TEXT)
+    expected = lookat.render(scene)
+    scene.set_mesh(0, mesh)
+    del mesh, positions, indices, uvs
+    assert np.array_equal(lookat.render(scene).pixels, expected.pixels)
+    # Where others could write, the arrays are copied: a view, and what has another type or order.
+    base = np.zeros((4, 3))
+    for positions in [base[:3], np.zeros((3, 3), np.float32), np.asfortranarray(np.zeros((3, 3)))]:
+        indices = np.array([[0, 1, 2]], dtype=np.int64)
+        mesh = lookat.Mesh(positions, indices)
+        assert positions.flags.writeable and indices.flags.writeable
+        positions[0, 0] = 7
+        assert mesh.positions[0, 0] == 0
+    # What is refused can still be written.
+    positions = np.full((3, 3), np.inf)
+    with pytest.raises(ValueError):
+        lookat.Mesh(positions, indices)
+    assert positions.flags.writeable
+    assert lookat.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)).positions.shape == (0, 3)
+
+
+def test_checks_look_at_the_view():
+    beside = TEXT.replace("LookAt 0 0 -", "LookAt 0 50 -")
+    assert lookat.check(beside) == []
+    assert any("nothing" in found["message"] or "view" in found["message"] for found in lookat.check(beside, view=True))
+    assert lookat.check(TEXT, view=True) == []
+
+
 def test_errors_are_layers_and_are_compared():
     scene = lookat.load(MATTE)
     a = lookat.render(scene, spp=64, error_layers=True)
@@ -184,6 +222,14 @@ def test_pictures_are_shown_and_saved(tmp_path):
             picture.save(tmp_path / arguments[0], *arguments[1:])
     with pytest.raises(ValueError):
         lookat.Picture.read(tmp_path / "none.exr")
+
+
+def test_files_are_those_of_the_program(tmp_path):
+    own, other = tmp_path / "own.exr", tmp_path / "other.exr"
+    for settings, options in [({}, []), ({"error_layers": True, "layers": ["shape"], "spp": 32}, ["--error-layers", "--layers", "shape", "--spp", "32"])]:
+        lookat.render(MATTE, seed=3, **settings).save(own)
+        assert program("render", MATTE, "--seed", 3, *options, "-q", "--force", "-o", other).returncode == 0
+        assert own.read_bytes() == other.read_bytes()
 
 
 def test_others_read_the_files(tmp_path):

@@ -33,18 +33,28 @@ fn wait_for(folder: &Folder, name: &str, child: &mut std::process::Child) {
 fn killed_renderings_go_on_to_the_same_bits() {
     let (mut random, folder) = (StdRng::seed_from_u64(1), Folder::new());
     folder.write("fine.pbrt", &FINE.replace("Integrator", "PixelFilter \"gaussian\" Integrator"));
-    folder.run(&[LONG, &["-o", "whole.exr"]].concat());
-    let whole = std::fs::read(folder.path("whole.exr")).unwrap();
+    let kinds: [&[&str]; 5] = [
+        &[],
+        &["--error-layers"],
+        &["--adaptive"],
+        &["--target-error", "0.001"],
+        &["--error-layers", "--part", "1/3"],
+    ];
+    let wholes = kinds.map(|kind| {
+        folder.run(&[LONG, kind, &["-o", "whole.exr"]].concat());
+        std::fs::read(folder.path("whole.exr")).unwrap()
+    });
     let mut kills = 0;
     for round in 0..200 {
-        let threads = ["1", "2", "3"][round % 3];
+        let (threads, kind) = (["1", "2", "3"][round % 3], kinds[round % kinds.len()]);
         for attempt in 0.. {
             assert!(attempt < 100, "it gets nowhere");
             let has_checkpoint = ["a.exr", "a.previous.exr"].iter().any(|name| folder.path(name).exists());
             let mut child = if has_checkpoint {
                 folder.command(&["resume", "a.exr", "-q", "--threads", threads])
             } else {
-                folder.command(&[LONG, &["-o", "b.exr", "--checkpoint", "a.exr", "--every", "0.02"]].concat())
+                let own = ["-o", "b.exr", "--checkpoint", "a.exr", "--every", "0.02"];
+                folder.command(&[LONG, kind, &own].concat())
             };
             let mut child = child.stderr(Stdio::piped()).spawn().unwrap();
             // Longer and longer, for slow machines.
@@ -59,7 +69,8 @@ fn killed_renderings_go_on_to_the_same_bits() {
             }
             kills += 1;
         }
-        assert!(std::fs::read(folder.path("b.exr")).unwrap() == whole, "round {round}");
+        let is_whole = std::fs::read(folder.path("b.exr")).unwrap() == wholes[round % kinds.len()];
+        assert!(is_whole, "round {round}: {kind:?}");
         assert_eq!(files(&folder), ["b.exr", "whole.exr"]);
         std::fs::remove_file(folder.path("b.exr")).unwrap();
     }
@@ -214,7 +225,7 @@ fn checkpoints_that_cannot_be_written_are_refused_before_rendering() {
             "b.exr has the name of the picture: choose another name for the checkpoint",
         ),
         (&["--checkpoint", "picture.exr"], "picture.exr is no checkpoint: choose another name"),
-        (&["--checkpoint", "a.exr", "--target-error", "0.1"], "cannot be used with"),
+        (&["--checkpoint", "a.exr", "--time", "1"], "cannot be used with"),
         (&["--checkpoint", "a.exr", "warns.pbrt"], "--checkpoint takes one scene"),
         (&["--every", "5"], "--checkpoint <FILE>"),
     ] {

@@ -1,9 +1,10 @@
 //! The scenes of pbrt-scenes/gallery: each is free of problems and looks like its small reference in tests/gallery. The pages of docs list
 //! all scenes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::folder::{Folder, compare_pictures};
+use crate::project;
 
 /// `UPDATE_EXPECTED=1` writes the pictures.
 #[test]
@@ -24,10 +25,6 @@ fn every_scene_is_fine_and_looks_like_its_reference() {
         count += 1;
     }
     assert!(count >= 6);
-}
-
-fn project() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 /// The scenes below a folder of pbrt-scenes: name and first comment. Files that others include have no `WorldEnd`.

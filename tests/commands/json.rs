@@ -8,10 +8,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 use crate::folder::updates;
-
-fn project() -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
+use crate::project;
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_lookat")).args(arguments).current_dir(folder).output().unwrap()
@@ -96,7 +93,7 @@ fn all_members_are_explained() {
 }
 
 /// The sources in which the page's structs are: of the program, and of the libraries that it takes results from.
-const SOURCES: [&str; 12] = [
+const SOURCES: [&str; 13] = [
     "lookat-image/src/compare/comparison.rs",
     "lookat/src/explain.rs",
     "lookat/src/inspect/needs.rs",
@@ -105,6 +102,7 @@ const SOURCES: [&str; 12] = [
     "lookat/src/render/fireflies.rs",
     "lookat/src/render/summary.rs",
     "lookat-scene/src/json.rs",
+    "lookat-sight/src/metadata.rs",
     "lookat/src/scene_result.rs",
     "lookat/src/verify/outcome.rs",
     "lookat-render/src/inspect.rs",

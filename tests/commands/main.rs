@@ -43,6 +43,11 @@ mod walkthroughs;
 
 use folder::{Folder, Run};
 
+/// The folder of the project.
+fn project() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
 /// A scene without fault that renders in a moment.
 const FINE: &str = r#"LookAt 0 0 -4  0 0 0  0 1 0
 Camera "perspective" "float fov" 40

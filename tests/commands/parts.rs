@@ -37,7 +37,11 @@ fn parts_add_up_to_the_file_of_one_rendering() {
     for (number, scene) in scenes().iter().enumerate() {
         let folder = Folder::new();
         folder.write("fine.pbrt", scene);
-        let layers: &[&str] = if number % 3 == 0 { &["--layers", "depth,albedo,samples"] } else { &[] };
+        let layers: &[&str] = match number % 3 {
+            0 => &["--layers", "depth,albedo,samples"],
+            1 => &["--error-layers", "--layers", "normal,samples"],
+            _ => &[],
+        };
         let render = |more: &[&str]| {
             let run =
                 folder.run(&[&["render", "fine.pbrt", "-q", "--resolution", "12x9"], layers, more].concat());
@@ -127,11 +131,11 @@ fn what_does_not_add_up_is_refused() {
         ),
         (
             &["a.exr", "view.exr"],
-            "error: a.exr and view.exr are no parts of one rendering: camera, film, filter or integrator differ",
+            "error: a.exr and view.exr are no parts of one rendering: the cameras differ",
         ),
         (
             &["a.exr", "small.exr"],
-            "error: a.exr and small.exr are no parts of one rendering: camera, film, filter or integrator differ",
+            "error: a.exr and small.exr are no parts of one rendering: the films differ",
         ),
         (
             &["a.exr", "changed.exr"],
@@ -259,6 +263,33 @@ echo 17
     }
 }
 
+/// Slurm itself renders the parts, one of which is killed and requeued, and merges them. Skipped where there is no Slurm: `.ci/slurm`
+/// installs it.
+#[cfg(unix)]
+#[test]
+fn slurm_renders_and_merges() {
+    let is_there = |program: &str| {
+        let folders = std::env::var_os("PATH").unwrap_or_default();
+        std::env::split_paths(&folders).any(|folder| folder.join(program).exists())
+    };
+    if let Some(missing) = ["slurmctld", "slurmd", "munged", "sbatch"].into_iter().find(|it| !is_there(it)) {
+        println!("skipped: there is no {missing}; .ci/slurm installs it and runs this test");
+        return;
+    }
+    let as_root = Command::new("sh").args(["-c", "[ $(id -u) = 0 ] || sudo -n true 2>/dev/null"]).status();
+    if !as_root.is_ok_and(|status| status.success()) {
+        println!("skipped: only root can start the daemons of Slurm");
+        return;
+    }
+    let run = Command::new(project().join(".ci/slurm"))
+        .env("LOOKAT", env!("CARGO_BIN_EXE_lookat"))
+        .output()
+        .unwrap();
+    let [out, err] = [run.stdout, run.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    assert!(run.status.success(), "{out}\n{err}");
+    assert!(out.contains("four parts by Slurm have the bits of one rendering"), "{out}");
+}
+
 /// 64 samples and then 64 more are the bits of 128, for patterns without a fixed number of samples, also with a checkpoint in between.
 #[test]
 fn more_samples_are_added_to_a_picture() {
@@ -281,6 +312,17 @@ fn more_samples_are_added_to_a_picture() {
         let read = |name: &str| std::fs::read(folder.path(name)).unwrap();
         assert!(read("a.exr") == read("whole.exr"), "{sampler}");
         assert!(!folder.path("c.exr").exists());
+        // After whole rounds, where noise decides.
+        for (option, [first, more, all]) in [
+            (&["--error-layers"][..], ["7", "30", "37"]),
+            (&["--adaptive"], ["16", "48", "64"]),
+            (&["--target-error", "0.05"], ["64", "192", "256"]),
+        ] {
+            render(&[option, &["--spp", all, "--keep-sums", "-o", "whole.exr", "--force"]].concat());
+            render(&[option, &["--spp", first, "--keep-sums", "-o", "a.exr", "--force"]].concat());
+            render(&[option, &["--more", more, "-o", "a.exr"]].concat());
+            assert!(read("a.exr") == read("whole.exr"), "{sampler} {option:?}");
+        }
     }
 }
 
@@ -298,7 +340,7 @@ fn what_cannot_have_more_samples_is_refused() {
         (&["fine.pbrt", "-o", "none.exr", "--more", "4"], "cannot read none.exr"),
         (
             &["fine.pbrt", "-o", "kept.exr", "--more", "4", "--fov", "41"],
-            "camera, film, filter or integrator differ",
+            "kept.exr cannot be resumed: the cameras differ",
         ),
         (&["fine.pbrt", "-o", "kept.exr", "--more", "4", "--seed", "1"], "the seeds 1 and 0 differ"),
         (&["warns.pbrt", "-o", "kept.exr", "--more", "4"], "the file warns.pbrt of the scene differs"),
@@ -307,6 +349,14 @@ fn what_cannot_have_more_samples_is_refused() {
             "a picture has at most 1073741824 samples",
         ),
         (&["fine.pbrt", "-o", "kept.exr", "--more", "4", "--spp", "8"], "cannot be used with"),
+        (
+            &["fine.pbrt", "-o", "kept.exr", "--more", "12", "--adaptive"],
+            "one is rendered with --adaptive, and one without --error-layers, --adaptive and --target-error",
+        ),
+        (
+            &["fine.pbrt", "-o", "a.exr", "--keep-sums", "--adaptive", "--spp", "24"],
+            "pictures of 16, 32, 64, 128 and so on samples per pixel, and this one would have 24: write such a number",
+        ),
         (&["fine.pbrt", "-o", "a.png", "--keep-sums"], "only an .exr file can keep sums"),
         (&["grid.pbrt", "-o", "a.exr", "--keep-sums"], "nothing can be added to stratified samples"),
     ] {

@@ -392,7 +392,7 @@ fn targets_and_times_that_make_no_sense_are_refused() {
         (&["--time", "0"], "expected seconds"),
         (&["--time", "inf"], "expected seconds"),
         (&["--time", "1", "--quick"], "cannot be used with '--quick'"),
-        (&["--time", "1", "--error-layers", "-o", "a.exr"], "also needs --target-error"),
+        (&["--time", "1", "--error-layers", "-o", "a.exr"], "with a target error: add --target-error"),
         (
             &["--target-error", "0.1", "--error-layers", "-o", "a.pfm"],
             "only an .exr file can store error layers",

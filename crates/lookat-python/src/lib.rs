@@ -12,6 +12,7 @@ mod picture;
 mod rendering;
 mod scene;
 
+use lookat_image::{Charge, MemoryBudget};
 use pyo3::prelude::*;
 
 /// Reads, renders and compares pbrt-v3 scenes.
@@ -62,6 +63,11 @@ fn start_threads() -> PyResult<()> {
         ));
     }
     Ok(())
+}
+
+/// Takes memory, or raises `MemoryError`.
+fn reserve(memory: &MemoryBudget, bytes: u64) -> PyResult<Charge> {
+    memory.reserve(bytes).map_err(|shortage| pyo3::exceptions::PyMemoryError::new_err(shortage.to_string()))
 }
 
 /// A `ValueError` with a message.

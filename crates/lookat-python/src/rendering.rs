@@ -1,20 +1,20 @@
 //! Renders a scene.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, RangeInclusive};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use lookat_render::{
-    Layers, Prepared, Rendered, Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes,
+    Layers, Prepared, Rendered, Settings, Statistics, Stop, StopOptions, film_bytes, preparation_bytes,
 };
-use pyo3::exceptions::PyMemoryError;
+use lookat_sight::{Metadata, Numbered};
 use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::picture::Picture;
 use crate::scene::Scene;
-use crate::{run_detached, start_threads, value_error};
+use crate::{reserve, run_detached, start_threads, value_error};
 
 /// The most threads of a rendering.
 const MOST_THREADS: usize = 1024;
@@ -23,46 +23,25 @@ const MOST_THREADS: usize = 1024;
 fn settings(
     seed: u64,
     threads: usize,
-    spp: Option<u32>,
-    (target_error, confidence): (Option<f64>, f64),
-    time: Option<f64>,
-    adaptive: bool,
-    error_layers: bool,
+    (mut options, seconds): (StopOptions, Option<f64>),
     layers: &[String],
 ) -> PyResult<Settings> {
     if threads > MOST_THREADS {
         return Err(value_error(format!("threads must be at most {MOST_THREADS}")));
     }
-    if time.is_some_and(|seconds| !(0.001..=1e8).contains(&seconds)) {
-        return Err(value_error("time must be from 0.001 to 1e8 seconds"));
-    }
-    let limit = time.map(|seconds| Duration::try_from_secs_f64(seconds).map_err(value_error)).transpose()?;
-    if let Some(error) = target_error.filter(|error| !(1e-6..=1.0).contains(error)) {
-        return Err(value_error(format!("target_error must be from 0.000001 to 1, not {error:e}")));
-    }
-    if !(0.5..=0.999_999).contains(&confidence) {
-        return Err(value_error("confidence must be from 0.5 to 0.999999"));
-    }
-    let stop = match (target_error, limit) {
-        (Some(_), _) if adaptive => return Err(value_error("adaptive and target_error exclude each other")),
-        (Some(_), _) if spp.is_some_and(|most| most < 64) => {
-            return Err(value_error("target_error needs an spp of at least 64"));
+    let check = |name: &str, value: Option<f64>, range: RangeInclusive<f64>| match value {
+        Some(value) if !range.contains(&value) => {
+            let (least, most) = range.into_inner();
+            Err(value_error(format!("{name} must be from {least} to {most}, not {value}")))
         }
-        (None, _) if error_layers && (adaptive || limit.is_some()) => {
-            return Err(value_error("error_layers need a fixed spp or a target_error"));
-        }
-        (Some(relative), limit) => Stop::TargetError {
-            target: TargetError { relative, confidence },
-            max_samples: spp.unwrap_or(Stop::DEFAULT_MAX_SAMPLES_OF_TARGET),
-            limit,
-            error_layers: true,
-        },
-        (None, Some(limit)) => {
-            Stop::Time { limit, max_samples: spp.unwrap_or(Stop::DEFAULT_MAX_SAMPLES_OF_TIME), adaptive }
-        }
-        (None, None) if adaptive => Stop::Adaptive,
-        (None, None) => Stop::Samples { error_layers },
+        _ => Ok(()),
     };
+    check("target_error", options.target_error, StopOptions::TARGET_ERROR)?;
+    check("confidence", options.confidence, StopOptions::CONFIDENCE)?;
+    check("time", seconds, StopOptions::SECONDS)?;
+    options.time = seconds.map(Duration::from_secs_f64);
+    options.error_layers |= options.target_error.is_some();
+    let stop = options.stop().map_err(value_error)?;
     let mut chosen = Layers::default();
     for name in layers {
         let named = Layers::named(name).ok_or_else(|| {
@@ -79,7 +58,7 @@ fn settings(
 /// Renders a scene. `progress` is called with the samples done and the samples in all. Ctrl-C raises `KeyboardInterrupt`.
 #[pyfunction]
 #[pyo3(signature = (
-    scene, *, spp = None, seed = 0, threads = 0, target_error = None, confidence = 0.95, time = None, adaptive = false,
+    scene, *, spp = None, seed = 0, threads = 0, target_error = None, confidence = None, time = None, adaptive = false,
     error_layers = false, layers = Vec::new(), progress = None
 ))]
 pub fn render(
@@ -89,7 +68,7 @@ pub fn render(
     seed: u64,
     threads: usize,
     target_error: Option<f64>,
-    confidence: f64,
+    confidence: Option<f64>,
     time: Option<f64>,
     adaptive: bool,
     error_layers: bool,
@@ -102,12 +81,12 @@ pub fn render(
             lookat_scene::MAX_SAMPLES
         )));
     }
-    let target = (target_error, confidence);
-    let settings = settings(seed, threads, spp, target, time, adaptive, error_layers, &layers)?;
+    let options = StopOptions { spp, target_error, confidence, time: None, adaptive, error_layers };
+    let settings = settings(seed, threads, (options, time), &layers)?;
     start_threads()?;
-    let (mut own, prepared, memory) = {
+    let (mut own, prepared, memory, sources) = {
         let scene = scene.borrow();
-        (scene.scene.clone(), scene.prepared(), scene.memory.clone())
+        (scene.scene.clone(), scene.prepared(), scene.memory.clone(), scene.sources.clone())
     };
     if let Some(samples) = spp.filter(|_| matches!(settings.stop, Stop::Samples { .. } | Stop::Adaptive)) {
         own.view.sampler = own.view.sampler.with_samples(samples);
@@ -116,7 +95,7 @@ pub fn render(
         return Err(value_error("error layers need at least 2 samples per pixel: increase spp"));
     }
     let needed = film_bytes(&own.view, &settings).saturating_add(preparation_bytes(&own.world));
-    let _charge = memory.reserve(needed).map_err(|shortage| PyMemoryError::new_err(shortage.to_string()))?;
+    let _charge = reserve(&memory, needed)?;
     let (stop, [done, total]) = (AtomicBool::new(false), [const { AtomicU64::new(0) }; 2]);
     let note = |progress: lookat_render::Progress<'_>| {
         done.store(progress.done, Ordering::Relaxed);
@@ -137,17 +116,21 @@ pub fn render(
         (prepared, rendered)
     };
     let (prepared, rendered) = run_detached(py, work, &stop, tell)?;
-    scene.borrow_mut().keep(prepared);
+    scene.borrow_mut().keep(prepared.clone());
     let seconds = started.elapsed().as_secs_f64();
     if progress.is_some() {
         // The last one is complete.
         done.store(total.load(Ordering::Relaxed), Ordering::Relaxed);
         tell(py)?;
     }
-    let Rendered { image, statistics, complete, .. } = rendered;
+    let Rendered { mut image, statistics, complete, .. } = rendered;
     let Statistics { samples_in_picture, rays, rejected, clamped, least, most, target, .. } = statistics;
+    let samples_per_pixel = samples_in_picture as f64 / image.data_window.area() as f64;
+    let numbered = Numbered::new(&image, &prepared, &sources);
+    let metadata = Metadata::new(&sources.files[0].path, &own.view.camera, seed, samples_per_pixel);
+    image.metadata = metadata.with_settings(&settings, complete, numbered).as_json();
     let statistics = json!({
-        "samples_per_pixel": samples_in_picture as f64 / image.data_window.area() as f64,
+        "samples_per_pixel": samples_per_pixel,
         "least_samples": least,
         "most_samples": most,
         "seconds": seconds,

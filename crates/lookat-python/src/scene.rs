@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lookat_image::MemoryBudget;
-use lookat_render::Prepared;
+use lookat_render::{Prepared, preparation_bytes};
 use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{CameraPlacement, LoadOptions, Loaded, Place, Shape, Sources, as_json, load_opened};
 use pyo3::create_exception;
@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::mesh::Mesh;
-use crate::{as_python, start_threads, value_error};
+use crate::{as_python, reserve, start_threads, value_error};
 
 create_exception!(lookat, SceneError, PyValueError, "A scene has errors. `diagnostics` lists them.");
 
@@ -25,7 +25,7 @@ pub struct Scene {
     pub placement: Option<CameraPlacement>,
     /// The world as the renderer needs it. `None` before the first picture, and after a change.
     pub prepared: Option<Arc<Prepared>>,
-    pub sources: Sources,
+    pub sources: Arc<Sources>,
     /// The memory that is left after reading.
     pub memory: MemoryBudget,
     diagnostics: Vec<Diagnostic>,
@@ -153,7 +153,7 @@ pub fn load(path_or_text: &Bound<'_, PyAny>) -> PyResult<Scene> {
             scene,
             placement,
             prepared: None,
-            sources,
+            sources: Arc::new(sources),
             memory,
             diagnostics,
             output,
@@ -167,11 +167,19 @@ pub fn load(path_or_text: &Bound<'_, PyAny>) -> PyResult<Scene> {
     }
 }
 
-/// The problems of a scene, as `lookat check --json` lists them: a path, or a text of several lines.
+/// The problems of a scene, as `lookat check --json` lists them: a path, or a text of several lines. `view` also looks at what the picture
+/// shows.
 #[pyfunction]
-pub fn check<'py>(path_or_text: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-    let Loaded { sources, diagnostics, .. } = read(path_or_text)?;
-    as_python(path_or_text.py(), &as_json(&diagnostics, &sources))
+#[pyo3(signature = (path_or_text, *, view = false))]
+pub fn check<'py>(path_or_text: &Bound<'py, PyAny>, view: bool) -> PyResult<Bound<'py, PyAny>> {
+    let py = path_or_text.py();
+    let mut loaded = read(path_or_text)?;
+    if let (Some(scene), true) = (&loaded.scene, view) {
+        let _charge = reserve(&loaded.memory, preparation_bytes(&scene.world))?;
+        let advice = py.detach(|| lookat_sight::advise(&loaded, scene, &mut Prepared::new(scene)));
+        loaded.diagnostics.extend(advice);
+    }
+    as_python(py, &as_json(&loaded.diagnostics, &loaded.sources))
 }
 
 /// The errors in words, one in a line.

@@ -33,8 +33,8 @@ fn ball() -> Result<Mesh, MeshError> {
         let (b, c, d) = (a + 1, a + ROWS as i32 + 1, a + ROWS as i32 + 2);
         [a, c, b, b, c, d]
     };
-    let vertices = (0..(ROWS + 1) * (ROWS + 1)).map(vertex).collect();
-    Mesh::new(vertices, (0..ROWS * ROWS).flat_map(cell).collect())
+    let vertices: Vec<_> = (0..(ROWS + 1) * (ROWS + 1)).map(vertex).collect();
+    Mesh::new(vertices, (0..ROWS * ROWS).flat_map(cell).collect::<Vec<_>>())
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,22 +1,32 @@
 //! The film: exact sums of weighted samples in tiles of pixels. Samples count for all pixels that the filter reaches. One thread
 //! collects the samples of a tile in an image block of its own, and then adds them to the tiles around.
 
+#[cfg(test)]
+mod tests;
+
+pub(crate) mod area;
+pub(crate) mod film_sums;
+pub(crate) mod image_block;
+pub(crate) mod spread;
 pub(crate) mod sum;
+pub(crate) mod tile;
 
-use std::ops::Range;
-use std::sync::{
-    Mutex, MutexGuard, OnceLock, PoisonError, RwLock,
-    atomic::{AtomicU64, Ordering},
-};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, RwLock, RwLockReadGuard};
 
-use glam::{DVec2, DVec3, DVec4, Vec3};
-use lookat_image::{Image, PixelError, Shared, Window};
+use glam::{DVec2, DVec3, Vec3};
+use lookat_image::{Image, PixelError, Window};
 use lookat_scene::{PixelBounds, View};
 
-pub use crate::film::sum::{FilmSums, FilmSumsError, SumsHeader};
+pub(crate) use crate::film::area::Area;
+pub use crate::film::film_sums::{FilmSums, FilmSumsError, SumsHeader};
+pub(crate) use crate::film::image_block::ImageBlock;
+pub(crate) use crate::film::spread::Spread;
+pub(crate) use crate::film::sum::{Scale, Sum};
+use crate::film::tile::PixelSums;
+pub(crate) use crate::film::tile::Tile;
 use crate::filter::PixelFilter;
 use crate::number::luminance;
-pub(crate) use sum::{Scale, ShortSum, Spread, Sum};
 
 /// Replicates of each pixel when its error is asked for: with 16 of them intervals by Student's t hold what they promise,
 /// with 4 and 8 they do not.
@@ -27,13 +37,17 @@ pub const REPLICATES: u32 = 16;
 pub(crate) struct Film<'v> {
     pub settings: &'v lookat_scene::Film,
     pub filter: PixelFilter,
+    view_filter: lookat_scene::Filter,
+    pub keeps: Keeps,
     /// Pixels on a side of the tiles.
     side: i32,
-    /// True if the film keeps errors without the filter.
-    has_unfiltered: bool,
     /// The scale of the sums, which is for a brightness of 1 until it is set.
     scale: OnceLock<Scale>,
     light_paths: AtomicU64,
+    /// The replicate that samples belong to, if the film keeps sums of replicates.
+    replicate: AtomicUsize,
+    /// What the policy plans for the round, in a form of its own, for going on after a break. `None` if nothing of the policy is kept.
+    pub plan: Option<Mutex<Vec<u8>>>,
     /// Held for reading while samples are added, and for writing while there must be none that is added by half.
     adding: RwLock<()>,
     /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
@@ -50,86 +64,56 @@ pub(crate) enum Keeps {
     Passes,
     /// The sums of passes, and the variance between replicates.
     Spreads,
+    /// The sums of each replicate.
+    Replicates,
 }
 
-/// A rectangle of the picture that one thread renders at a time.
-#[derive(Debug)]
-pub(crate) struct Tile {
-    /// The pixels: none in tiles beyond the crop window.
-    pub bounds: Area,
-    /// The pixels in which its samples are taken. At the edges of the crop window, they extend beyond it by the reach of the
-    /// filter.
-    pub sources: Area,
-    /// The samples taken in each source, row by row.
-    pub counts: Vec<u32>,
-    /// The sums of each pixel, row by row.
-    pub sums: Vec<Sum>,
-    /// The sums of the pass that is not merged yet. Empty if samples are added to `sums` at once.
-    pub pass: Vec<Sum>,
-    /// The sums of splats. Empty before the first.
-    splats: Vec<Sum>,
-    /// The spread of the replicates of each pixel; empty without estimates of errors.
-    pub spreads: Vec<Spread>,
-    /// The spread of the samples in each pixel itself, without the filter. Empty if the filter makes no difference.
-    unfiltered: Vec<Spread>,
-}
-
-impl Tile {
-    fn new(bounds: Area, sources: Area, keeps: Keeps, has_unfiltered: bool) -> Tile {
-        let of = |is_kept: bool| if is_kept { bounds.size() } else { 0 };
-        Tile {
-            bounds,
-            sources,
-            counts: vec![0; sources.size()],
-            sums: vec![Sum::default(); bounds.size()],
-            pass: vec![Sum::default(); of(keeps != Keeps::Sums)],
-            splats: Vec::new(),
-            spreads: vec![Spread::default(); of(keeps == Keeps::Spreads)],
-            unfiltered: vec![Spread::default(); of(has_unfiltered)],
-        }
-    }
-
-    /// The samples taken in a pixel.
-    pub fn count(&self, at: usize) -> u32 {
-        self.counts[self.sources.index(self.bounds.pixel(at))]
-    }
-
-    /// True if samples count for a pixel.
-    pub fn is_reached(&self, at: usize) -> bool {
-        self.so_far(at).has_weight()
-    }
-
-    /// The sum of a pixel, including the pass that is not merged yet.
-    fn so_far(&self, at: usize) -> Sum {
-        let mut sum = self.sums[at];
-        if let Some(pass) = self.pass.get(at) {
-            sum += *pass;
-        }
-        sum
+impl Keeps {
+    /// True if the error of pixels is known.
+    fn has_errors(self) -> bool {
+        matches!(self, Keeps::Spreads | Keeps::Replicates)
     }
 }
 
 impl<'v> Film<'v> {
-    /// A film without samples: black.
-    pub fn new(view: &'v View, keeps: Keeps) -> Self {
+    /// A film without samples: black. `keeps_policy`: see [`Film::plan`].
+    pub fn new(view: &'v View, keeps: Keeps, keeps_policy: bool) -> Self {
         let filter = PixelFilter::new(&view.filter);
         let crop = Area::of(view.film.crop);
-        let side = tile_side(crop);
-        let has_unfiltered = keeps == Keeps::Spreads && view.filter.shares_samples();
-        let tiles = tiles(crop.grown(filter.reach()), side);
+        let side = area::tile_side(crop);
+        let has_unfiltered = keeps.has_errors() && filter.shares_samples();
+        let tiles = area::tiles(crop.grown(filter.reach()), side);
         let tiles = tiles
             .map(|sources| Mutex::new(Tile::new(sources.intersection(crop), sources, keeps, has_unfiltered)))
             .collect();
         Film {
             settings: &view.film,
             filter,
+            view_filter: view.filter,
+            keeps,
             side,
-            has_unfiltered,
             scale: OnceLock::new(),
             light_paths: AtomicU64::new(0),
+            replicate: AtomicUsize::new(0),
+            plan: keeps_policy.then(Mutex::default),
             adding: RwLock::new(()),
             tiles,
         }
+    }
+
+    /// True if samples are also added up without the filter, for errors.
+    pub fn has_unfiltered(&self) -> bool {
+        self.keeps.has_errors() && self.filter.shares_samples()
+    }
+
+    /// Sets the replicate that the next samples belong to.
+    pub fn begin_replicate(&self, replicate: usize) {
+        self.replicate.store(replicate, Ordering::Relaxed);
+    }
+
+    /// To hold while samples are added and noted: sums of the film have all of them or none.
+    pub fn adding(&self) -> RwLockReadGuard<'_, ()> {
+        self.adding.read().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The pixels of the picture.
@@ -152,14 +136,18 @@ impl<'v> Film<'v> {
         let _ = self.scale.set(scale);
     }
 
-    /// Adds the samples of an image block.
-    pub fn add(&self, samples: &mut ImageBlock) {
+    /// Adds the samples of an image block, under the lock of [`Film::adding`].
+    pub fn add(&self, samples: &mut ImageBlock, _adding: &RwLockReadGuard<()>) {
         samples.carry();
-        let _adding = self.adding.read().unwrap_or_else(PoisonError::into_inner);
         let ImageBlock { area, reached, carried, counts: more, unfiltered_carried, .. } = samples;
+        let replicate = self.replicate.load(Ordering::Relaxed);
         for at in self.tiles_of(*reached) {
-            let Tile { bounds, sources, counts, sums, pass, unfiltered, .. } = &mut *lock(&self.tiles[at]);
-            let into = if pass.is_empty() { sums } else { pass };
+            let Tile { bounds, sources, counts, sums, pass, replicates, .. } = &mut *lock(&self.tiles[at]);
+            let pass = replicates.get_mut(replicate).unwrap_or(pass);
+            if self.keeps == Keeps::Replicates && pass.filtered.is_empty() {
+                *pass = PixelSums::new(bounds.size(), self.has_unfiltered());
+            }
+            let into = if pass.filtered.is_empty() { sums } else { &mut pass.filtered };
             let part = reached.intersection(*bounds);
             for y in (part.y0..part.y1).filter(|_| part.width() > 0) {
                 let (own, from) = (bounds.index([part.x0, y]), reached.index([part.x0, y]));
@@ -170,9 +158,8 @@ impl<'v> Film<'v> {
             for pixel in sources.intersection(*area).pixels() {
                 let at = area.index(pixel);
                 counts[sources.index(pixel)] += more[at];
-                if bounds.contains(pixel) && !unfiltered.is_empty() && more[at] > 0 {
-                    let sum = unfiltered_carried[at].weighted(self.scale());
-                    unfiltered[bounds.index(pixel)].add(sum, more[at]);
+                if let (true, Some(sum)) = (bounds.contains(pixel), unfiltered_carried.get(at)) {
+                    pass.unfiltered[bounds.index(pixel)] += *sum;
                 }
             }
         }
@@ -197,7 +184,7 @@ impl<'v> Film<'v> {
         let reached = Area { x0: x, y0: y, x1: x + 1, y1: y + 1 }.grown(self.filter.reach());
         let mut weights = Default::default();
         self.filter.weigh(position - corner, &mut weights);
-        let _adding = self.adding.read().unwrap_or_else(PoisonError::into_inner);
+        let _adding = self.adding();
         for at in self.tiles_of(reached) {
             let Tile { bounds, splats, .. } = &mut *lock(&self.tiles[at]);
             splats.resize(bounds.size(), Sum::default());
@@ -239,22 +226,7 @@ impl<'v> Film<'v> {
 
     /// The value of a pixel of a tile so far.
     fn value(&self, tile: &Tile, at: usize) -> DVec3 {
-        sum::value(&tile.so_far(at), tile.splats.get(at), self.light_paths(), self.scale())
-    }
-
-    /// The error of a pixel of a tile with spreads.
-    pub fn error(&self, tile: &Tile, at: usize) -> PixelError {
-        let spread = &tile.spreads[at];
-        let shared = tile.unfiltered.get(at).map(|unfiltered| Shared {
-            unfiltered: unfiltered.standard_error().to_array(),
-            noise_area: self.filter.noise_area() as f32,
-        });
-        PixelError {
-            standard_error: spread.standard_error().to_array(),
-            samples: spread.samples,
-            replicates: spread.replicates,
-            shared,
-        }
+        value(&tile.so_far(at), tile.splats.get(at), self.light_paths(), self.scale())
     }
 
     /// A sample no brighter than the film allows.
@@ -273,10 +245,10 @@ impl<'v> Film<'v> {
         let mut errors = Vec::new();
         let of_tile = |tile: &Mutex<Tile>| {
             let tile = lock(tile);
-            if with_errors && !tile.spreads.is_empty() {
-                errors.resize(crop.size(), PixelError::default());
-                for (own, pixel) in tile.bounds.pixels().enumerate() {
-                    errors[crop.index(pixel)] = self.scaled(self.error(&tile, own));
+            for (own, pixel) in tile.bounds.pixels().enumerate().filter(|_| with_errors) {
+                if let Some(spreads) = tile.spreads(own, self.scale()) {
+                    errors.resize(crop.size(), PixelError::default());
+                    errors[crop.index(pixel)] = spreads.error(self.settings, &self.filter);
                 }
             }
             let value = |(own, pixel)| (crop.index(pixel), self.value(&tile, own));
@@ -288,13 +260,12 @@ impl<'v> Film<'v> {
         }
         image
     }
+}
 
-    /// An error on the scale of the picture.
-    fn scaled(&self, error: PixelError) -> PixelError {
-        let scaled = |errors: [f32; 3]| errors.map(|error| error * self.settings.scale.abs() as f32);
-        let shared = error.shared.map(|shared| Shared { unfiltered: scaled(shared.unfiltered), ..shared });
-        PixelError { standard_error: scaled(error.standard_error), shared, ..error }
-    }
+/// The value of a pixel: the mean of its samples, and what splats of so many light paths add.
+fn value(sum: &Sum, splats: Option<&Sum>, light_paths: u64, scale: Scale) -> DVec3 {
+    let splats = splats.map(|splats| splats.weighted(scale).truncate() / light_paths.max(1) as f64);
+    sum.mean(scale) + splats.unwrap_or_default()
 }
 
 /// The picture of a film, from the values of its pixels by their numbers in the crop window.
@@ -322,351 +293,15 @@ pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Bytes of a pixel on a film while it is rendered, and of its values in the picture and in the copy that is written: until then, the
-/// memory of the film is not given back.
-pub(crate) fn pixel_bytes(keeps: Keeps, shares_samples: bool) -> usize {
-    let spreads = if shares_samples { 2 } else { 1 };
-    let sums = match keeps {
-        Keeps::Sums => size_of::<Sum>(),
-        Keeps::Passes => 2 * size_of::<Sum>(),
-        Keeps::Spreads => 2 * size_of::<Sum>() + spreads * size_of::<Spread>() + 2 * size_of::<PixelError>(),
+/// memory of the film is not given back. `replicates`: of how many there are samples.
+pub(crate) fn pixel_bytes(keeps: Keeps, replicates: u32, shares_samples: bool) -> usize {
+    let kinds = if shares_samples && keeps.has_errors() { 2 } else { 1 };
+    let sums = kinds * size_of::<Sum>();
+    let kept = match keeps {
+        Keeps::Sums => 0,
+        Keeps::Passes => sums,
+        Keeps::Spreads => sums + kinds * size_of::<Spread>() + 2 * size_of::<PixelError>(),
+        Keeps::Replicates => replicates as usize * sums + 2 * size_of::<PixelError>(),
     };
-    sums + size_of::<u32>() + 2 * size_of::<[f32; 3]>()
-}
-
-/// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.
-fn tile_side(crop: Area) -> i32 {
-    const FEWEST: usize = 64;
-    [16, 8].into_iter().find(|side| crop.size() >= FEWEST * side * side).map_or(4, |side| side as i32)
-}
-
-/// Cuts an area into tiles, row by row.
-fn tiles(area: Area, side: i32) -> impl Iterator<Item = Area> {
-    area.squares(side).map(move |square| square.intersection(area))
-}
-
-/// A rectangle of pixels, y down: `x0 <= x < x1`, `y0 <= y < y1`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Area {
-    pub x0: i32,
-    pub y0: i32,
-    pub x1: i32,
-    pub y1: i32,
-}
-
-impl Area {
-    pub fn of(PixelBounds { x0, y0, x1, y1 }: PixelBounds) -> Area {
-        let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(u32::cast_signed);
-        Area { x0, y0, x1, y1 }
-    }
-
-    pub fn width(self) -> usize {
-        (self.x1 - self.x0).max(0) as usize
-    }
-
-    pub fn height(self) -> usize {
-        (self.y1 - self.y0).max(0) as usize
-    }
-
-    /// The number of its pixels.
-    pub fn size(self) -> usize {
-        self.width() * self.height()
-    }
-
-    /// The pixels of the area, row by row.
-    pub fn pixels(self) -> impl Iterator<Item = [i32; 2]> {
-        (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| [x, y]))
-    }
-
-    pub fn contains(self, [x, y]: [i32; 2]) -> bool {
-        (self.x0..self.x1).contains(&x) && (self.y0..self.y1).contains(&y)
-    }
-
-    pub fn pixel(self, at: usize) -> [i32; 2] {
-        [self.x0 + (at % self.width()) as i32, self.y0 + (at / self.width()) as i32]
-    }
-
-    /// The index of a pixel in the area, row by row.
-    pub fn index(self, [x, y]: [i32; 2]) -> usize {
-        (y - self.y0) as usize * self.width() + (x - self.x0) as usize
-    }
-
-    /// The squares of a grid that it has pixels of, whole and row by row. The grid is aligned to the full picture.
-    pub fn squares(self, side: i32) -> impl Iterator<Item = Area> {
-        let [columns, rows] = self.grid(side);
-        rows.flat_map(move |row| columns.clone().map(move |column| (column * side, row * side)))
-            .map(move |(x0, y0)| Area { x0, y0, x1: x0 + side, y1: y0 + side })
-    }
-
-    /// The number among these squares of the one that a pixel is in.
-    #[inline(always)]
-    pub fn square_of(self, side: i32, [x, y]: [i32; 2]) -> usize {
-        let [columns, rows] = self.grid(side);
-        let (column, row) = (x.div_euclid(side) - columns.start, y.div_euclid(side) - rows.start);
-        (row * (columns.end - columns.start) + column) as usize
-    }
-
-    /// The columns and rows of a grid that it has pixels of.
-    #[inline(always)]
-    fn grid(self, side: i32) -> [Range<i32>; 2] {
-        let range = |from: i32, to: i32| from.div_euclid(side)..(to - 1).div_euclid(side) + 1;
-        [range(self.x0, self.x1), range(self.y0, self.y1)]
-    }
-
-    /// The area with so many more pixels on each side.
-    pub fn grown(self, [x, y]: [u32; 2]) -> Area {
-        let [x, y] = [x, y].map(u32::cast_signed);
-        Area { x0: self.x0 - x, y0: self.y0 - y, x1: self.x1 + x, y1: self.y1 + y }
-    }
-
-    pub fn intersection(self, other: Area) -> Area {
-        Area {
-            x0: self.x0.max(other.x0),
-            y0: self.y0.max(other.y0),
-            x1: self.x1.min(other.x1),
-            y1: self.y1.min(other.y1),
-        }
-    }
-}
-
-/// The samples of an area, added up by the pixels around that they count for. Exact, as the sums of the film are: so the bits of a picture
-/// depend on no tile, no crop window, and no order.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct ImageBlock {
-    /// The sources.
-    pub area: Area,
-    /// The area and the pixels around that the filter reaches.
-    reached: Area,
-    /// The sums of the last samples for each of these pixels, row by row.
-    sums: Vec<ShortSum>,
-    /// The sums of the samples before those.
-    carried: Vec<Sum>,
-    /// The number of samples in them.
-    waiting: u32,
-    /// The samples taken in each source, row by row.
-    pub counts: Vec<u32>,
-    /// The sums of samples in each source, without the filter. Empty unless the film keeps errors.
-    unfiltered: Vec<ShortSum>,
-    unfiltered_carried: Vec<Sum>,
-    /// Room for the weights of a sample, across and down.
-    weights: [Vec<f64>; 2],
-}
-
-impl ImageBlock {
-    /// Empties the block, and gives it an area.
-    pub fn restart(&mut self, film: &Film, area: Area) {
-        fn clear<T: Clone + Default>(all: &mut Vec<T>, size: usize) {
-            all.clear();
-            all.resize(size, T::default());
-        }
-        self.area = area;
-        self.reached = area.grown(film.filter.reach());
-        self.waiting = 0;
-        let unfiltered = if film.has_unfiltered { area.size() } else { 0 };
-        clear(&mut self.counts, area.size());
-        clear(&mut self.sums, self.reached.size());
-        clear(&mut self.carried, self.reached.size());
-        clear(&mut self.unfiltered, unfiltered);
-        clear(&mut self.unfiltered_carried, unfiltered);
-    }
-
-    /// Adds a sample of a source, which lies at `square` in its unit square: red, green, blue, and in `w` its weight, in the units of
-    /// [`Scale::units`].
-    #[inline(always)]
-    pub fn add(&mut self, filter: &PixelFilter, source: [i32; 2], square: DVec2, units: DVec4) {
-        if self.waiting == ShortSum::MOST {
-            self.carry();
-        }
-        self.waiting += 1;
-        let at = self.area.index(source);
-        self.counts[at] += 1;
-        if let Some(sum) = self.unfiltered.get_mut(at) {
-            *sum += units;
-        }
-        let width = self.reached.width();
-        // The first pixel that the sample counts for is as far from the corner as the source.
-        let [x, y] = [source[0] - self.area.x0, source[1] - self.area.y0];
-        let sums = &mut self.sums[y as usize * width + x as usize..];
-        if self.reached == self.area {
-            sums[0] += units * filter.own(square);
-            return;
-        }
-        filter.weigh(square, &mut self.weights);
-        let [across, down] = &self.weights;
-        // A sample seldom reaches the pixels on both edges.
-        for (row, down) in sums.chunks_mut(width).zip(down).filter(|(_, down)| **down != 0.0) {
-            let units = units * *down;
-            row.iter_mut().zip(across).for_each(|(sum, across)| *sum += units * *across);
-        }
-    }
-
-    /// Makes room for more samples.
-    #[inline(never)]
-    fn carry(&mut self) {
-        let kinds =
-            [(&mut self.sums, &mut self.carried), (&mut self.unfiltered, &mut self.unfiltered_carried)];
-        for (sums, carried) in kinds {
-            for (sum, carried) in sums.iter_mut().zip(carried) {
-                std::mem::take(sum).add_to(carried);
-            }
-        }
-        self.waiting = 0;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::render::Settings;
-    use crate::render::Stop;
-    use crate::render::render;
-    use crate::testing::scene;
-    use rayon::prelude::*;
-    use std::ops::ControlFlow;
-
-    #[test]
-    fn tiles_cover_an_area_once() {
-        for (x1, y1) in [(70, 24), (6, 8), (6, 2000), (133, 135), (5, 7)] {
-            let area = Area { x0: -5, y0: -7, x1, y1 };
-            let size: usize = tiles(area, 8).map(Area::size).sum();
-            assert_eq!(size, area.size());
-        }
-    }
-
-    /// A crop window has the pixels of the whole, of any filter, with and without layers of its errors.
-    #[test]
-    fn crops_equal_the_whole() {
-        let render = |filter: &str, crop: &str, stop: Stop| {
-            let scene = scene(&format!(
-                "LookAt 0 0 -4 0 0 0 0 1 0 Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 32 {crop}
-                Camera \"perspective\" Sampler \"sobol\" \"integer pixelsamples\" 20 PixelFilter {filter}
-                Integrator \"path\" WorldBegin LightSource \"infinite\" \"rgb L\" [.5 1 2]
-                AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" .3 WorldEnd"
-            ));
-            let settings = Settings { stop, ..Settings::default() };
-            render(&scene, &settings, &|_| ControlFlow::Continue(())).image
-        };
-        for filter in [
-            "\"box\"",
-            "\"gaussian\"",
-            "\"mitchell\" \"float xwidth\" 1.2",
-            "\"sinc\"",
-            "\"box\" \"float ywidth\" 7",
-        ] {
-            for error_layers in [false, true] {
-                let stop = Stop::Samples { error_layers };
-                let whole = render(filter, "", stop);
-                let part = render(filter, "\"float cropwindow\" [.25 .75 .5 1]", stop);
-                for (whole, part) in whole.channels.iter().zip(&part.channels) {
-                    let rows = whole.samples.chunks(48).skip(16).map(|row| &row[12..36]);
-                    assert!(rows.eq(part.samples.chunks(24)), "{filter} {}", whole.name);
-                }
-            }
-        }
-    }
-
-    /// One sample lights the pixels that its filter reaches, by their weights; a flat picture stays flat.
-    #[test]
-    fn pixels_are_ratios_of_weighted_sums() {
-        let scene = scene(
-            "Film \"image\" \"integer xresolution\" 9 \"integer yresolution\" 9 Camera \"perspective\"
-            PixelFilter \"mitchell\" WorldBegin Shape \"sphere\" WorldEnd",
-        );
-        let film = Film::new(&scene.view, Keeps::Sums);
-        // Samples of a flat picture everywhere, and a bright one.
-        let bright = ([4, 5], DVec2::new(0.9, 0.3));
-        let places: Vec<([i32; 2], DVec2, f64)> = film
-            .sources()
-            .pixels()
-            .map(|source| (source, DVec2::new(0.25, 0.5), 3.0))
-            .chain([(bright.0, bright.1, 100.0)])
-            .collect();
-        let mut block = ImageBlock::default();
-        block.restart(&film, film.sources());
-        for (source, place, value) in &places {
-            block.add(&film.filter, *source, *place, film.scale().units(DVec3::splat(*value).extend(1.0)));
-        }
-        film.add(&mut block);
-        let image = film.develop(false).rgb().unwrap();
-        for (pixel, found) in film.crop().pixels().zip(image) {
-            let mut sum = [0.0; 2];
-            for ([x, y], square, value) in &places {
-                let off =
-                    [f64::from(pixel[0] - x) + 0.5 - square.x, f64::from(pixel[1] - y) + 0.5 - square.y];
-                let mitchell = |x: f64| match x.abs() {
-                    x if x < 1.0 => 7.0 * x.powi(3) - 12.0 * x * x + 16.0 / 3.0,
-                    x if x < 2.0 => -7.0 / 3.0 * x.powi(3) + 12.0 * x * x - 20.0 * x + 32.0 / 3.0,
-                    _ => 0.0,
-                };
-                let weight = mitchell(off[0]) * mitchell(off[1]);
-                sum = [sum[0] + weight * value, sum[1] + weight];
-            }
-            let expected = (sum[0] / sum[1]).max(0.0) as f32;
-            assert!(
-                (found[0] - expected).abs() < 1e-5 * expected.max(1.0),
-                "{pixel:?}: {found:?} {expected}"
-            );
-            let is_far = pixel[0].abs_diff(4) > 2 || pixel[1].abs_diff(5) > 2;
-            assert!(!is_far || found == [3.0; 3], "{pixel:?}");
-        }
-    }
-
-    /// From several threads at once: each splat brings its value, in the mean over its places, and the bits do not depend on the order.
-    #[test]
-    fn splats_keep_their_energy() {
-        for filter in ["box", "triangle", "gaussian", "mitchell", "sinc"] {
-            let scene = scene(&format!(
-                "Film \"image\" \"integer xresolution\" 40 \"integer yresolution\" 40 Camera \"perspective\"
-                PixelFilter \"{filter}\" WorldBegin Shape \"sphere\" WorldEnd"
-            ));
-            // Over all places in a pixel, in the middle of the picture.
-            let at = |step: i32, of: i32| f64::from(19) + (f64::from(step) + 0.5) / f64::from(of);
-            let places: Vec<DVec2> =
-                (0..32).flat_map(|y| (0..32).map(move |x| DVec2::new(at(x, 32), at(y, 32)))).collect();
-            let sums = [false, true].map(|is_reversed| {
-                let film = Film::new(&scene.view, Keeps::Sums);
-                let splat = |place: &DVec2| assert!(film.add_splat(*place, Vec3::new(1.0, 1e-5, 3e4)));
-                match is_reversed {
-                    false => places.par_iter().for_each(splat),
-                    true => places.iter().rev().for_each(splat),
-                }
-                film.add_light_paths(places.len() as u64);
-                film.sums()
-            });
-            assert_eq!(sums[0], sums[1]);
-            let image = sums[0].image();
-            let total =
-                |channel: usize| image.channels[channel].samples.iter().copied().map(f64::from).sum::<f64>();
-            // What is below black is written as black.
-            let is_signed = matches!(filter, "mitchell" | "sinc");
-            for (channel, expected) in [1.0, 1e-5, 3e4].into_iter().enumerate() {
-                let ratio = total(channel) / expected;
-                let most = if is_signed { 1.3 } else { 1.0 + 1e-5 };
-                assert!(ratio > 1.0 - 1e-5 && ratio < most, "{filter}: {ratio}");
-            }
-        }
-    }
-
-    /// Splats join the samples of the picture, at its edges too, and bad ones are refused.
-    #[test]
-    fn splats_join_samples() {
-        let scene = scene(
-            "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8 Camera \"perspective\"
-            PixelFilter \"box\" WorldBegin Shape \"sphere\" WorldEnd",
-        );
-        let film = Film::new(&scene.view, Keeps::Sums);
-        let mut block = ImageBlock::default();
-        block.restart(&film, film.sources());
-        block.add(&film.filter, [3, 4], DVec2::splat(0.5), film.scale().units(DVec3::splat(2.0).extend(1.0)));
-        film.add(&mut block);
-        assert!(film.add_splat(DVec2::new(3.2, 4.9), Vec3::splat(6.0)));
-        for far in [1e9, 1e10, -1e10, 1e300] {
-            assert!(film.add_splat(DVec2::new(-0.1, far), Vec3::splat(6.0)));
-        }
-        assert!(!film.add_splat(DVec2::new(3.2, 4.9), Vec3::NAN));
-        assert!(!film.add_splat(DVec2::new(f64::INFINITY, 4.9), Vec3::ONE));
-        film.add_light_paths(4);
-        let image = film.develop(false).rgb().unwrap();
-        assert_eq!(image[4 * 8 + 3], [3.5; 3]);
-        assert_eq!(image.iter().filter(|pixel| **pixel != [0.0; 3]).count(), 1);
-    }
+    size_of::<Sum>() + kept + size_of::<u32>() + 2 * size_of::<[f32; 3]>()
 }

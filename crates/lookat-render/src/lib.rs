@@ -91,7 +91,7 @@ pub use ray::{ElementId, Hit, Ray, ShapeId};
 pub use ray_query::Picked;
 pub use render::{
     BrightestSample, DARK, Layer, Layers, Part, PathEnd, Progress, Reached, Rendered, Settings, Statistics,
-    Stop, TargetError, TimeLeft, film_bytes, profile, render,
+    Stop, StopOptions, StopOptionsError, TargetError, TimeLeft, film_bytes, profile, render,
 };
 pub use surface::Surface;
 pub use threads::{start_threads, threads};

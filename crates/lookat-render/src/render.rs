@@ -11,6 +11,7 @@ mod profile;
 mod rounds;
 mod sample;
 mod settings;
+mod stop_options;
 mod stop_rule;
 mod target;
 
@@ -25,7 +26,7 @@ use serde::Serialize;
 use crate::film::{Film, FilmSums, FilmSumsError, Keeps, lock};
 use crate::integrator::Profiler;
 use crate::prepare::Prepared;
-use crate::render::rounds::Fixed;
+use crate::render::rounds::{Fixed, Rounds};
 pub use crate::render::rounds::{Part, TimeLeft};
 use crate::threads;
 use adaptive::Adaptive;
@@ -35,6 +36,7 @@ pub use layer_set::{Layer, Layers};
 pub use profile::profile;
 use sample::Context;
 pub use settings::{Settings, Stop, film_bytes};
+pub use stop_options::{StopOptions, StopOptionsError};
 pub use stop_rule::TargetError;
 use target::Target;
 
@@ -54,8 +56,8 @@ pub struct Progress<'f> {
     pub left: Option<[u64; 2]>,
     /// Pixels that have reached the target error so far, after whole rounds; 0 without one.
     pub pixels_done: u64,
-    /// The statistics of finished tiles.
-    statistics: Statistics,
+    /// The rays of finished tiles, and their rejected and clamped samples.
+    pub statistics: Statistics,
     film: &'f Film<'f>,
 }
 
@@ -74,7 +76,7 @@ impl Progress<'_> {
 
     /// The sums of the samples so far. With [`Stop::Adaptive`] samples are weighed by the counts of this rendering, and with
     /// [`Stop::TargetError`] pixels keep the samples they were judged by, so that only sums with other settings add up to a larger
-    /// rendering.
+    /// rendering. With [`Settings::keep_sums`] these sums hold what [`Prepared::resume`] needs.
     pub fn sums(&self) -> FilmSums {
         self.film.sums()
     }
@@ -151,7 +153,7 @@ pub fn render(
         let started = Instant::now();
         let prepared = Prepared::new(scene);
         let preparation = started.elapsed();
-        let rendered = run(&prepared, &scene.view, settings, deadline, progress, None);
+        let rendered = start(&prepared, &scene.view, settings, deadline, progress, None);
         Rendered { preparation, ..rendered }
     })
 }
@@ -166,21 +168,17 @@ impl Prepared {
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Rendered {
         let deadline = settings.stop.deadline();
-        on_threads(settings, || run(self, view, settings, deadline, progress, None))
+        on_threads(settings, || start(self, view, settings, deadline, progress, None))
     }
 
-    /// Goes on with a rendering that has been broken off, from the [sums](Progress::sums) that it had, to the same bits. For
-    /// [`Stop::Samples`] without error layers. `view`, `settings` and the scene are those of that rendering, except that the view of an
-    /// [extendable](Settings::is_extendable) one may have more samples per pixel.
+    /// Goes on with a rendering that has been broken off, from the [sums](Progress::sums) that it had, to the same bits. `view`, `settings` and
+    /// the scene are those of that rendering, except that an [extendable](Settings::is_extendable) one may have more samples per pixel.
+    /// A limit of time begins anew.
     ///
     /// # Errors
     ///
     /// [`FilmSumsError::OtherPicture`] if the sums cannot be of this rendering, [`FilmSumsError::TooManySamples`] if they have more samples than
-    /// it takes.
-    ///
-    /// # Panics
-    ///
-    /// With another stopping rule.
+    /// it takes, [`FilmSumsError::Unreadable`] if they are damaged.
     pub fn resume(
         &self,
         view: &View,
@@ -188,22 +186,19 @@ impl Prepared {
         so_far: FilmSums,
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Result<Rendered, FilmSumsError> {
-        assert!(settings.stop == Stop::default(), "only Stop::Samples without error layers is resumed");
+        let deadline = settings.stop.deadline();
         on_threads(settings, || {
-            let film = Film::new(view, Keeps::Sums);
-            let control = Control::new(progress, &film);
+            let film = film_of(view, settings);
+            let control = Control { deadline, ..Control::new(progress, &film) };
             let context = exposed(self, view, settings, (&film, &control));
-            let sampler = settings.stop.sampler(view);
-            let mut policy = Fixed::new(sampler, settings);
             if control.is_stopped() {
                 // Broken off before the scale is known.
                 let (image, preparation) = (so_far.image(), Duration::ZERO);
                 let statistics = Statistics::default();
                 return Ok(Rendered { image, sums: Some(so_far), statistics, preparation, complete: false });
             }
-            film.restore(so_far, policy.samples_per_pixel)?;
-            rounds::render(&context, &mut policy);
-            Ok(develop(&context, view, settings, None))
+            film.restore(so_far, settings.stop.sampler(view).samples_per_pixel)?;
+            run(&context, view, settings)
         })
     }
 
@@ -216,7 +211,7 @@ impl Prepared {
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Option<Image> {
         on_threads(settings, || {
-            let film = Film::new(view, Keeps::Sums);
+            let film = Film::new(view, Keeps::Sums, false);
             let control = Control::new(progress, &film);
             let context = Context::new(self, view, settings, (&film, &control));
             let mut image = film.develop(false);
@@ -234,6 +229,11 @@ fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R
     }
 }
 
+/// A film without samples, as the settings need it.
+fn film_of<'v>(view: &'v View, settings: &Settings) -> Film<'v> {
+    Film::new(view, settings.keeps(), settings.keeps_policy())
+}
+
 /// The context of a rendering, with the scale of its film.
 fn exposed<'a>(
     prepared: &'a Prepared,
@@ -246,8 +246,8 @@ fn exposed<'a>(
     context
 }
 
-/// Samples the film as the settings ask for, and develops it.
-fn run(
+/// Renders from the first sample on.
+fn start(
     prepared: &Prepared,
     view: &View,
     settings: &Settings,
@@ -255,28 +255,32 @@ fn run(
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     profilers: Option<&Mutex<Vec<Profiler>>>,
 ) -> Rendered {
-    let Settings { seed, stop, .. } = *settings;
-    let film = Film::new(view, stop.keeps());
+    let film = film_of(view, settings);
     let control = Control { deadline, profilers, ..Control::new(progress, &film) };
     let context = exposed(prepared, view, settings, (&film, &control));
-    let sampler = stop.sampler(view);
-    let target = match stop {
+    run(&context, view, settings).expect("an empty film is of any rendering")
+}
+
+/// Samples the film as the settings ask for, from where it is, and develops it.
+fn run(context: &Context, view: &View, settings: &Settings) -> Result<Rendered, FilmSumsError> {
+    let Settings { seed, stop, is_extendable, .. } = *settings;
+    let (film, sampler) = (context.film, stop.sampler(view));
+    let mut reached = None;
+    match stop {
         Stop::TargetError { target, .. } => {
             let mut target = Target::new(sampler, seed, &target);
-            let parts = rounds::render(&context, &mut target);
-            Some(target.reached(&film, &parts))
+            let states = Rounds::new(&mut target, film)?.render(context);
+            reached = Some(target.reached(film, &states));
         }
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => {
-            let is_open = matches!(stop, Stop::Time { .. });
-            rounds::render(&context, &mut Adaptive::new(&film, sampler, seed, is_open));
-            None
+            let is_open = is_extendable || matches!(stop, Stop::Time { .. });
+            Rounds::new(&mut Adaptive::new(film, sampler, seed, is_open), film)?.render(context);
         }
         Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => {
-            rounds::render(&context, &mut Fixed::new(sampler, settings));
-            None
+            Rounds::new(&mut Fixed::new(sampler, settings), film)?.render(context);
         }
-    };
-    develop(&context, view, settings, target)
+    }
+    Ok(develop(context, view, settings, reached))
 }
 
 impl Film<'_> {
@@ -309,8 +313,8 @@ fn develop(context: &Context, view: &View, settings: &Settings, target: Option<R
     let Context { film, control, .. } = context;
     let mut image = film.develop(settings.stop.has_error_layers());
     let statistics = film.count(Statistics { target, ..control.state().statistics });
-    let State { interrupted, total, .. } = *control.state();
-    let mut complete = !interrupted || statistics.samples == total;
+    let State { interrupted, is_finished, .. } = *control.state();
+    let mut complete = !interrupted || is_finished;
     if complete && !settings.layers.is_empty() {
         complete = layers::add(context, view, settings, &mut image);
     }

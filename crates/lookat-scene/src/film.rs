@@ -57,6 +57,18 @@ pub struct PixelBounds {
 }
 
 impl Film {
+    /// True if its size, its crop window and its limits are in their ranges.
+    pub fn is_valid(&self) -> bool {
+        let (crop, [width, height]) = (self.crop, self.resolution);
+        let has_pixels = crop.x0 < crop.x1 && crop.x1 <= width && crop.y0 < crop.y1 && crop.y1 <= height;
+        has_pixels
+            && width.max(height) <= MAX_SIDE
+            && crop.area() <= MAX_PIXELS
+            && SCALE_RANGE.contains(self.scale)
+            && self.max_sample_luminance > 0.0
+            && DIAGONAL_RANGE.contains(self.diagonal)
+    }
+
     /// A film of this width and height in pixels, with the defaults of pbrt-v3.
     pub fn new(resolution: [u32; 2]) -> Film {
         let [x1, y1] = resolution;

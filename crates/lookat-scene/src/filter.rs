@@ -1,13 +1,14 @@
 //! `PixelFilter`: the reconstruction filter.
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::params::Params;
 use crate::schema::{Key, Kind, Range, Unit};
 
 /// A separable reconstruction filter. It is zero beyond its radius (`xwidth`, `ywidth`, in pixels, from 0.001 to
 /// 100).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Filter {
     /// The radius along x and y, in pixels.
     pub radius: DVec2,
@@ -16,7 +17,7 @@ pub struct Filter {
 }
 
 /// A filter function of one axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum FilterKind {
     /// Constant. Default radius 0.5. The default filter of pbrt-v3.
     Box,
@@ -50,15 +51,26 @@ impl Filter {
         self.radius.to_array().map(|radius| (radius - 0.5).ceil().max(0.0) as u32)
     }
 
+    /// True if its numbers are in their ranges.
+    pub fn is_valid(&self) -> bool {
+        let has_shape = match self.kind {
+            FilterKind::Box | FilterKind::Triangle => true,
+            FilterKind::Gaussian { alpha } => ALPHA_RANGE.contains(alpha),
+            FilterKind::Mitchell { b, c } => [b, c].iter().all(|x| MITCHELL_RANGE.contains(*x)),
+            FilterKind::Sinc { tau } => TAU_RANGE.contains(tau),
+        };
+        has_shape && self.radius.to_array().iter().all(|x| RADIUS_RANGE.contains(*x))
+    }
+
     /// True if a sample may count for several pixels.
     pub fn shares_samples(&self) -> bool {
         self.reach() != [0, 0]
     }
 }
 
-pub(crate) const ALPHA_RANGE: Range = Range::from_to(1e-6, 1e4);
-pub(crate) const TAU_RANGE: Range = Range::from_to(0.1, 1000.0);
-pub(crate) const RADIUS_RANGE: Range = Range::from_to(1e-3, 100.0);
+const ALPHA_RANGE: Range = Range::from_to(1e-6, 1e4);
+const TAU_RANGE: Range = Range::from_to(0.1, 1000.0);
+const RADIUS_RANGE: Range = Range::from_to(1e-3, 100.0);
 /// The largest radius, in pixels, without a warning: four times the largest default.
 const WIDE: f64 = 16.0;
 const ALPHA: Key<f64> = Key::float("alpha", 2.0, "how fast the filter falls off").within(ALPHA_RANGE);
@@ -66,7 +78,7 @@ const B: Key<f64> =
     Key::float("B", 1.0 / 3.0, "B of Mitchell and Netravali").within(MITCHELL_RANGE).default_words("1/3");
 const C: Key<f64> =
     Key::float("C", 1.0 / 3.0, "C of Mitchell and Netravali").within(MITCHELL_RANGE).default_words("1/3");
-pub(crate) const MITCHELL_RANGE: Range = Range::from_to(-100.0, 100.0);
+const MITCHELL_RANGE: Range = Range::from_to(-100.0, 100.0);
 const TAU: Key<f64> = Key::float("tau", 3.0, "the number of cycles of the sinc").within(TAU_RANGE);
 
 // Outside this range the filter is zero everywhere, or loses precision.

@@ -35,6 +35,7 @@ mod advice;
 mod cache;
 mod camera;
 mod color;
+mod directive_text;
 mod draft;
 mod facts;
 mod files;
@@ -71,6 +72,7 @@ pub use camera::{
     Projection, Pupil, ScreenWindow, Shutter, ThickLens, ViewOverride, Weighting,
 };
 pub use color::LUMINANCE;
+pub use directive_text::DirectiveText;
 pub use files::{Open, Read};
 pub use film::{Film, FilmOverride, MAX_PIXELS, MAX_SIDE, PixelBounds};
 pub use filter::{Filter, FilterKind};
@@ -84,7 +86,7 @@ pub use material::{
     Disney, FourierTable, Glass, Hair, HairColor, Interior, Material, MaterialKind, Matte, Metal, Mirror,
     Mix, Needs, Plastic, Roughness, Series, Substrate, Subsurface, ThinDisney, Translucent, Uber,
 };
-pub use mesh::{Cutout, Mesh, MeshError};
+pub use mesh::{Cutout, Mesh, MeshArray, MeshError};
 
 pub use kinds::kinds;
 pub use medium::{Density, DensityGrid, Medium};

@@ -1,7 +1,10 @@
 //! `Shape "trianglemesh"` and `Shape "plymesh"`, and their alpha masks.
 
+mod array;
+
 use std::sync::Arc;
 
+pub use array::MeshArray;
 use glam::DVec3;
 use lookat_syntax::{Diagnostic, ParamType};
 
@@ -16,8 +19,8 @@ use crate::transform::{LARGEST, in_range};
 /// Triangles with shared vertices.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
-    pub(crate) positions: Vec<[f64; 3]>,
-    pub(crate) indices: Vec<i32>,
+    pub(crate) positions: MeshArray<[f64; 3]>,
+    pub(crate) indices: MeshArray<i32>,
     /// In a box, because many small meshes have none.
     pub(crate) shading: Option<Box<VertexShading>>,
 }
@@ -25,14 +28,9 @@ pub struct Mesh {
 /// What the vertices of a mesh have besides positions. Arrays are empty if the mesh has no such data.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct VertexShading {
-    pub normals: Vec<[f64; 3]>,
-    pub tangents: Vec<[f64; 3]>,
-    pub uvs: Vec<[f64; 2]>,
-}
-
-impl VertexShading {
-    const NONE: &VertexShading =
-        &VertexShading { normals: Vec::new(), tangents: Vec::new(), uvs: Vec::new() };
+    pub normals: MeshArray<[f64; 3]>,
+    pub tangents: MeshArray<[f64; 3]>,
+    pub uvs: MeshArray<[f64; 2]>,
 }
 
 /// Why arrays are no [`Mesh`].
@@ -71,7 +69,11 @@ impl Mesh {
     /// # Errors
     ///
     /// See [`MeshError`].
-    pub fn new(positions: Vec<[f64; 3]>, indices: Vec<i32>) -> Result<Mesh, MeshError> {
+    pub fn new(
+        positions: impl Into<MeshArray<[f64; 3]>>,
+        indices: impl Into<MeshArray<i32>>,
+    ) -> Result<Mesh, MeshError> {
+        let (positions, indices) = (positions.into(), indices.into());
         let count = positions.len();
         if !indices.len().is_multiple_of(3) {
             return Err(MeshError::OddIndices);
@@ -90,7 +92,8 @@ impl Mesh {
     /// # Errors
     ///
     /// See [`MeshError`].
-    pub fn with_normals(mut self, normals: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
+    pub fn with_normals(mut self, normals: impl Into<MeshArray<[f64; 3]>>) -> Result<Mesh, MeshError> {
+        let normals = normals.into();
         check_array(&normals, self.positions.len(), in_range)?;
         self.shading.get_or_insert_default().normals = normals;
         Ok(self)
@@ -101,7 +104,8 @@ impl Mesh {
     /// # Errors
     ///
     /// See [`MeshError`].
-    pub fn with_tangents(mut self, tangents: Vec<[f64; 3]>) -> Result<Mesh, MeshError> {
+    pub fn with_tangents(mut self, tangents: impl Into<MeshArray<[f64; 3]>>) -> Result<Mesh, MeshError> {
+        let tangents = tangents.into();
         check_array(&tangents, self.positions.len(), in_range)?;
         self.shading.get_or_insert_default().tangents = tangents;
         Ok(self)
@@ -112,20 +116,16 @@ impl Mesh {
     /// # Errors
     ///
     /// See [`MeshError`].
-    pub fn with_uvs(mut self, uvs: Vec<[f64; 2]>) -> Result<Mesh, MeshError> {
+    pub fn with_uvs(mut self, uvs: impl Into<MeshArray<[f64; 2]>>) -> Result<Mesh, MeshError> {
+        let uvs = uvs.into();
         check_array(&uvs, self.positions.len(), |uvs| uvs.iter().all(|x| x.is_finite()))?;
         self.shading.get_or_insert_default().uvs = uvs;
         Ok(self)
     }
 
     pub(crate) fn with_shading(self, shading: VertexShading) -> Mesh {
-        let has_any = shading != *VertexShading::NONE;
+        let has_any = shading != VertexShading::default();
         Mesh { shading: has_any.then(|| Box::new(shading)), ..self }
-    }
-
-    #[inline]
-    fn shading(&self) -> &VertexShading {
-        self.shading.as_deref().unwrap_or(VertexShading::NONE)
     }
 
     /// Vertex positions in world space, or in the space of the containing object. Finite (`P`).
@@ -143,25 +143,25 @@ impl Mesh {
     /// A shading normal for each vertex, of any length (`N`), or none.
     #[inline]
     pub fn normals(&self) -> &[[f64; 3]] {
-        &self.shading().normals
+        self.shading.as_ref().map_or(&[], |shading| &shading.normals)
     }
 
     /// A shading tangent for each vertex, of any length (`S`), or none.
     #[inline]
     pub fn tangents(&self) -> &[[f64; 3]] {
-        &self.shading().tangents
+        self.shading.as_ref().map_or(&[], |shading| &shading.tangents)
     }
 
     /// Texture coordinates for each vertex (`uv` or `st`), or none.
     #[inline]
     pub fn uvs(&self) -> &[[f64; 2]] {
-        &self.shading().uvs
+        self.shading.as_ref().map_or(&[], |shading| &shading.uvs)
     }
 
     /// The mesh in place of a file that is only checked: a triangle, because a mesh without triangles would be invisible.
     pub(crate) fn unread() -> Mesh {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        Mesh { positions, indices: vec![0, 1, 2], ..Mesh::default() }
+        Mesh { positions: positions.into(), indices: vec![0, 1, 2].into(), ..Mesh::default() }
     }
 
     /// The number of triangles.
@@ -206,14 +206,14 @@ impl Mesh {
     fn transformed(mut self, transform: Transform) -> Self {
         if transform != Transform::IDENTITY {
             let mut none = VertexShading::default();
-            for p in &mut self.positions {
+            for p in self.positions.to_mut() {
                 *p = transform.point(DVec3::from(*p)).into();
             }
             let VertexShading { normals, tangents, .. } = self.shading.as_deref_mut().unwrap_or(&mut none);
-            for n in normals {
+            for n in normals.to_mut() {
                 *n = transform.normal(DVec3::from(*n)).into();
             }
-            for s in tangents {
+            for s in tangents.to_mut() {
                 *s = transform.vector(DVec3::from(*s)).into();
             }
         }
@@ -277,9 +277,9 @@ pub(crate) fn triangle_mesh(
     let positions = params.take(&POSITIONS);
     let (uv, uvs) = texture_coordinates(params);
     let mut shading = VertexShading {
-        normals: params.take(&NORMALS).unwrap_or_default(),
-        tangents: params.take(&TANGENTS).unwrap_or_default(),
-        uvs,
+        normals: params.take(&NORMALS).unwrap_or_default().into(),
+        tangents: params.take(&TANGENTS).unwrap_or_default().into(),
+        uvs: uvs.into(),
     };
     // Only Ptex uses face indices, and lookat does not support Ptex.
     params.take(&FACE_INDICES);
@@ -291,10 +291,10 @@ pub(crate) fn triangle_mesh(
         note_flat(params, "indices", flat, mesh.triangles());
         return Some(mesh);
     }
-    let mesh = Mesh { indices: indices?, positions: positions?, shading: None };
+    let mesh = Mesh { indices: indices?.into(), positions: positions?.into(), shading: None };
     check_indices(params, &mesh);
     check_lengths(params, mesh.positions.len(), &shading, uv);
-    shading.uvs.truncate(mesh.positions.len());
+    shading.uvs.to_mut().truncate(mesh.positions.len());
     let mesh = mesh.with_shading(shading);
     let mesh = Arc::new(to_world_space(params, mesh, world_from_object)?);
     let flat = mesh.without_area();

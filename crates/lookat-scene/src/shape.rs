@@ -127,8 +127,8 @@ pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> 
     let uvs: Vec<[f64; 2]> =
         (0..nv).flat_map(|v| (0..nu).map(move |u| [share(u, nu), share(v, nv)])).collect();
     let positions = uvs.iter().zip(heights).map(|([x, y], z)| [*x, *y, z]).collect();
-    let mesh = Mesh { positions, indices: grid(nu, nv), ..Mesh::default() }
-        .with_shading(VertexShading { uvs, ..VertexShading::default() });
+    let mesh = Mesh { positions, indices: grid(nu, nv).into(), ..Mesh::default() }
+        .with_shading(VertexShading { uvs: uvs.into(), ..VertexShading::default() });
     finish(params, mesh, world_from_object)
 }
 

@@ -91,6 +91,12 @@ pub struct Location<'a> {
 }
 
 impl Sources {
+    /// The word at a place, without its quotation marks.
+    pub fn word(&self, span: Span) -> String {
+        let text = self.file(span.file).text.get(span.start as usize..span.end as usize);
+        String::from_utf8_lossy(text.unwrap_or_default()).trim_matches('"').to_owned()
+    }
+
     /// The file of a span.
     pub fn file(&self, id: FileId) -> &Source {
         &self.files[id.0 as usize]

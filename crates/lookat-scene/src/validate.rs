@@ -9,17 +9,14 @@ use glam::{DVec2, Vec3};
 use lookat_image::MipMap;
 
 use crate::camera::FOV;
-use crate::film::{DIAGONAL_RANGE, MAX_SIDE, SCALE_RANGE};
-use crate::filter::{ALPHA_RANGE, MITCHELL_RANGE, RADIUS_RANGE, TAU_RANGE};
 use crate::integrator::LARGEST_DEPTH;
 use crate::params::value::MOST_NESTED;
 use crate::shape::Limits;
 use crate::transform::in_range;
 use crate::{
-    AnimatedTransform, AnyTexture, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, FilterKind,
-    ImageFilter, Integrator, Light, MAX_PIXELS, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix, Octaves,
-    Primitive, Quadric, QuadricForm, SamplerKind, Scene, Shape, Shutter, Texture, Transform, Value, Varying,
-    View, color,
+    AnimatedTransform, AnyTexture, Cells, Checkerboard, Curve, CurveKind, Dots, Emission, ImageFilter,
+    Integrator, Light, MAX_SAMPLES, Mapping, Material, MaterialKind, Mix, Octaves, Primitive, Quadric,
+    QuadricForm, SamplerKind, Scene, Shape, Shutter, Texture, Transform, Value, Varying, View, color,
 };
 
 /// A promise that a scene breaks.
@@ -174,22 +171,8 @@ fn view_faults(View { camera, film, filter, sampler, integrator }: &View, found:
     let has_lenses = camera.lens_system().is_none_or(|lenses| lenses.is_valid(focus));
     found.check(has_screen && has_lens && has_angle && has_lenses, "view.camera", NUMBERS);
 
-    let (crop, [width, height]) = (film.crop, film.resolution);
-    let has_pixels = crop.x0 < crop.x1 && crop.x1 <= width && crop.y0 < crop.y1 && crop.y1 <= height;
-    let has_size = width.max(height) <= MAX_SIDE && crop.area() <= MAX_PIXELS;
-    let has_light = SCALE_RANGE.contains(film.scale) && film.max_sample_luminance > 0.0;
-    let has_light = has_light && DIAGONAL_RANGE.contains(film.diagonal);
-    let message = "its size, crop window or limits are out of range";
-    found.check(has_pixels && has_size && has_light, "view.film", message);
-
-    let has_shape = match filter.kind {
-        FilterKind::Box | FilterKind::Triangle => true,
-        FilterKind::Gaussian { alpha } => ALPHA_RANGE.contains(alpha),
-        FilterKind::Mitchell { b, c } => [b, c].iter().all(|x| MITCHELL_RANGE.contains(*x)),
-        FilterKind::Sinc { tau } => TAU_RANGE.contains(tau),
-    };
-    let has_radius = filter.radius.to_array().iter().all(|x| RADIUS_RANGE.contains(*x));
-    found.check(has_shape && has_radius, "view.filter", NUMBERS);
+    found.check(film.is_valid(), "view.film", "its size, crop window or limits are out of range");
+    found.check(filter.is_valid(), "view.filter", NUMBERS);
 
     let has_cells = match sampler.kind {
         SamplerKind::Stratified { cells: [across, down], .. } => {

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use lookat_image::{Limit, Metric};
-use lookat_render::{Layers, Part};
+use lookat_render::{Layers, Part, StopOptions};
 use lookat_scene::MAX_SAMPLES;
 
 pub use crate::args::charting::{Chart, Other};
@@ -90,10 +90,10 @@ pub struct Render {
     pub spp: Option<u32>,
     /// Sample each pixel until its error is at most this fraction of its brightness, such as 0.05, with at most
     /// --spp samples (65536 without --spp)
-    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = number_in(1e-6..=1.0, "a number from 0.000001 to 1, as in 0.05 for 5 %"))]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = number_in(StopOptions::TARGET_ERROR, "a number from 0.000001 to 1, as in 0.05 for 5 %"))]
     pub target_error: Option<f64>,
     /// Confidence level of --target-error for each pixel [default: 0.95]
-    #[arg(long, value_name = "SHARE", requires = "target_error", conflicts_with = "adaptive", allow_negative_numbers = true, value_parser = number_in(0.5..=0.999999, "a number from 0.5 to 0.999999, as in 0.95 for 95 %"))]
+    #[arg(long, value_name = "SHARE", requires = "target_error", conflicts_with = "adaptive", allow_negative_numbers = true, value_parser = number_in(StopOptions::CONFIDENCE, "a number from 0.5 to 0.999999, as in 0.95 for 95 %"))]
     pub confidence: Option<f64>,
     /// Add samples to the whole picture for this long, or until it reaches --target-error or --spp
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
@@ -102,17 +102,18 @@ pub struct Render {
     #[arg(long, conflicts_with_all = ["target_error", "error_layers"])]
     pub adaptive: bool,
     /// Take only the I-th of N equal parts of the samples, counted from 0. `lookat merge` adds parts up to the picture of one rendering
-    #[arg(long, value_name = "I/N", allow_hyphen_values = true, conflicts_with_all = ["target_error", "time", "adaptive", "error_layers"], value_parser = part)]
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true, conflicts_with_all = ["target_error", "time", "adaptive"], value_parser = part)]
     pub part: Option<Part>,
     /// Keep the exact sums of the samples in the .exr file, so that --more can add samples. The patterns of pixels and the filtering of textures then
     /// do not depend on --spp
-    #[arg(long, conflicts_with_all = ["target_error", "time", "adaptive", "error_layers", "part"])]
+    #[arg(long, conflicts_with_all = ["time", "part"])]
     pub keep_sums: bool,
-    /// Add so many samples per pixel to the picture, which --keep-sums or --more has written before: 64 and then 64 more are the bits of 128
-    #[arg(long, value_name = "N", conflicts_with_all = ["spp", "quick", "target_error", "time", "adaptive", "error_layers", "part", "turntable", "animate", "watch"], allow_negative_numbers = true, value_parser = whole(1, MAX_SAMPLES))]
+    /// Add so many samples per pixel to the picture, which --keep-sums or --more has written before: 64 and then 64 more are the bits of 128. With
+    /// --target-error, raise the maximum by so many
+    #[arg(long, value_name = "N", conflicts_with_all = ["spp", "quick", "time", "part", "turntable", "animate", "watch"], allow_negative_numbers = true, value_parser = whole(1, MAX_SAMPLES))]
     pub more: Option<u32>,
     /// Also write the samples so far to this .exr file every now and then, and when interrupted. `lookat resume` goes on from there
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["target_error", "time", "adaptive", "error_layers", "turntable", "animate", "watch"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["time", "turntable", "animate", "watch"])]
     pub checkpoint: Option<PathBuf>,
     /// Seconds between two checkpoints [default: 60]
     #[arg(long, value_name = "SECONDS", requires = "checkpoint", allow_negative_numbers = true, value_parser = seconds)]
@@ -453,7 +454,7 @@ pub struct Report {
 }
 
 fn seconds(text: &str) -> Result<Duration, Failure> {
-    number_in(0.001..=1e8, "seconds, from 0.001 to 1e8")(text).map(Duration::from_secs_f64)
+    number_in(StopOptions::SECONDS, "seconds, from 0.001 to 1e8")(text).map(Duration::from_secs_f64)
 }
 
 fn rays(text: &str) -> Result<u64, Failure> {

@@ -10,8 +10,7 @@ use crate::args::Check;
 use crate::readable::plural;
 use crate::report;
 use crate::scene_result::SceneResult;
-use crate::sight;
-use crate::source::load_scene;
+use crate::source::{load_scene, prepare};
 
 /// Runs the command.
 pub fn check(arguments: &Check) -> ExitCode {
@@ -56,8 +55,8 @@ fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), Failure> {
     if !arguments.view {
         return Ok(());
     }
-    let mut prepared = sight::prepare(loaded, scene)?;
-    let mut advice = sight::advise(loaded, scene, &mut prepared);
+    let mut prepared = prepare(loaded, scene)?;
+    let mut advice = lookat_sight::advise(loaded, scene, &mut prepared);
     if arguments.report.strict {
         for warning in &mut advice {
             warning.severity = Severity::Error;

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use lookat_image::{Format, Image, ImageError, MemoryBudget, PictureFile, Placement, Window};
+use lookat_render::FilmSums;
 use lookat_scene::PixelBounds;
 use serde_json::Value;
 
@@ -11,7 +12,7 @@ use crate::args::{Convert, Writing, crop_edges, way_out};
 use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
 use crate::output::{check_inputs, check_output, check_replaced, write_result};
-use crate::part::{PartMetadata, is_of_sums};
+use crate::part::PartMetadata;
 use crate::source::{open_layer, several_channels};
 
 /// Runs the command.
@@ -90,7 +91,7 @@ fn cropped(placement: Placement, edges: [f64; 4]) -> Result<Window, Failure> {
 /// Makes a picture of a part: as float, sums are of no use.
 fn drop_sums(image: &mut Image) {
     if image.metadata.as_ref().is_some_and(|text| serde_json::from_str::<PartMetadata>(text).is_ok()) {
-        image.channels.retain(|channel| !is_of_sums(&channel.name));
+        image.channels.retain(|channel| !FilmSums::is_channel(&channel.name));
         image.metadata = None;
     }
 }

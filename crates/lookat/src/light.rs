@@ -7,7 +7,8 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::Tone;
-use crate::readable::{digits, percent, plural, quoted};
+use crate::readable::{percent, plural, quoted};
+use lookat_sight::digits;
 
 /// The light of a picture and its tone mapping, as JSON.
 #[derive(Debug, Clone, Copy, Serialize)]

@@ -22,7 +22,6 @@ mod render;
 mod report;
 mod resume;
 mod scene_result;
-mod sight;
 mod source;
 mod stability;
 mod standard_error;

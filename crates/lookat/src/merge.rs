@@ -10,7 +10,7 @@ use crate::args::{Merge, Writing};
 use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
 use crate::output::{check_inputs, check_output, check_replaced, write_result};
-use crate::part::{Part, PartFile, PartMetadata, is_of_sums};
+use crate::part::{About, PartFile};
 
 /// Runs the command.
 pub fn merge(arguments: &Merge) -> ExitCode {
@@ -27,7 +27,7 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
     let is_whole = missing.is_empty() && unfinished.is_none();
     if let Some(file) = unfinished.filter(|_| !partial) {
         let name = file.path.display();
-        let way_out = match file.metadata.invocation {
+        let way_out = match file.metadata.broken_off {
             Some(_) => format!(", or finish it with `lookat resume {name}`"),
             None => String::new(),
         };
@@ -39,13 +39,13 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
     if !is_whole && Format::from_path(output) != Some(Format::Exr) {
         bail!("{}: only an .exr file can store a part; choose one with -o", output.display());
     }
-    let first = &files[0].metadata.part;
+    let first = &files[0].metadata;
     let crop = files[0].sums.film.crop;
     check_output(output, [crop.width(), crop.height()])?;
     check_inputs(output, parts)?;
-    let samples: u32 = ranges.iter().map(|range| range.len() as u32).sum();
+    let samples = files.iter().map(|file| file.metadata.samples_per_pixel).sum();
     if !force {
-        check_replaced(output, [crop.width(), crop.height()], Some(samples.into()))?;
+        check_replaced(output, [crop.width(), crop.height()], Some(samples))?;
     }
     if !quiet {
         note_linear(output, tone);
@@ -62,18 +62,11 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
     if let Some(layers) = files.iter().find(|file| file.metadata.part.ranges[0].start == 0) {
         add_layers(&mut image, layers, &sums, memory)?;
     }
-    image.metadata = Some(files[0].metadata.whole.clone());
+    image.metadata = Some(first.whole.clone());
     if !is_whole {
-        let (part, integers) = Part::new(first.rendering.clone(), ranges, &sums);
-        let metadata = PartMetadata {
-            samples_per_pixel: sums.mean_samples(),
-            complete: unfinished.is_none(),
-            part,
-            whole: files[0].metadata.whole.clone(),
-            invocation: None,
-        };
-        image.metadata = metadata.to_text();
-        image.integers = integers;
+        let (provenance, whole) = (first.part.provenance.clone(), first.whole.clone());
+        let complete = unfinished.is_none();
+        About { provenance, ranges, complete, whole, broken_off: None }.put_into(&mut image, &sums);
     }
     let light = map_tones(&mut image, output, tone);
     write_result(output, |path| image.write(path))?;
@@ -97,9 +90,9 @@ fn counted(files: usize) -> String {
 /// Fails unless all are of one rendering and no two have the same samples. Returns the samples that they have.
 fn check_alike(files: &[PartFile]) -> Result<Vec<Range<u32>>, Failure> {
     let [first, others @ ..] = files else { return Ok(Vec::new()) };
-    let rendering = &first.metadata.part.rendering;
+    let provenance = &first.metadata.part.provenance;
     for other in others {
-        if let Some(difference) = rendering.difference(&other.metadata.part.rendering) {
+        if let Some(difference) = provenance.difference(&other.metadata.part.provenance) {
             let [a, b] = [first, other].map(|file| file.path.display());
             bail!("{a} and {b} are no parts of one rendering: {difference}");
         }
@@ -133,7 +126,7 @@ fn check_alike(files: &[PartFile]) -> Result<Vec<Range<u32>>, Failure> {
 
 /// The samples that no file has.
 fn missing(file: &PartFile, ranges: &[Range<u32>]) -> Vec<Range<u32>> {
-    let all = file.metadata.part.rendering.samples_per_pixel;
+    let all = file.metadata.part.provenance.samples_per_pixel;
     let starts = std::iter::once(0).chain(ranges.iter().map(|range| range.end));
     let ends = ranges.iter().map(|range| range.start).chain([all]);
     starts.zip(ends).filter(|(start, end)| start < end).map(|(start, end)| start..end).collect()
@@ -141,10 +134,10 @@ fn missing(file: &PartFile, ranges: &[Range<u32>]) -> Vec<Range<u32>> {
 
 /// What is missing, in words: the numbers of parts, if whole parts are missing.
 fn listed(missing: &[Range<u32>], file: &PartFile) -> String {
-    let rendering = &file.metadata.part.rendering;
-    let of = rendering.parts;
+    let provenance = &file.metadata.part.provenance;
+    let of = provenance.parts;
     let is_missing = |part: &u32| {
-        let own = lookat_render::Part { index: *part, of }.range(rendering.samples_per_pixel);
+        let own = lookat_render::Part { index: *part, of }.range(provenance.samples_per_pixel);
         missing.iter().any(|range| range.start <= own.start && own.end <= range.end)
     };
     let parts: Vec<u32> = (0..of).filter(is_missing).collect();
@@ -161,7 +154,7 @@ fn listed(missing: &[Range<u32>], file: &PartFile) -> String {
     }
 }
 
-/// Adds the layers of a part to the picture.
+/// Adds the layers of a part that the picture lacks: error layers are those of all parts.
 fn add_layers(
     image: &mut Image,
     file: &PartFile,
@@ -169,8 +162,10 @@ fn add_layers(
     memory: &MemoryBudget,
 ) -> Result<(), Failure> {
     let (part, _charge) = PictureFile::open(file.path, memory)?.read()?;
-    let is_layer = |name: &str| !["R", "G", "B"].contains(&name) && !is_of_sums(name);
-    for mut channel in part.channels.into_iter().filter(|channel| is_layer(&channel.name)) {
+    for mut channel in part.channels {
+        if FilmSums::is_channel(&channel.name) || image.channel(&channel.name).is_some() {
+            continue;
+        }
         if Layer::named("samples").is_some_and(|layer| layer.name_in_file() == channel.name) {
             channel.samples = sums.samples().map(|samples| samples as f32).collect();
         }

@@ -1,18 +1,20 @@
 //! Files of parts and checkpoints: what they say beside their sums, of which rendering they are, and which samples they have.
 
+use std::fmt::Debug;
 use std::io::{self, BufRead, BufReader};
 use std::ops::Range;
 use std::path::Path;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
-use lookat_image::{IntegerChannel, MemoryBudget, PictureFile, open_file, read_integers};
-use lookat_render::{FilmSums, Settings, SumsHeader};
+use lookat_image::{Image, IntegerChannel, MemoryBudget, PictureFile, open_file, read_integers};
+use lookat_render::{FilmSums, Settings, Statistics, Stop, SumsHeader, TargetError};
 use lookat_scene::{Loaded, View};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::args::way_out;
 use crate::failure::Failure;
+use crate::render::settings::most_samples;
 
 /// The metadata of a part.
 #[derive(Serialize, Deserialize)]
@@ -21,31 +23,49 @@ pub struct PartMetadata {
     pub samples_per_pixel: f64,
     /// False if samples of its ranges are missing.
     pub complete: bool,
-    pub part: Part,
+    pub part: PartRecord,
     /// The metadata of the whole picture, as it is written.
     pub whole: String,
-    /// The command that was broken off, in a checkpoint.
+    /// What was broken off, in a checkpoint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub invocation: Option<Invocation>,
+    pub broken_off: Option<BrokenOff>,
 }
 
-impl PartMetadata {
-    /// As JSON.
-    pub fn to_text(&self) -> Option<String> {
-        serde_json::to_string(self).ok()
+/// A rendering that was broken off.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct BrokenOff {
+    /// The command.
+    pub invocation: Invocation,
+    pub work: Work,
+}
+
+/// What a rendering has taken so far, in all its sittings.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Work {
+    pub seconds: f64,
+    pub rays: u64,
+    pub rejected: u64,
+    pub clamped: u64,
+}
+
+impl Work {
+    /// With what another sitting has taken.
+    pub fn and(self, seconds: f64, statistics: &Statistics) -> Work {
+        let Statistics { rays, rejected, clamped, .. } = *statistics;
+        Work {
+            seconds: self.seconds + seconds,
+            rays: self.rays + rays,
+            rejected: self.rejected + rejected,
+            clamped: self.clamped + clamped,
+        }
     }
-}
-
-/// True for the channels of sums in the file of a part.
-pub fn is_of_sums(channel: &str) -> bool {
-    channel.starts_with("sums.") || channel.starts_with("splats.")
 }
 
 /// Some of the samples of a rendering.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Part {
-    pub rendering: Rendering,
-    /// The indices of its samples, in order, with gaps between them.
+pub struct PartRecord {
+    pub provenance: Provenance,
+    /// The indices of its samples, in order, with gaps between them. With `--target-error`, up to the most samples.
     pub ranges: Vec<Range<u32>>,
     /// The header of its sums, in base 64: JSON holds no infinite numbers.
     sums: String,
@@ -53,25 +73,42 @@ pub struct Part {
     hash: String,
 }
 
-impl Part {
-    pub fn new(
-        rendering: Rendering,
-        ranges: Vec<Range<u32>>,
-        sums: &FilmSums,
-    ) -> (Self, Vec<IntegerChannel>) {
-        let (header, channels) = sums.to_channels();
-        let sums = BASE64_STANDARD.encode(header.to_bytes());
-        (Part { rendering, ranges, sums, hash: hash_of(&channels) }, channels)
-    }
+/// What a part is to say of its sums.
+pub struct About {
+    pub provenance: Provenance,
+    /// See [`PartRecord::ranges`].
+    pub ranges: Vec<Range<u32>>,
+    /// See [`PartMetadata::complete`].
+    pub complete: bool,
+    /// See [`PartMetadata::whole`].
+    pub whole: String,
+    /// See [`PartMetadata::broken_off`].
+    pub broken_off: Option<BrokenOff>,
+}
 
+impl About {
+    /// Makes a part of a picture: gives it the sums and their metadata.
+    pub fn put_into(self, image: &mut Image, sums: &FilmSums) {
+        let About { provenance, ranges, complete, whole, broken_off } = self;
+        let (header, channels) = sums.to_channels();
+        let (header, hash) = (BASE64_STANDARD.encode(header.to_bytes()), hash_of(&channels));
+        let part = PartRecord { provenance, ranges, sums: header, hash };
+        let samples_per_pixel = sums.mean_samples();
+        let metadata = PartMetadata { samples_per_pixel, complete, part, whole, broken_off };
+        image.metadata = serde_json::to_string(&metadata).ok();
+        image.integers = channels;
+    }
+}
+
+impl PartRecord {
     /// The number of its samples, once it is complete.
-    pub fn samples(&self) -> u32 {
+    fn samples(&self) -> u32 {
         self.ranges.iter().map(|range| range.len() as u32).sum()
     }
 
     /// True if its ranges are in order and within the rendering.
     fn is_sound(&self) -> bool {
-        let Part { rendering, ranges, .. } = self;
+        let PartRecord { provenance, ranges, .. } = self;
         let mut end = 0;
         let is_next = |range: &Range<u32>| {
             let is_next = range.start >= end && range.start < range.end;
@@ -80,8 +117,17 @@ impl Part {
         };
         !ranges.is_empty()
             && ranges.iter().all(is_next)
-            && end <= rendering.samples_per_pixel
-            && (1..=rendering.samples_per_pixel).contains(&rendering.parts)
+            && end <= provenance.samples_per_pixel
+            && (1..=provenance.samples_per_pixel).contains(&provenance.parts)
+    }
+
+    /// True if the sums can have these samples. Where noise decides about them, nothing is known of their numbers.
+    fn has_samples(&self, sums: &SumsHeader, complete: bool) -> bool {
+        match complete {
+            _ if self.provenance.is_uneven() => true,
+            true => sums.samples() == Some(self.samples()),
+            false => sums.most_samples() <= self.samples(),
+        }
     }
 }
 
@@ -124,11 +170,8 @@ impl PartFile<'_> {
             let metadata: PartMetadata = serde_json::from_str(&text).ok()?;
             let part = &metadata.part;
             let sums = SumsHeader::from_bytes(&BASE64_STANDARD.decode(&part.sums).ok()?).ok()?;
-            let has_samples = match metadata.complete {
-                true => sums.samples() == Some(part.samples()),
-                false => sums.most_samples() <= part.samples(),
-            };
-            (part.is_sound() && has_samples).then_some(PartFile { path, metadata, sums })
+            let is_sound = part.is_sound() && part.has_samples(&sums, metadata.complete);
+            is_sound.then_some(PartFile { path, metadata, sums })
         };
         Ok(read().ok_or_else(|| format!("{name} is damaged, or of another version of lookat"))?)
     }
@@ -151,21 +194,26 @@ impl PartFile<'_> {
 
 /// What all parts of a rendering have in common.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Rendering {
+pub struct Provenance {
     /// The version of lookat.
     pub version: String,
-    /// The samples of each pixel in all parts together.
+    /// The samples of each pixel in all parts together; their mean with `--adaptive`, the most with `--target-error`.
     pub samples_per_pixel: u32,
     /// The number of parts of the rendering.
     pub parts: u32,
     pub seed: u64,
+    /// The option that decides about the samples of pixels. Empty if each has the same.
+    pub stop: String,
     /// True if samples may be added later: see [`Settings::is_extendable`](lookat_render::Settings::is_extendable).
     pub is_extendable: bool,
     /// The files of the scene, the scene file first.
     pub files: Vec<HashedFile>,
-    /// The hash of camera, film, filter, sampler and integrator, which options may have changed.
-    pub view: String,
+    /// The hashes of camera, film, filter, sampler and integrator, which options may have changed.
+    pub view: [String; 5],
 }
+
+/// The names of the parts of a view, as in [`Provenance::view`].
+const OF_VIEW: [&str; 5] = ["cameras", "films", "filters", "samplers", "integrators"];
 
 /// A file of a scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -176,10 +224,10 @@ pub struct HashedFile {
     pub hash: String,
 }
 
-impl Rendering {
+impl Provenance {
     /// The rendering of a scene that has been loaded from files. Reads those again that are no text.
     pub fn new(loaded: &Loaded, view: &View, settings: &Settings) -> Result<Self, Failure> {
-        let Settings { seed, part, is_extendable, .. } = *settings;
+        let Settings { seed, part, stop, is_extendable, .. } = *settings;
         let texts = &loaded.sources.files;
         let mut files: Vec<_> = texts.iter().map(|file| hashed(&file.path, hash(&file.text[..]))).collect();
         for path in loaded.inputs.iter().filter(|path| texts.iter().all(|file| file.path != **path)) {
@@ -197,22 +245,35 @@ impl Rendering {
             };
             files.push(hashed(path, read().map_err(|error| Failure::io("read", path, &error))?));
         }
-        Ok(Rendering {
+        let View { camera, film, filter, sampler, integrator } = view;
+        // The number of samples stands by itself.
+        let of_view: [&dyn Debug; 5] = [camera, film, filter, &sampler.with_samples(1), integrator];
+        Ok(Provenance {
             version: env!("CARGO_PKG_VERSION").into(),
-            samples_per_pixel: view.sampler.samples_per_pixel,
+            samples_per_pixel: most_samples(settings, view),
             parts: part.map_or(1, |part| part.of),
             seed,
+            stop: match stop {
+                Stop::Samples { error_layers: true } => "--error-layers".into(),
+                Stop::Samples { error_layers: false } | Stop::Time { .. } => String::new(),
+                Stop::Adaptive => "--adaptive".into(),
+                Stop::TargetError { target: TargetError { relative, confidence }, .. } => {
+                    format!("--target-error {relative} --confidence {confidence}")
+                }
+            },
             is_extendable,
             files,
-            // The number of samples stands by itself.
-            view: hash(
-                format!("{:?}", View { sampler: view.sampler.with_samples(1), ..view.clone() }).as_bytes(),
-            ),
+            view: of_view.map(|part| hash(format!("{part:?}").as_bytes())),
         })
     }
 
+    /// True if pixels have different numbers of samples.
+    fn is_uneven(&self) -> bool {
+        !["", "--error-layers"].contains(&&*self.stop)
+    }
+
     /// Why something is not of the same rendering. `None` if it is.
-    pub fn difference(&self, other: &Rendering) -> Option<String> {
+    pub fn difference(&self, other: &Provenance) -> Option<String> {
         let named = |file: &HashedFile| format!("the file {} of the scene differs", file.name);
         let changed = self.files.iter().zip(&other.files).find(|(own, other)| own != other);
         if self.version != other.version {
@@ -223,15 +284,21 @@ impl Rendering {
             Some("the scenes have other files".into())
         } else if self.seed != other.seed {
             Some(format!("the seeds {} and {} differ", self.seed, other.seed))
+        } else if self.stop != other.stop {
+            let with = |stop: &str| match stop {
+                "" => "without --error-layers, --adaptive and --target-error".into(),
+                stop => format!("with {stop}"),
+            };
+            let [a, b] = [self, other].map(|of| with(&of.stop));
+            Some(format!("one is rendered {a}, and one {b}"))
         } else if self.samples_per_pixel != other.samples_per_pixel {
             let [a, b] = [self, other].map(|of| of.samples_per_pixel);
             Some(format!("their pictures have {a} and {b} samples per pixel"))
         } else if self.is_extendable != other.is_extendable {
             Some("only one of them was rendered with --keep-sums".into())
-        } else if self.view != other.view {
-            Some("camera, film, filter or integrator differ".into())
         } else {
-            None
+            let mut views = OF_VIEW.iter().zip(self.view.iter().zip(&other.view));
+            views.find(|(_, (own, other))| own != other).map(|(name, _)| format!("the {name} differ"))
         }
     }
 }
@@ -247,7 +314,18 @@ fn hash_of(channels: &[IntegerChannel]) -> String {
     channels.sort_by(|a, b| a.name.cmp(&b.name));
     for IntegerChannel { name, samples } in channels {
         hasher.update(name);
-        samples.iter().for_each(|word| hasher.update(word.to_le_bytes()));
+        // Some at a time: much faster than one by one.
+        let mut bytes = [0; 4096];
+        for words in samples.chunks(bytes.len() / 4) {
+            let bytes = &mut bytes[..4 * words.len()];
+            bytes
+                .as_chunks_mut()
+                .0
+                .iter_mut()
+                .zip(words)
+                .for_each(|(bytes, word)| *bytes = word.to_le_bytes());
+            hasher.update(&*bytes);
+        }
     }
     digits(hasher)
 }

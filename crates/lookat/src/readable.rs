@@ -74,15 +74,6 @@ fn printed(bytes: &[u8]) -> String {
     format!("\"$(printf '{octal}')\"")
 }
 
-/// A number with so many significant digits, and with an exponent if it is very large or very small.
-pub fn digits(value: f64, count: usize) -> String {
-    let rounded: f64 = format!("{value:.0$e}", count - 1).parse().unwrap_or(value);
-    match rounded.abs() {
-        0.0 | 1e-3..1e5 => rounded.to_string(),
-        _ => format!("{rounded:e}"),
-    }
-}
-
 /// A share in percent, with so many decimals at most. Only 0 and 1 are shown as 0 % and 100 %.
 pub fn percent(share: f64, decimals: usize) -> String {
     let units = 10_f64.powi(decimals as i32);
@@ -155,11 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_short() {
-        let two = [0.0, 0.2149, 3.44, 1234.0, 9.99e4, 1e5, 8.64e-7, 0.000_999].map(|it| digits(it, 2));
-        assert_eq!(two, ["0", "0.21", "3.4", "1200", "1e5", "1e5", "8.6e-7", "0.001"]);
-        let four = [256.0, 0.012_345_6, -36.521_7, 3e-9, 0.5].map(|it| digits(it, 4));
-        assert_eq!(four, ["256", "0.01235", "-36.52", "3e-9", "0.5"]);
+    fn large_numbers_have_commas() {
         assert_eq!([1, 999, 1000, 1_234_567].map(grouped), ["1", "999", "1,000", "1,234,567"]);
     }
 

@@ -12,6 +12,7 @@ mod written;
 
 use std::process::ExitCode;
 
+use lookat_render::StopOptionsError;
 use lookat_scene::MAX_PIXELS;
 
 use crate::args::{Animation, Parameter, Render, crop_edges};
@@ -53,12 +54,11 @@ fn check_arguments(arguments: &Render) -> Result<(), Failure> {
     {
         bail!("--resolution has more than 100 million pixels; render parts with --crop");
     }
-    if arguments.target_error.is_some() && arguments.spp.is_some_and(|most| most < 64) {
-        bail!("--target-error needs at least 64 samples per pixel to estimate the error; increase --spp");
-    }
-    if arguments.error_layers && arguments.time.is_some() && arguments.target_error.is_none() {
-        bail!("--error-layers with --time also needs --target-error");
-    }
+    settings::stop(arguments).map_err(|error| match error {
+        StopOptionsError::FewSamples => format!("{error}; increase --spp"),
+        StopOptionsError::NoReplicates => format!("{error}: add --target-error, or remove --time"),
+        StopOptionsError::TwoRules => error.to_string(),
+    })?;
     if let Some(only) = arguments.frames.only {
         let count = arguments.frames.count();
         if !arguments.frames.is_used() {

@@ -102,12 +102,6 @@ pub fn place(span: Span, sources: &Sources) -> String {
     format!("{}:{}:{}", shown_path(at.path), at.line, at.column)
 }
 
-/// A word in the text, without its quotation marks.
-pub fn word(span: Span, sources: &Sources) -> String {
-    let text = sources.file(span.file).text.get(span.start as usize..span.end as usize);
-    String::from_utf8_lossy(text.unwrap_or_default()).trim_matches('"').to_owned()
-}
-
 /// The most other places in the text output. `--json` prints all.
 const MOST_PLACES: usize = 10;
 
@@ -173,7 +167,7 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     let fix_window = diagnostic.fix.as_ref().map(|fix| (fix, Window::around(fix.span, sources)));
     let rendered = match &fix_window {
         // A window shows one line.
-        Some((fix, _)) if word(fix.span, sources).contains('\n') => {
+        Some((fix, _)) if sources.word(fix.span).contains('\n') => {
             let text = match fix.replacement.as_str() {
                 "" => title(),
                 replacement => format!("{}: {}", title(), visible(replacement)),

@@ -23,7 +23,8 @@ pub fn resume(arguments: &Resume) -> ExitCode {
 fn read(Resume { file, threads, quiet }: &Resume) -> Result<(Box<Render>, Resumed), Failure> {
     let absolute = std::path::absolute(file).map_err(|error| Failure::io("find", file, &error))?;
     let resumed = Resumed::read(&absolute)?;
-    let Some(Invocation { folder, words }) = resumed.invocation.clone() else {
+    let Some(Invocation { folder, words }) = resumed.broken_off.as_ref().map(|it| it.invocation.clone())
+    else {
         bail!("{} is no checkpoint", file.display());
     };
     let typed = std::iter::once("lookat").chain(words.iter().map(String::as_str));

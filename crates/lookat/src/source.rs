@@ -1,4 +1,4 @@
-//! Loads scenes from files or standard input, and finds and changes directives in their text.
+//! Loads scenes from files or standard input.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -7,13 +7,11 @@ use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
 use lookat_image::{Image, ImageError, MemoryBudget, PictureFile, open_file};
-use lookat_render::Layer;
-use lookat_scene::syntax::{
-    Directive, Entity, EntityKind, Fix, Param, ParamType, Severity, Span, Values, statement_at, value_span,
-};
-use lookat_scene::{LoadCache, LoadOptions, Loaded, Sources, Stamped, load_again, load_opened};
+use lookat_render::{Layer, Prepared, preparation_bytes};
+use lookat_scene::syntax::Severity;
+use lookat_scene::{LoadCache, LoadOptions, Loaded, Scene, Stamped, load_again, load_opened};
 
-use crate::args::Report;
+use crate::args::{Report, way_out};
 use crate::failure::Failure;
 
 /// Loads a scene. It can be standard input or a pipe, but the files that it names cannot. With `--strict`, turns warnings into errors.
@@ -61,6 +59,17 @@ pub fn load_watched(
         None => load_opened(path, &open, options),
     };
     with_strictness(loaded, options, report)
+}
+
+/// Prepares a scene for rays. Fails if there is not enough memory.
+pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, Failure> {
+    match loaded.memory.reserve(preparation_bytes(&scene.world)) {
+        Ok(_charge) => Ok(Prepared::new(scene)),
+        Err(shortage) => {
+            let message = format!("the shapes and lights are too large: {}", way_out(shortage));
+            Err(Failure::TooLarge(message))
+        }
+    }
 }
 
 /// Replaces the samples per pixel of the scene, if given.
@@ -133,63 +142,4 @@ fn is_pipe(path: &Path) -> bool {
 #[cfg(not(unix))]
 fn is_pipe(_: &Path) -> bool {
     false
-}
-
-pub struct DirectiveText<'s> {
-    text: &'s [u8],
-    pub kind: EntityKind,
-    pub entity: Entity,
-}
-
-impl<'s> DirectiveText<'s> {
-    /// The directive around a place. `None` if there is none, or one without parameters.
-    pub fn at(sources: &'s Sources, place: Span) -> Option<DirectiveText<'s>> {
-        let text = &sources.files.get(place.file.0 as usize)?.text[..];
-        match statement_at(text, place)?.directive {
-            Directive::Entity(kind, entity) => Some(DirectiveText { text, kind, entity }),
-            _ => None,
-        }
-    }
-
-    /// The parameter of this name that counts.
-    pub fn param(&self, name: &str) -> Option<&Param> {
-        self.entity.params.iter().rev().find(|param| param.name.value == name)
-    }
-
-    /// The changes that give a parameter these values, as words of the text. In a list of the same type, only the words that differ
-    /// change.
-    pub fn set(&self, ty: ParamType, name: &str, words: &[String]) -> Vec<Fix> {
-        let list = if let [word] = words { word.clone() } else { format!("[{}]", words.join(" ")) };
-        let replacement = format!("\"{} {name}\" {list}", ty.name());
-        match self.param(name) {
-            Some(param) if param.ty == ty && count(&param.values.value) == words.len() => {
-                words.iter().enumerate().filter_map(|(at, word)| self.replace(param, at, word)).collect()
-            }
-            Some(param) => vec![Fix { span: param.span(), replacement }],
-            None => {
-                let last = self.entity.params.last().map_or(self.entity.name.span, Param::span);
-                let span = Span { start: last.end, ..last };
-                vec![Fix { span, replacement: format!(" {replacement}") }]
-            }
-        }
-    }
-
-    /// The change of a value, if it differs.
-    fn replace(&self, param: &Param, at: usize, word: &str) -> Option<Fix> {
-        let span = value_span(self.text, param.values.span, at);
-        let before = std::str::from_utf8(&self.text[span.start as usize..span.end as usize]).ok()?;
-        let number = |word: &str| word.parse::<f64>().ok();
-        let is_same = before == word || number(before).is_some_and(|before| number(word) == Some(before));
-        (!is_same).then(|| Fix { span, replacement: word.to_owned() })
-    }
-}
-
-/// The words of a list of values.
-fn count(values: &Values) -> usize {
-    let each = match values {
-        Values::Pairs(_) => 2,
-        Values::Triples(_) => 3,
-        _ => 1,
-    };
-    each * values.len()
 }

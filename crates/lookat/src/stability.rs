@@ -11,7 +11,7 @@ use lookat_scene::syntax::nearest;
 use crate::args::Stability;
 use crate::failure::Failure;
 use crate::output::{Destination, check_folder, make_folder};
-use crate::readable::digits;
+use lookat_sight::digits;
 
 /// Runs the command.
 pub fn stability(arguments: &Stability) -> ExitCode {

@@ -64,7 +64,10 @@ class Mesh:
         normals: Optional[ArrayLike] = None,
         uvs: Optional[ArrayLike] = None,
     ) -> None:
-        """Vertices in world space (N x 3), and three vertex numbers for each triangle (M x 3). The arrays are copied."""
+        """Vertices in world space (N x 3), and three vertex numbers for each triangle (M x 3).
+
+        Arrays of float64 and int32 that own their memory, in C order, are not copied, and cannot be written afterwards. Others are copied.
+        """
     @property
     def positions(self) -> NDArray[np.float64]: ...
     @property
@@ -141,8 +144,11 @@ class Chart:
 def load(path_or_text: _Path) -> Scene:
     """Reads a scene: a path, or a text, which has line breaks or quotes. Raises `SceneError` if it has errors."""
 
-def check(path_or_text: _Path) -> List[Dict[str, Any]]:
-    """The problems of a scene, as `lookat check --json` lists them: severity, message, labels with places, help, fix."""
+def check(path_or_text: _Path, *, view: bool = False) -> List[Dict[str, Any]]:
+    """The problems of a scene, as `lookat check --json` lists them: severity, message, labels with places, help, fix.
+
+    `view` adds warnings about what the picture shows: a camera inside a shape, nothing in view, nothing sharp, lights without effect.
+    """
 
 def render(
     scene: Union[Scene, _Path],
@@ -151,7 +157,7 @@ def render(
     seed: int = 0,
     threads: int = 0,
     target_error: Optional[float] = None,
-    confidence: float = 0.95,
+    confidence: Optional[float] = None,
     time: Optional[float] = None,
     adaptive: bool = False,
     error_layers: bool = False,

@@ -8,6 +8,7 @@
 use glam::DVec3;
 use lookat_scene::Sampler;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::control::Control;
 use super::rounds::{Policy, doubled};
@@ -18,7 +19,7 @@ use crate::sampler::of_single_pixels;
 /// The least samples of every pixel before their noise is estimated.
 const FEWEST: u32 = 4;
 /// The samples of every pixel before their noise is estimated, if the total number is unknown.
-const FIRST: u32 = 16;
+pub(super) const FIRST: u32 = 16;
 
 /// The scene's samples per pixel, or the most where there is a time, as their mean.
 pub(super) struct Adaptive {
@@ -26,20 +27,26 @@ pub(super) struct Adaptive {
     sources: Area,
     pattern: Pattern,
     samples_per_pixel: u32,
-    passes: std::vec::IntoIter<Pass>,
-    /// True if samples of this pass are shared out by need.
-    is_by_need: bool,
-    /// The variance of the samples of each source, row by row. `None` before the first pass that needs it.
-    variances: Option<Vec<f64>>,
-    /// The number of samples of each source before and after this pass, row by row. Empty before the first pass.
-    counts: Vec<u32>,
-    goals: Vec<u32>,
+    passes: Vec<Pass>,
+    plan: Plan,
     /// The filter's weights for the unit squares around a pixel, across and down.
     squares: [Vec<f64>; 2],
 }
 
+/// Where the samples of a pass go.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Plan {
+    /// The number of passes that have begun.
+    begun: u32,
+    /// The variance of the samples of each source, row by row. `None` before the first pass that needs it.
+    variances: Option<Vec<f64>>,
+    /// The number of samples of each source before and after this pass, row by row.
+    counts: Vec<u32>,
+    goals: Vec<u32>,
+}
+
 /// The moments of the samples of a source.
-#[derive(Default, Clone, Copy)]
+#[derive(Default, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Moments {
     sum: DVec3,
     /// The sum of squared lengths.
@@ -60,18 +67,20 @@ impl Moments {
 
 impl Adaptive {
     pub fn new(film: &Film, sampler: Sampler, seed: u64, is_open: bool) -> Adaptive {
-        let passes: Vec<Pass> = passes(sampler.samples_per_pixel, is_open).collect();
+        let none = vec![0; film.sources().size()];
         Adaptive {
             sources: film.sources(),
             pattern: Pattern { sampler: of_single_pixels(sampler), seed, is_watched: true },
             samples_per_pixel: sampler.samples_per_pixel,
-            passes: passes.into_iter(),
-            is_by_need: false,
-            variances: None,
-            counts: Vec::new(),
-            goals: Vec::new(),
+            passes: passes(sampler.samples_per_pixel, is_open).collect(),
+            plan: Plan { begun: 0, variances: None, counts: none.clone(), goals: none },
             squares: film.filter.of_squares(),
         }
+    }
+
+    /// True if samples of the pass that has begun are shared out by need.
+    fn is_by_need(&self) -> bool {
+        self.plan.begun.checked_sub(1).is_some_and(|at| !self.passes[at as usize].is_alike)
     }
 
     /// The sources that the filter of a pixel reaches, and its weights for their unit squares.
@@ -88,14 +97,15 @@ impl Adaptive {
     /// The weight of the estimate of a pixel by the samples of this pass, in samples per pixel: the harmonic mean over the
     /// sources that its filter reaches. It is known before the samples are taken, so that no sample decides its own weight.
     /// 0 if a source has no samples.
-    fn count_of(&self, pixel: [i32; 2], counts: &[u32]) -> f64 {
+    fn count_of(&self, pixel: [i32; 2], so_far: &[u32]) -> f64 {
+        let Plan { counts, goals, .. } = &self.plan;
         let (mut all, mut inverse) = (0.0, 0.0);
         for (at, weight) in self.around(pixel) {
-            if counts[at] < self.goals[at] || self.goals[at] == self.counts[at] {
+            if so_far[at] < goals[at] || goals[at] == counts[at] {
                 return 0.0;
             }
             all += weight * weight;
-            inverse += weight * weight / f64::from(self.goals[at] - self.counts[at]);
+            inverse += weight * weight / f64::from(goals[at] - counts[at]);
         }
         all / inverse
     }
@@ -110,47 +120,47 @@ pub(super) fn pixel_bytes(threads: usize) -> usize {
 impl Policy for Adaptive {
     /// For each source of the tile.
     type State = Vec<Moments>;
+    type Plan = Plan;
 
     fn begin(&self, tile: &Tile) -> Vec<Moments> {
         vec![Moments::default(); tile.sources.size()]
     }
 
-    fn next(&mut self, film: &Film, states: &mut [Vec<Moments>], control: &Control) -> bool {
-        let size = self.sources.size();
-        if self.goals.is_empty() {
-            control.expect(size as u64 * u64::from(self.samples_per_pixel));
-            self.goals = vec![0; size];
-        }
-        let Some(Pass { mean, is_alike }) = self.passes.next().filter(|_| !control.is_stopped()) else {
-            return false;
-        };
-        self.counts.clone_from(&self.goals);
-        self.is_by_need = !is_alike;
-        if is_alike {
-            self.goals.fill(mean);
+    fn next(&mut self, film: &Film, states: &mut [Vec<Moments>]) -> bool {
+        let Some(Pass { mean, is_alike }) = self.passes.get(self.plan.begun as usize) else { return false };
+        let Plan { begun, variances, counts, goals } = &mut self.plan;
+        *begun += 1;
+        counts.clone_from(goals);
+        if *is_alike {
+            goals.fill(*mean);
         } else {
             let sources = self.sources;
-            let variances = self.variances.get_or_insert_with(|| variances(film, sources, states));
-            self.goals = allotted(variances, sources.width(), &self.counts, mean);
+            let variances = variances.get_or_insert_with(|| self::variances(film, sources, states));
+            *goals = allotted(variances, sources.width(), counts, *mean);
             if self.squares.iter().any(|weights| weights.len() > 1) {
                 // Where one source has no sample, no pixel around has an estimate.
-                for (goal, count) in self.goals.iter_mut().zip(&self.counts) {
-                    *goal = (*goal).max(count + 1);
+                for (goal, count) in goals.iter_mut().zip(counts) {
+                    *goal = (*goal).max(*count + 1);
                 }
             }
         }
         true
     }
 
+    fn expect(&self, _film: &Film, _states: &[Vec<Moments>], control: &Control) {
+        control.expect(self.sources.size() as u64 * u64::from(self.samples_per_pixel));
+    }
+
     fn jobs(&self, tile: &Tile, _moments: &Vec<Moments>) -> Vec<Job> {
-        let job = |pixel| {
+        let is_by_need = self.is_by_need();
+        let job = |(pixel, count): ([i32; 2], &u32)| {
             let at = self.sources.index(pixel);
-            let indices = self.counts[at]..self.goals[at];
+            let (before, goal) = (self.plan.counts[at], self.plan.goals[at]);
             // All sources count alike, however many samples they have: else the filter would be another one where noise is uneven.
-            let weight = if self.is_by_need { f64::from(indices.len().max(1) as u32).recip() } else { 1.0 };
-            Job { weight, ..Job::new(self.pattern, pixel, indices) }
+            let weight = if is_by_need { f64::from((goal - before).max(1)).recip() } else { 1.0 };
+            Job { weight, ..Job::new(self.pattern, pixel, *count..goal) }
         };
-        tile.sources.pixels().map(job).collect()
+        tile.sources.pixels().zip(&tile.counts).map(job).collect()
     }
 
     fn note(&self, jobs: &[Job], _tile: &Tile, moments: &mut Vec<Moments>) {
@@ -161,12 +171,12 @@ impl Policy for Adaptive {
     }
 
     fn end(&mut self, film: &Film, _states: &mut [Vec<Moments>], _is_whole: bool) {
-        let counts = counts(film, self.sources);
+        let (counts, is_by_need) = (counts(film, self.sources), self.is_by_need());
         film.tiles.par_iter().for_each(|tile| {
             let Tile { bounds, sums, pass, .. } = &mut *lock(tile);
-            for ((pixel, sum), pass) in bounds.pixels().zip(sums).zip(pass) {
+            for ((pixel, sum), pass) in bounds.pixels().zip(sums).zip(&mut pass.filtered) {
                 let pass = std::mem::take(pass);
-                *sum += if self.is_by_need {
+                *sum += if is_by_need {
                     let scale = film.scale();
                     Sum::new(scale.units(pass.weighted(scale) * self.count_of(pixel, &counts)))
                 } else {
@@ -174,6 +184,22 @@ impl Policy for Adaptive {
                 };
             }
         });
+    }
+
+    fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    fn resume(&mut self, plan: Plan, film: &Film, states: &[Vec<Moments>], is_begun: bool) -> bool {
+        self.plan = plan;
+        let Plan { begun, variances, counts, goals } = &self.plan;
+        let size = self.sources.size();
+        let is_counted = counts.iter().zip(goals).zip(self::counts(film, self.sources));
+        [counts.len(), goals.len(), variances.as_ref().map_or(size, Vec::len)] == [size; 3]
+            && is_counted.into_iter().all(|((count, goal), so_far)| (*count..=*goal).contains(&so_far))
+            && *begun as usize <= self.passes.len()
+            && (*begun > 0 || !is_begun)
+            && states.iter().zip(&film.tiles).all(|(state, tile)| state.len() == lock(tile).sources.size())
     }
 }
 

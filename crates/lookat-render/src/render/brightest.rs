@@ -64,7 +64,7 @@ impl Prepared {
         let mut view = view.clone();
         view.film.crop = PixelBounds { x0: x, y0: y, x1: x + 1, y1: y + 1 };
         let view = &view;
-        let film = Film::new(view, Keeps::Sums);
+        let film = Film::new(view, Keeps::Sums, false);
         let progress = &|_: Progress| flow();
         let control = Control::new(progress, &film);
         let context = Context::new(self, view, settings, (&film, &control));

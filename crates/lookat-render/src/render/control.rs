@@ -30,6 +30,8 @@ pub(super) struct Control<'p> {
 pub(super) struct State {
     /// True if the progress callback interrupted the rendering.
     pub interrupted: bool,
+    /// True if no sample is left to take.
+    pub is_finished: bool,
     /// Finished samples, and the number in all.
     pub done: u64,
     pub total: u64,

@@ -9,6 +9,7 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Sampler, SamplerKind, View};
+use serde::{Deserialize, Serialize};
 
 use super::Settings;
 use super::control::{Control, Meter};
@@ -106,7 +107,7 @@ pub(super) struct Samples {
 }
 
 /// The range of sample values in each channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct SampleBounds {
     pub least: Vec3,
     pub most: Vec3,

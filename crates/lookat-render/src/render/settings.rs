@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use lookat_scene::{Sampler, SamplerKind, View};
 
-use super::rounds::Part;
+use super::rounds::{self, Part};
 use super::stop_rule::TargetError;
 use super::{adaptive, target};
 use crate::film::{FilmSums, Keeps, pixel_bytes};
@@ -24,12 +24,13 @@ pub struct Settings {
     /// The layers of the picture beside its colors. They take a pass over first hits after the picture, with the samples per
     /// pixel of the scene. An interrupted picture has no layers. Default: none.
     pub layers: Layers,
-    /// The part of the samples of each pixel to take, with [`Stop::Samples`] without error layers; others take no notice of it. Default: all
+    /// The part of the samples of each pixel to take, with [`Stop::Samples`]; others take no notice of it. Default: all
     /// samples. The [sums](crate::Rendered::sums) of all parts, added up, are those of one rendering.
     pub part: Option<Part>,
-    /// True for a picture that samples may be added to later, with [`Stop::Samples`]: the pattern of a pixel and the filtering of textures then
+    /// True for a picture that samples may be added to later: the pattern of a pixel and the filtering of textures then
     /// do not depend on the number of samples, so that [`Prepared::resume`](crate::Prepared::resume) with more samples per pixel gives the
-    /// bits of one rendering with as many. Not for stratified samples, whose grid has a fixed size. Default false.
+    /// bits of one rendering with as many. Not for stratified samples, whose grid has a fixed size. With [`Stop::Adaptive`] the numbers are 16,
+    /// 32, 64 and so on, with [`Stop::TargetError`] the most samples are 64, 128 and so on: see [`Settings::is_whole_round`]. Default false.
     pub is_extendable: bool,
     /// True to keep the sums of the film as [`Rendered::sums`](crate::Rendered::sums). Default false.
     pub keep_sums: bool,
@@ -96,15 +97,6 @@ impl Stop {
         }
     }
 
-    /// The data that the film keeps beside sums.
-    pub(super) fn keeps(&self) -> Keeps {
-        match self {
-            Stop::Samples { error_layers: true } | Stop::TargetError { .. } => Keeps::Spreads,
-            Stop::Adaptive | Stop::Time { adaptive: true, .. } => Keeps::Passes,
-            Stop::Samples { error_layers: false } | Stop::Time { adaptive: false, .. } => Keeps::Sums,
-        }
-    }
-
     /// True if the picture has layers of its error.
     pub fn has_error_layers(&self) -> bool {
         matches!(self, Stop::Samples { error_layers: true } | Stop::TargetError { error_layers: true, .. })
@@ -137,10 +129,43 @@ impl Stop {
 }
 
 impl Settings {
+    /// The data that the film keeps beside sums.
+    pub(super) fn keeps(&self) -> Keeps {
+        match self.stop {
+            // Samples that join others need sums that do.
+            Stop::Samples { error_layers: true } if self.part.is_some() || self.is_extendable => {
+                Keeps::Replicates
+            }
+            Stop::Samples { error_layers: true } | Stop::TargetError { .. } => Keeps::Spreads,
+            Stop::Adaptive | Stop::Time { adaptive: true, .. } => Keeps::Passes,
+            Stop::Samples { error_layers: false } | Stop::Time { adaptive: false, .. } => Keeps::Sums,
+        }
+    }
+
+    /// The target error, if there is one.
+    pub fn target_error(&self) -> Option<TargetError> {
+        if let Stop::TargetError { target, .. } = self.stop { Some(target) } else { None }
+    }
+
+    /// True if an extendable picture may end with so many samples per pixel, or at most so many: others would end in the middle of a round.
+    pub fn is_whole_round(&self, samples: u32) -> bool {
+        let first = match self.stop {
+            Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::FIRST,
+            Stop::TargetError { .. } => target::FIRST,
+            Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => return true,
+        };
+        samples.is_power_of_two() && samples >= first
+    }
+
+    /// True if the film keeps what the policy knows, to go on with: sums and their numbers do not tell it.
+    pub(super) fn keeps_policy(&self) -> bool {
+        self.keep_sums && matches!(self.keeps(), Keeps::Passes | Keeps::Spreads)
+    }
+
     /// The samples of a pixel that textures are filtered for.
     pub(super) fn nominal_samples(&self, view: &View) -> u32 {
         match self.stop {
-            Stop::Samples { .. } if self.is_extendable => target::FIRST,
+            Stop::Samples { .. } | Stop::Adaptive if self.is_extendable => target::FIRST,
             Stop::Samples { .. } | Stop::Adaptive => view.sampler.samples_per_pixel,
             Stop::Time { .. } | Stop::TargetError { .. } => target::FIRST,
         }
@@ -156,10 +181,18 @@ pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::pixel_bytes(threads),
         Stop::TargetError { .. } => target::PIXEL_BYTES,
     };
-    let pixel = pixel_bytes(settings.stop.keeps(), view.filter.shares_samples())
-        + policy
-        + settings.layers.pixel_bytes()
-        // The sums, the channels that they become, and the copy of these that is written.
-        + if settings.keep_sums { 3 * FilmSums::PIXEL_BYTES } else { 0 };
+    let keeps = settings.keeps();
+    let replicates = match keeps {
+        Keeps::Replicates => rounds::replicates_of(settings.stop.sampler(view), settings),
+        _ => 0,
+    };
+    let film = pixel_bytes(keeps, replicates, view.filter.shares_samples());
+    // The sums, the channels that they become, and the copy of these that is written.
+    let sums = match (settings.keep_sums, keeps) {
+        (false, _) => 0,
+        (true, Keeps::Sums) => 3 * FilmSums::PIXEL_BYTES,
+        (true, _) => 3 * (FilmSums::PIXEL_BYTES + film + policy),
+    };
+    let pixel = film + policy + settings.layers.pixel_bytes() + sums;
     view.film.crop.area() * pixel as u64
 }

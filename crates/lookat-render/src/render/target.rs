@@ -7,9 +7,12 @@
 //! Samples count for all pixels that the filter reaches. A source takes samples while any of these is unfinished; a finished pixel
 //! takes no more of them. So all sources of an unfinished pixel have equal counts.
 
+use std::sync::Mutex;
+
 use glam::{Vec3, Vec4};
 use lookat_scene::Sampler;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::control::Control;
 use super::rounds::Policy;
@@ -32,6 +35,7 @@ pub(super) const PIXEL_BYTES: usize = 340;
 const POWERS: [f64; 2] = [0.75, 0.45];
 
 /// The state of the pixels of a tile.
+#[derive(Serialize, Deserialize)]
 pub(super) struct TileState {
     /// The bounds of the samples of each source.
     sample_bounds: Vec<SampleBounds>,
@@ -42,9 +46,10 @@ pub(super) struct TileState {
 }
 
 /// The replicates of an unfinished pixel.
+#[derive(Serialize, Deserialize)]
 struct Active {
     /// The index of the pixel in its tile.
-    at: usize,
+    at: u32,
     /// The weighted sums, and in `w` the weights, as [`crate::film::Sum`]. Single precision serves, as there may be many.
     replicates: [Vec4; REPLICATES as usize],
     /// The error over the target error, after the last round.
@@ -59,10 +64,18 @@ pub(super) struct Target {
     /// The most samples of a replicate.
     most: u32,
     rule: StopRule,
+    round: Round,
+}
+
+/// A round: each replicate takes samples, one after the other.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Round {
     /// The replicate that takes samples, and how many it has before and after that.
     replicate: u32,
     before: u32,
     count: u32,
+    /// The brightness of the picture after the first round.
+    brightness: f64,
 }
 
 impl Target {
@@ -73,22 +86,22 @@ impl Target {
             sampler: of_single_pixels(sampler),
             most,
             rule: StopRule::new(target),
-            replicate: 0,
-            before: 0,
-            count: 0,
+            // Before the first round.
+            round: Round { replicate: REPLICATES - 1, before: 0, count: 0, brightness: 0.0 },
         }
     }
 
     /// The sample pattern of the replicate that takes samples.
     fn pattern(&self) -> Pattern {
-        Pattern { sampler: self.sampler, seed: replicate_seed(self.seed, self.replicate), is_watched: true }
+        let seed = replicate_seed(self.seed, self.round.replicate);
+        Pattern { sampler: self.sampler, seed, is_watched: true }
     }
 
     /// Counts the pixels by whether they reached the target error.
     pub fn reached(&self, film: &Film, parts: &[TileState]) -> Reached {
         settle(film, parts);
         let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
-        let is_at_cap = self.before >= self.most;
+        let is_at_cap = self.round.count >= self.most && self.round.replicate == REPLICATES - 1;
         let (at_cap, out_of_time) = if is_at_cap { (active, 0) } else { (0, active) };
         let outliers = count_outliers(film, parts);
         Reached { within: film.settings.crop.area() - active, at_cap, out_of_time, outliers }
@@ -99,11 +112,11 @@ impl Target {
         POWERS.map(|power| {
             let of_part = |part: &TileState| {
                 let excess = part.active.iter().map(|active| active.excess).fold(0.0, f64::max);
-                let all = f64::from(self.before) * libm::pow(excess, power.recip());
+                let all = f64::from(self.round.before) * libm::pow(excess, power.recip());
                 let most = f64::from(self.most);
                 let all =
                     if all < most { (all as u32).next_power_of_two().min(self.most) } else { self.most };
-                let more = all.max(2 * self.before).min(self.most) - self.before;
+                let more = all.max(2 * self.round.before).min(self.most) - self.round.before;
                 u64::from(more) * u64::from(REPLICATES) * part.sources.len() as u64
             };
             parts.iter().map(of_part).sum()
@@ -113,57 +126,71 @@ impl Target {
 
 impl Policy for Target {
     type State = TileState;
+    type Plan = Round;
 
     fn begin(&self, tile: &Tile) -> TileState {
         let active = |at| Active { at, replicates: Default::default(), excess: f64::INFINITY };
         TileState {
             sample_bounds: vec![SampleBounds::EMPTY; tile.sources.size()],
             sources: (0..tile.sources.size() as u32).collect(),
-            active: (0..tile.bounds.size()).map(active).collect(),
+            active: (0..tile.bounds.size() as u32).map(active).collect(),
         }
     }
 
-    fn next(&mut self, film: &Film, parts: &mut [TileState], control: &Control) -> bool {
-        if self.count == 0 {
-            control.expect(film.sources().size() as u64 * u64::from(FIRST));
-            control.state().bounds = None;
-            self.count = FIRST / REPLICATES;
+    fn next(&mut self, film: &Film, parts: &mut [TileState]) -> bool {
+        if self.round.replicate + 1 < REPLICATES {
+            self.round.replicate += 1;
             return true;
         }
-        if control.is_stopped() {
-            return false;
-        }
-        self.replicate = (self.replicate + 1) % REPLICATES;
-        if self.replicate > 0 {
-            return true;
-        }
-        if self.before == 0 {
-            let mut brightness = Brightness::default();
-            for value in film.values() {
-                brightness.add(value);
+        if self.round.count > 0 {
+            if self.round.before == 0 {
+                let mut brightness = Brightness::default();
+                for value in film.values() {
+                    brightness.add(value);
+                }
+                self.round.brightness = brightness.get();
+                self.rule = self.rule.with_brightness(self.round.brightness);
             }
-            self.rule = self.rule.with_brightness(brightness.get());
+            settle(film, parts);
+            judge(film, parts, &self.rule, self.round.count);
+            let is_done = parts.iter().all(|part| part.active.is_empty());
+            if is_done || self.round.count >= self.most {
+                return false;
+            }
         }
-        self.before = self.count;
-        settle(film, parts);
-        judge(film, parts, &self.rule, self.count);
-        let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
-        control.state().pixels_done = film.settings.crop.area() - active;
-        if active == 0 || self.before >= self.most {
-            return false;
-        }
-        let done = control.state().done;
-        let totals = self.left(parts).map(|left| done + left);
-        control.expect(totals[0]);
-        control.state().bounds = Some(totals);
+        self.round.replicate = 0;
+        self.round.before = self.round.count;
         // Sobol' patterns are best at powers of two.
-        self.count = (2 * self.count).min(self.most);
+        self.round.count = (2 * self.round.count).clamp(FIRST / REPLICATES, self.most);
         true
     }
 
+    fn expect(&self, film: &Film, parts: &[TileState], control: &Control) {
+        let Round { replicate, before, count, .. } = self.round;
+        if before == 0 {
+            control.expect(film.sources().size() as u64 * u64::from(FIRST));
+            control.state().bounds = None;
+            return;
+        }
+        let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
+        let sources = parts.iter().map(|part| part.sources.len() as u64).sum::<u64>();
+        // Before the round.
+        let done = control.state().done.saturating_sub(sources * u64::from(replicate * (count - before)));
+        let totals = self.left(parts).map(|left| done + left);
+        control.expect(totals[0]);
+        let mut state = control.state();
+        (state.bounds, state.pixels_done) = (Some(totals), film.settings.crop.area() - active);
+    }
+
     fn jobs(&self, tile: &Tile, part: &TileState) -> Vec<Job> {
-        let pixel = |source: &u32| tile.sources.pixel(*source as usize);
-        let job = |source| Job::new(self.pattern(), pixel(source), self.before..self.count);
+        let Round { replicate, before, count, .. } = self.round;
+        let so_far = REPLICATES * before + replicate * (count - before);
+        let job = |source: &u32| {
+            let at = *source as usize;
+            // None if it has them already.
+            let first = if tile.counts[at] > so_far { count } else { before };
+            Job::new(self.pattern(), tile.sources.pixel(at), first..count)
+        };
         part.sources.iter().map(job).collect()
     }
 
@@ -176,18 +203,43 @@ impl Policy for Target {
 
     fn end(&mut self, film: &Film, parts: &mut [TileState], is_whole: bool) {
         // Before there is a picture, a part of it is better than none.
-        let is_merged = is_whole || (self.before, self.replicate) == (0, 0);
+        let is_merged = is_whole || (self.round.before, self.round.replicate) == (0, 0);
         film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
-            let Tile { sums, pass, .. } = &mut *lock(tile);
+            let Tile { sums, pass, unfiltered, .. } = &mut *lock(tile);
             for active in part.active.iter_mut().filter(|_| is_merged) {
-                sums[active.at] += pass[active.at];
+                let at = active.at as usize;
+                sums[at] += pass.filtered[at];
                 if is_whole {
-                    let more = pass[active.at].weighted(film.scale()).as_vec4();
-                    active.replicates[self.replicate as usize] += more;
+                    let more = pass.filtered[at].weighted(film.scale()).as_vec4();
+                    active.replicates[self.round.replicate as usize] += more;
                 }
             }
-            pass.fill(Default::default());
+            let sampled = unfiltered.iter_mut().zip(&pass.unfiltered).filter(|(_, sum)| sum.has_weight());
+            sampled.for_each(|(spread, sum)| spread.add(sum.weighted(film.scale()), 0));
+            pass.clear();
         });
+    }
+
+    fn plan(&self) -> &Round {
+        &self.round
+    }
+
+    fn resume(&mut self, plan: Round, film: &Film, states: &[TileState], is_begun: bool) -> bool {
+        self.round = plan;
+        let Round { replicate, before, count, brightness } = self.round;
+        self.rule = self.rule.with_brightness(brightness);
+        let is_sound = |(state, tile): (&TileState, &Mutex<Tile>)| {
+            let tile = lock(tile);
+            let [sources, pixels] = [tile.sources, tile.bounds].map(|area| area.size() as u32);
+            state.sample_bounds.len() == sources as usize
+                && state.sources.iter().all(|source| *source < sources)
+                && state.active.iter().all(|active| active.at < pixels)
+        };
+        replicate < REPLICATES
+            && before <= count
+            && count <= self.most
+            && (count > 0 || !is_begun)
+            && states.iter().zip(&film.tiles).all(is_sound)
     }
 }
 
@@ -198,11 +250,9 @@ fn settle(film: &Film, parts: &[TileState]) {
         for active in &part.active {
             let mut spread = Spread::default();
             let sampled = active.replicates.iter().filter(|replicate| **replicate != Vec4::ZERO);
-            for replicate in sampled {
-                spread.add(replicate.as_dvec4(), 0);
-            }
-            spread.samples = tile.count(active.at);
-            tile.spreads[active.at] = spread;
+            sampled.for_each(|replicate| spread.add(replicate.as_dvec4(), 0));
+            spread.samples = tile.count(active.at as usize);
+            tile.spreads[active.at as usize] = spread;
         }
     });
 }
@@ -218,9 +268,10 @@ fn judge(film: &Film, parts: &mut [TileState], rule: &StopRule, count: u32) {
     film.tiles.par_iter().zip(&mut *parts).for_each(|(tile, part)| {
         let tile = lock(tile);
         for active in &mut part.active {
-            let standard_error = film.error(&tile, active.at).standard_error.into();
-            let value = tile.sums[active.at].mean(film.scale());
-            let around = seen[sources.index(tile.bounds.pixel(active.at))];
+            let at = active.at as usize;
+            let standard_error = tile.spreads[at].standard_error();
+            let value = tile.sums[at].mean(film.scale());
+            let around = seen[sources.index(tile.bounds.pixel(at))];
             active.excess = rule.excess(&Estimate { value, standard_error, count, around });
         }
         part.active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
@@ -230,7 +281,7 @@ fn judge(film: &Film, parts: &mut [TileState], rule: &StopRule, count: u32) {
     for (tile, part) in film.tiles.iter().zip(&*parts) {
         let bounds = lock(tile).bounds;
         for active in &part.active {
-            is_asked[sources.index(bounds.pixel(active.at))] =
+            is_asked[sources.index(bounds.pixel(active.at as usize))] =
                 SampleBounds { least: Vec3::ZERO, most: Vec3::ZERO };
         }
     }

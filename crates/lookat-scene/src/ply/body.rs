@@ -123,10 +123,10 @@ fn plan_vertices(element: &Element) -> Result<VertexPlan, PlyError> {
 fn read_vertices<S: Source>(source: &mut S, element: &Element, mesh: &mut Mesh) -> Result<(), PlyError> {
     let plan = plan_vertices(element)?;
     let count = element.count.min(MOST_RESERVED) as usize;
-    mesh.positions.reserve_exact(count);
+    mesh.positions.to_mut().reserve_exact(count);
     let mut shading = VertexShading::default();
-    shading.normals.reserve_exact(if plan.has_normals { count } else { 0 });
-    shading.uvs.reserve_exact(if plan.has_uvs { count } else { 0 });
+    shading.normals.to_mut().reserve_exact(if plan.has_normals { count } else { 0 });
+    shading.uvs.to_mut().reserve_exact(if plan.has_uvs { count } else { 0 });
     for_rows(source, element, |source| {
         let mut row = [0.0; 8];
         for step in &plan.steps {
@@ -150,12 +150,12 @@ fn push_vertex(
     shading: &mut VertexShading,
 ) -> Result<(), RowError> {
     let [x, y, z, nx, ny, nz, u, v] = row;
-    mesh.positions.push(finite([x, y, z], "position")?);
+    mesh.positions.to_mut().push(finite([x, y, z], "position")?);
     if plan.has_normals {
-        shading.normals.push(finite([nx, ny, nz], "normal")?);
+        shading.normals.to_mut().push(finite([nx, ny, nz], "normal")?);
     }
     if plan.has_uvs {
-        shading.uvs.push(finite([u, v], "texture coordinate")?);
+        shading.uvs.to_mut().push(finite([u, v], "texture coordinate")?);
     }
     Ok(())
 }
@@ -188,20 +188,20 @@ fn read_faces<S: Source>(
     mesh: &mut PlyMesh,
 ) -> Result<(), PlyError> {
     let (corners, count, item) = find_corners(element)?;
-    mesh.mesh.indices.reserve_exact(3 * element.count.min(MOST_RESERVED) as usize);
+    mesh.mesh.indices.to_mut().reserve_exact(3 * element.count.min(MOST_RESERVED) as usize);
     let (before, after) = (&element.properties[..corners], &element.properties[corners + 1..]);
     for_rows(source, element, |source| {
         before.iter().try_for_each(|property| source.skip_property(property.kind))?;
         match source.length(count)? {
             3 => {
                 let face = source.integers::<3>(item)?;
-                mesh.mesh.indices.extend(in_range(face, vertex_count)?);
+                mesh.mesh.indices.to_mut().extend(in_range(face, vertex_count)?);
             }
             4 => {
                 let face = source.integers::<4>(item)?;
                 let [a, b, c, d] = in_range(face, vertex_count)?;
                 // The diagonal and corner order of pbrt-v3.
-                mesh.mesh.indices.extend([a, b, c, d, a, c]);
+                mesh.mesh.indices.to_mut().extend([a, b, c, d, a, c]);
             }
             length => {
                 source.skip(item, length)?;

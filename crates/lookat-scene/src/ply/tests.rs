@@ -36,7 +36,10 @@ fn square() -> String {
 }
 
 fn ply_mesh(positions: Vec<[f64; 3]>, indices: Vec<i32>) -> PlyMesh {
-    PlyMesh { mesh: Mesh { positions, indices, ..Mesh::default() }, ..PlyMesh::default() }
+    PlyMesh {
+        mesh: Mesh { positions: positions.into(), indices: indices.into(), ..Mesh::default() },
+        ..PlyMesh::default()
+    }
 }
 
 fn square_mesh() -> PlyMesh {
@@ -124,7 +127,7 @@ fn quads_split_as_in_pbrt_and_other_faces_are_left_out() {
     check(
         &file("", "", &vertices, &faces),
         &PlyMesh {
-            mesh: Mesh { indices, ..square_mesh().mesh },
+            mesh: Mesh { indices: indices.into(), ..square_mesh().mesh },
             oddities: Oddities { other_faces: 3, ..Oddities::default() },
         },
     );

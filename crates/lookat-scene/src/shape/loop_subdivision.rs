@@ -41,7 +41,7 @@ pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform
     let positions = params.take(&POSITIONS);
     // The only scheme is "loop".
     params.take(&SCHEME);
-    let control = Mesh { indices: indices?, positions: positions?, ..Mesh::default() };
+    let control = Mesh { indices: indices?.into(), positions: positions?.into(), ..Mesh::default() };
     check_indices(params, &control);
     if !params.usable() {
         return None;
@@ -51,7 +51,7 @@ pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform
     let faces = (0..control.triangles()).map(|index| control.triangle(index).map(|v| v as u32)).collect();
     match Topology::new(faces, control.positions.len()) {
         Ok(topology) => {
-            let positions = control.positions.into_iter().map(DVec3::from).collect();
+            let positions = control.positions.iter().copied().map(DVec3::from).collect();
             finish(params, smooth(topology, positions, levels), world_from_object)
         }
         Err(fault) => {
@@ -434,7 +434,7 @@ mod tests {
         let coarse = subdivided(&TETRAHEDRON, &corners, 3);
         let fine = subdivided(&TETRAHEDRON, &corners, 4);
         assert_eq!(fine.triangles(), 1024);
-        for (p, q) in coarse.positions.iter().zip(&fine.positions) {
+        for (p, q) in coarse.positions.iter().zip(fine.positions.iter()) {
             assert!(DVec3::from(*p).distance(DVec3::from(*q)) < 1e-12);
         }
     }

@@ -110,18 +110,19 @@ pub(crate) fn nurbs(params: &mut Params, world_from_object: Transform) -> Option
 
 /// The triangles. `None` if a point is at infinity.
 fn diced(surface: &Surface) -> Option<Mesh> {
-    let mut mesh = Mesh { indices: grid(DICED, DICED), ..Mesh::default() };
-    let mut shading = VertexShading::default();
+    let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
     for row in 0..DICED {
         for column in 0..DICED {
             let (u, v) = (surface.u.at(share(column)), surface.v.at(share(row)));
             let (p, normal) = surface.evaluate(u, v)?;
-            mesh.positions.push(p.into());
+            positions.push(p.into());
             // A pole has no normal: interpolation then uses its neighbors.
-            shading.normals.push(normal.normalize_or_zero().into());
-            shading.uvs.push([u, v]);
+            normals.push(normal.normalize_or_zero().into());
+            uvs.push([u, v]);
         }
     }
+    let shading = VertexShading { normals: normals.into(), uvs: uvs.into(), ..VertexShading::default() };
+    let mesh = Mesh { indices: grid(DICED, DICED).into(), positions: positions.into(), ..Mesh::default() };
     Some(mesh.with_shading(shading))
 }
 

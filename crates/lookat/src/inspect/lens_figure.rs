@@ -6,7 +6,7 @@ use std::fmt::Write;
 use lookat_render::LensRays;
 use lookat_scene::{LensElement, LensSystem, MILLIMETER, Pupil, ThickLens, View};
 
-use crate::sight::short;
+use lookat_sight::short;
 
 /// Width and height of the figure, and the margin around what is drawn.
 const SIZE: [f64; 2] = [1000.0, 560.0];

@@ -5,7 +5,7 @@ use lookat_render::{Elements, GridCost, MediumCost, Surfaces};
 
 use crate::inspect::needs::{AtSurface, LensSystem, Needs};
 use crate::readable::{count, grouped, plural, visible};
-use crate::sight::short;
+use lookat_sight::short;
 
 impl Needs {
     pub fn text(&self, name: &str) -> String {

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::inspect::shown::View;
-use crate::sight::{self, ViewFacts};
+use lookat_sight::ViewFacts;
 
 /// What a scene needs. The text output is made from it.
 #[derive(Serialize)]
@@ -163,10 +163,10 @@ pub struct Memory {
 impl Needs {
     pub fn new(scene: &Scene, loaded: &Loaded) -> Result<Needs, Failure> {
         let render = render_bytes(loaded, scene);
-        let prepared = sight::prepare(loaded, scene)?;
+        let prepared = crate::source::prepare(loaded, scene)?;
         let it = lookat_render::inspect(&prepared, &scene.view);
         let unused = unused_features(scene, &it);
-        let sight = sight::look(loaded, scene, ViewFacts::new(&prepared, &scene.view));
+        let sight = lookat_sight::look(loaded, scene, ViewFacts::new(&prepared, &scene.view));
         let view = View::new(&sight, &loaded.sources);
         // A file that is included again is in memory once.
         let files = loaded.sources.files.iter();

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use crate::readable::{percent, visible};
 use crate::report;
-use crate::sight::{LightFacts, ShapeFacts, Sight, short};
-use crate::source::DirectiveText;
+use lookat_scene::DirectiveText;
+use lookat_sight::{LightFacts, ShapeFacts, Sight, short};
 
 /// The most shapes and lights that are listed.
 const MOST_LISTED: usize = 8;
@@ -210,7 +210,7 @@ impl ShownPlace {
             _ => format!("{}, ", report::shown_path(path)),
         };
         ShownPlace {
-            name: format!("{}{data_words} ({file}line {line})", report::word(span, sources)),
+            name: format!("{}{data_words} ({file}line {line})", sources.word(span)),
             file: Some(path.display().to_string()),
             line: Some(line),
             data,
@@ -220,7 +220,7 @@ impl ShownPlace {
 
 /// The mesh or the picture that a shape or a light names.
 fn data_file(span: Span, sources: &Sources) -> Option<String> {
-    let parameter = match &report::word(span, sources)[..] {
+    let parameter = match &sources.word(span)[..] {
         "plymesh" => "filename",
         "infinite" | "exinfinite" | "goniometric" | "projection" => "mapname",
         _ => return None,

@@ -9,13 +9,13 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use lookat_image::{Format, Image, MemoryBudget, io_reason, remove_leftovers};
-use lookat_render::{FilmSums, Progress};
+use lookat_render::{FilmSums, Progress, Statistics};
 use lookat_scene::MAX_SAMPLES;
 
 use crate::args::Render;
 use crate::failure::Failure;
 use crate::output::{Destination, check_inputs, check_output, marked, place};
-use crate::part::{Invocation, Part, PartFile, PartMetadata, Rendering};
+use crate::part::{About, BrokenOff, Invocation, PartFile, Provenance, Work};
 use crate::render::written::PARTIAL;
 use crate::writer::lock;
 
@@ -26,9 +26,9 @@ const EVERY: Duration = Duration::from_secs(60);
 pub struct Resumed {
     /// Its file.
     pub file: PathBuf,
-    /// The command that was broken off.
-    pub invocation: Option<Invocation>,
-    pub rendering: Rendering,
+    /// What was broken off. `None` for a picture.
+    pub broken_off: Option<BrokenOff>,
+    pub provenance: Provenance,
     /// Its sums, until the rendering takes them.
     pub sums: RefCell<Option<FilmSums>>,
 }
@@ -38,12 +38,12 @@ impl Resumed {
     pub fn read(file: &Path) -> Result<Resumed, Failure> {
         let read = |at: &Path| {
             let opened = PartFile::open(at)?;
-            let Some(invocation) = opened.metadata.invocation.clone() else {
+            let Some(broken_off) = opened.metadata.broken_off.clone() else {
                 bail!("{} is no checkpoint: only `lookat render --checkpoint` writes them", at.display());
             };
             let sums = RefCell::new(Some(opened.read(&MemoryBudget::default())?));
-            let rendering = opened.metadata.part.rendering;
-            Ok(Resumed { file: file.into(), invocation: Some(invocation), rendering, sums })
+            let provenance = opened.metadata.part.provenance;
+            Ok(Resumed { file: file.into(), broken_off: Some(broken_off), provenance, sums })
         };
         read(file).or_else(|error: Failure| {
             let previous = previous(file);
@@ -52,6 +52,11 @@ impl Resumed {
             std::fs::rename(&previous, file).map_err(|error| Failure::io("rename", &previous, &error))?;
             Ok(resumed)
         })
+    }
+
+    /// What the sittings before have taken.
+    pub fn work(&self) -> Work {
+        self.broken_off.as_ref().map(|it| it.work).unwrap_or_default()
     }
 
     /// Reads a picture that `more` samples per pixel are added to.
@@ -65,14 +70,14 @@ impl Resumed {
             false => error,
         })?;
         let sums = RefCell::new(Some(opened.read(&MemoryBudget::default())?));
-        let mut rendering = opened.metadata.part.rendering;
-        if !rendering.is_extendable || !opened.metadata.complete {
+        let mut provenance = opened.metadata.part.provenance;
+        if !provenance.is_extendable || !opened.metadata.complete {
             bail!("nothing can be added to {}: render it with --keep-sums", file.display());
         }
-        let samples = rendering.samples_per_pixel.checked_add(more).filter(|all| *all <= MAX_SAMPLES);
-        rendering.samples_per_pixel =
+        let samples = provenance.samples_per_pixel.checked_add(more).filter(|all| *all <= MAX_SAMPLES);
+        provenance.samples_per_pixel =
             samples.ok_or_else(|| format!("a picture has at most {MAX_SAMPLES} samples per pixel"))?;
-        Ok(Resumed { file: file.into(), invocation: None, rendering, sums })
+        Ok(Resumed { file: file.into(), broken_off: None, provenance, sums })
     }
 }
 
@@ -93,7 +98,10 @@ pub struct Checkpoint {
 struct Record {
     file: PathBuf,
     invocation: Invocation,
-    rendering: Rendering,
+    /// What the sittings before this one have taken, and when this one began.
+    earlier: Work,
+    started: Instant,
+    provenance: Provenance,
     /// The samples of each pixel that the rendering is to take.
     range: Range<u32>,
 }
@@ -108,17 +116,25 @@ impl Checkpoint {
     /// The one that the arguments ask for. Fails if another program writes it.
     pub fn new(
         arguments: &Render,
-        rendering: &Rendering,
+        provenance: &Provenance,
         resumed: Option<&Resumed>,
     ) -> Result<Option<Checkpoint>, Failure> {
         let Some(file) = &arguments.checkpoint else { return Ok(None) };
-        let invocation = resumed.and_then(|resumed| resumed.invocation.clone());
+        let broken_off = resumed.and_then(|resumed| resumed.broken_off.clone());
+        let invocation = broken_off.map(|it| it.invocation);
         let invocation = invocation.or_else(Invocation::of_this_process).ok_or(
             "a checkpoint holds the command line and the working folder, but one of them has a name that is not Unicode: rename it",
         )?;
-        let all = rendering.samples_per_pixel;
+        let all = provenance.samples_per_pixel;
         let range = arguments.part.map_or(0..all, |part| part.range(all));
-        let record = Record { file: file.clone(), invocation, rendering: rendering.clone(), range };
+        let record = Record {
+            file: file.clone(),
+            invocation,
+            earlier: resumed.map(Resumed::work).unwrap_or_default(),
+            started: Instant::now(),
+            provenance: provenance.clone(),
+            range,
+        };
         let state = Mutex::new(State { last: Instant::now(), writing: None });
         let every = arguments.every.unwrap_or(EVERY);
         Ok(Some(Checkpoint { record: Arc::new(record), every, state, _lock: Lock::new(file)? }))
@@ -129,8 +145,8 @@ impl Checkpoint {
         &self.record.file
     }
 
-    /// Writes a checkpoint in the background if it is time for one, and the one before is written. `whole`: see [`PartMetadata::whole`].
-    pub fn write_if_due(&self, progress: &Progress, whole: impl FnOnce() -> Option<String>) {
+    /// Writes a checkpoint in the background if it is time for one, and the one before is written. `whole`: see [`About::whole`].
+    pub fn write_if_due(&self, progress: &Progress, whole: impl FnOnce() -> String) {
         let Ok(mut state) = self.state.try_lock() else { return };
         let is_free = state.writing.as_ref().is_none_or(JoinHandle::is_finished);
         if state.last.elapsed() < self.every || !is_free {
@@ -138,10 +154,11 @@ impl Checkpoint {
         }
         report(state.writing.take());
         state.last = Instant::now();
-        let (record, sums, whole) = (self.record.clone(), progress.sums(), whole().unwrap_or_default());
+        let (record, sums, statistics, whole) =
+            (self.record.clone(), progress.sums(), progress.statistics, whole());
         let write = move || {
             let file = record.file.clone();
-            let image = record.image(sums, whole);
+            let image = record.image(sums, &statistics, whole);
             Ok(image.write_checkpoint(&file, &previous(&file))?)
         };
         match std::thread::Builder::new().spawn(write) {
@@ -151,9 +168,14 @@ impl Checkpoint {
     }
 
     /// Writes the last checkpoint of a rendering that is broken off: into another folder if its own fails.
-    pub fn write(&self, sums: FilmSums, whole: String) -> Result<(PathBuf, Destination), Failure> {
+    pub fn write(
+        &self,
+        sums: FilmSums,
+        statistics: &Statistics,
+        whole: String,
+    ) -> Result<(PathBuf, Destination), Failure> {
         self.wait();
-        let image = self.record.image(sums, whole);
+        let image = self.record.image(sums, statistics, whole);
         let file = self.file();
         let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
         let name = file.file_name().unwrap_or_default();
@@ -178,16 +200,18 @@ impl Checkpoint {
 
 impl Record {
     /// The picture so far, with the sums and the metadata of a checkpoint.
-    fn image(&self, sums: FilmSums, whole: String) -> Image {
-        let (part, integers) = Part::new(self.rendering.clone(), vec![self.range.clone()], &sums);
-        let metadata = PartMetadata {
-            samples_per_pixel: sums.mean_samples(),
+    fn image(&self, sums: FilmSums, statistics: &Statistics, whole: String) -> Image {
+        let work = self.earlier.and(self.started.elapsed().as_secs_f64(), statistics);
+        let mut image = sums.image();
+        About {
+            provenance: self.provenance.clone(),
+            ranges: vec![self.range.clone()],
             complete: false,
-            part,
             whole,
-            invocation: Some(self.invocation.clone()),
-        };
-        Image { metadata: metadata.to_text(), integers, ..sums.image() }
+            broken_off: Some(BrokenOff { invocation: self.invocation.clone(), work }),
+        }
+        .put_into(&mut image, &sums);
+        image
     }
 }
 
@@ -249,7 +273,7 @@ pub fn check<'i>(
     else {
         return Ok(());
     };
-    let is_checkpoint = PartFile::open(found).is_ok_and(|part| part.metadata.invocation.is_some());
+    let is_checkpoint = PartFile::open(found).is_ok_and(|part| part.metadata.broken_off.is_some());
     let found = found.display();
     if is_checkpoint {
         bail!("{found} is a checkpoint: start again with --force, or go on with `lookat resume {name}`");

@@ -170,7 +170,7 @@ fn spots(luminances: &[f32], width: usize, [x0, y0]: [u32; 2], reach: [u32; 2]) 
 /// The path of a sample, in words.
 fn path(sample: &BrightestSample, sources: &Sources) -> String {
     let name = |span: Option<Span>| match span {
-        Some(span) => format!("{} at {}", report::word(span, sources), report::place(span, sources)),
+        Some(span) => format!("{} at {}", sources.word(span), report::place(span, sources)),
         None => "a shape".into(),
     };
     let surfaces: Vec<String> = sample.surfaces.iter().map(|span| name(*span)).collect();

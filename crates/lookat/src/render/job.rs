@@ -10,27 +10,25 @@ use std::time::Instant;
 use lookat_render::{FilmSums, Part, Prepared, Progress, Statistics};
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, Scene, as_json};
+use lookat_sight::Numbered;
 
 use crate::args::{Render, crop_edges};
 use crate::failure::Failure;
 use crate::light::note_linear;
 use crate::live::Live;
 use crate::output::{check_inputs, check_output, check_unfinished, marked};
+use crate::part::{Provenance, Work};
 use crate::readable::quoted;
 use crate::render::checkpoint::{self, Checkpoint, Resumed};
 use crate::render::fireflies::{self, Fireflies};
 use crate::render::frames::{cameras, focus};
 use crate::render::progress::Shown;
-use crate::render::settings::{
-    charge_memory, check_settings, new_picture, note_sampler, settings, target_error,
-};
-use crate::render::summary::{
-    self, JsonPicture, JsonTarget, Numbered, explain_black, narrow_filter, summarize,
-};
+use crate::render::settings::{charge_memory, check_settings, new_picture, note_sampler, settings};
+use crate::render::summary::{self, JsonPicture, JsonTarget, explain_black, narrow_filter, summarize};
 use crate::render::written::{Kept, Output, PARTIAL, SoFar};
 use crate::scene_result::SceneResult;
 use crate::source::{load_scene, load_watched, replace_samples};
-use crate::{interrupt, part, report, sight};
+use crate::{interrupt, report};
 
 /// True once there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
@@ -79,18 +77,18 @@ pub fn render_scene(Job { arguments, inputs, resumed }: &Job, live: &Live) -> u8
     if loaded.scene.is_some() {
         loaded.inputs.extend(inputs.iter().cloned());
     }
+    let mut extended = None;
+    // A checkpoint of this command has what it needs of the picture.
+    if let (Some(more), Some(_), None) = (arguments.more, &loaded.scene, resumed) {
+        extended = Some(Resumed::extended(&picture_file(arguments, &loaded.output), more));
+    }
+    let earlier = resumed.as_ref().or(extended.as_ref().and_then(|extended| extended.as_ref().ok()));
+    let total = earlier.filter(|_| arguments.more.is_some()).map(|it| it.provenance.samples_per_pixel);
+    let arguments = &Render { spp: total.or(arguments.spp), ..arguments.clone() };
     // If --spp is a maximum, the scene keeps its own number.
     let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
     let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));
     replace_samples(&mut loaded, samples);
-    let mut extended = Ok(None);
-    if let (Some(more), Some(_)) = (arguments.more, &loaded.scene) {
-        let file = picture_file(arguments, &loaded.output);
-        extended = Resumed::extended(&file, more).map(Some);
-        // A checkpoint of this command has some of the samples already.
-        let samples = resumed.as_ref().or(extended.as_ref().ok().and_then(Option::as_ref));
-        replace_samples(&mut loaded, samples.map(|it| it.rendering.samples_per_pixel));
-    }
     let mut diagnostics = Vec::new();
     if arguments.report.json {
         diagnostics = as_json(&loaded.diagnostics, &loaded.sources);
@@ -109,15 +107,11 @@ pub fn render_scene(Job { arguments, inputs, resumed }: &Job, live: &Live) -> u8
         }
         (Some(scene), _) => {
             let mut done = Vec::new();
-            let rendered = match (resumed, extended) {
-                (None, Err(failure)) => Err(failure),
-                (resumed, extended) => {
-                    let extended = extended.ok().flatten();
-                    let resumed = resumed.as_ref().or(extended.as_ref());
-                    let rendering = Rendering { arguments, loaded: &loaded, live, resumed };
-                    rendering.pictures(scene, &mut done, &mut advice)
-                }
-            };
+            let rendered = extended.transpose().and_then(|extended| {
+                let resumed = resumed.as_ref().or(extended.as_ref());
+                let rendering = Rendering { arguments, loaded: &loaded, live, resumed };
+                rendering.pictures(scene, &mut done, &mut advice)
+            });
             if arguments.frames.is_used() {
                 result.frames = done;
             } else {
@@ -191,7 +185,7 @@ impl Rendering<'_> {
         }
         check_settings(arguments, scene, &files[0])?;
         let size = [crop.width(), crop.height()];
-        let is_resumed = self.resumed.is_some_and(|resumed| resumed.invocation.is_some());
+        let is_resumed = self.resumed.is_some_and(|resumed| resumed.broken_off.is_some());
         checkpoint::check(arguments, &files[0], size, &loaded.inputs, is_resumed)?;
         self.check_unfinished(scene, &files[0])?;
         drop(charge_memory(scene, &settings(arguments, &files[0]), &loaded.memory)?);
@@ -214,7 +208,7 @@ impl Rendering<'_> {
                 crate::say(&focus(&prepared, &mut scene.view, place)?);
             }
             if number == 0 && !arguments.quiet {
-                *advice = sight::advise(loaded, &scene, &mut prepared);
+                *advice = lookat_sight::advise(loaded, &scene, &mut prepared);
                 if !arguments.report.json {
                     report::print_each(advice, &loaded.sources);
                 }
@@ -252,11 +246,11 @@ impl Rendering<'_> {
         let started = Instant::now();
         let shown = Shown::new(arguments, crop.area());
         live.begin(&file, [crop.width(), crop.height()]);
-        let (mut rendering, mut checkpoint) = (None, None);
+        let (mut provenance, mut checkpoint) = (None, None);
         if settings.keep_sums {
-            let new = part::Rendering::new(loaded, &scene.view, &settings)?;
+            let new = Provenance::new(loaded, &scene.view, &settings)?;
             if let Some(resumed) = self.resumed
-                && let Some(difference) = new.difference(&resumed.rendering)
+                && let Some(difference) = new.difference(&resumed.provenance)
             {
                 bail!("{} cannot be resumed: {difference}", resumed.file.display());
             }
@@ -265,11 +259,11 @@ impl Rendering<'_> {
                 say!("{}: {samples:.1} samples per pixel so far", file.display());
             }
             checkpoint = Checkpoint::new(arguments, &new, self.resumed)?;
-            rendering = Some(new);
+            provenance = Some(new);
         }
         let camera = &scene.view.camera;
         let output =
-            Output { arguments, loaded, camera, settings: &settings, new, file, rendering, checkpoint };
+            Output { arguments, loaded, camera, settings: &settings, new, file, provenance, checkpoint };
         let so_far = Mutex::new(SoFar::default());
         let progress = |progress: Progress| {
             if progress.done > 0 {
@@ -303,7 +297,8 @@ impl Rendering<'_> {
         } else {
             None
         };
-        let seconds = started.elapsed().as_secs_f64();
+        let earlier = self.resumed.map(Resumed::work).unwrap_or_default();
+        let work = earlier.and(started.elapsed().as_secs_f64(), &rendered.statistics);
         let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
         let Kept { file, destination, kept, light, samples_per_pixel } =
             output.write(&mut rendered, numbered.clone())?;
@@ -314,7 +309,8 @@ impl Rendering<'_> {
             }
         }
         let black = light.is_some_and(|light| light.is_black(summary::residue(scene)));
-        let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
+        let Statistics { least, most, target, .. } = rendered.statistics;
+        let Work { seconds, rays, rejected, clamped } = work;
         let fireflies = luminances
             .and_then(|luminances| Fireflies::find(&luminances, scene, prepared, &settings, &loaded.sources));
         let picture = JsonPicture {
@@ -333,7 +329,8 @@ impl Rendering<'_> {
             light,
             numbered,
             fireflies,
-            target: target_error(&settings)
+            target: settings
+                .target_error()
                 .zip(target)
                 .map(|(target, reached)| JsonTarget::new(target, reached)),
         };

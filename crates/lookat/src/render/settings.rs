@@ -3,37 +3,29 @@
 use std::path::Path;
 
 use lookat_image::{Charge, Format, MemoryBudget, OutOfMemory, byte_words};
-use lookat_render::{Layers, Settings, Stop, TargetError, film_bytes, preparation_bytes};
-use lookat_scene::{Loaded, SamplerKind, Scene};
+use lookat_render::{Layers, Settings, Stop, StopOptions, StopOptionsError, film_bytes, preparation_bytes};
+use lookat_scene::{Loaded, SamplerKind, Scene, View};
 
 use crate::args::{Render, raise_limit};
 use crate::failure::Failure;
 use crate::output::NewPicture;
 
-/// The default confidence of the target error.
-const CONFIDENCE: f64 = 0.95;
-
 /// The most pixels with a target error. Each takes about 300 bytes until it is done.
 const MOST_PIXELS: u64 = 1 << 24;
 
-/// The render settings of the arguments.
+/// The stopping rule of the arguments. Fails if they contradict each other.
+pub fn stop(arguments: &Render) -> Result<Stop, StopOptionsError> {
+    let Render { target_error, confidence, time, spp, adaptive, error_layers, .. } = *arguments;
+    StopOptions { target_error, confidence, time, spp, adaptive, error_layers }.stop()
+}
+
+/// The render settings of the arguments, which have been checked.
 pub fn settings(arguments: &Render, file: &Path) -> Settings {
-    let confidence = arguments.confidence.unwrap_or(CONFIDENCE);
-    let Render { time, spp, adaptive, error_layers, .. } = *arguments;
-    let stop = match (arguments.target_error, time) {
-        (Some(relative), limit) => Stop::TargetError {
-            target: TargetError { relative, confidence },
-            max_samples: spp.unwrap_or(Stop::DEFAULT_MAX_SAMPLES_OF_TARGET),
-            limit,
-            // Always, if the file can hold them.
-            error_layers: error_layers || Format::from_path(file) == Some(Format::Exr),
-        },
-        (None, Some(limit)) => {
-            Stop::Time { limit, max_samples: spp.unwrap_or(Stop::DEFAULT_MAX_SAMPLES_OF_TIME), adaptive }
-        }
-        (None, None) if adaptive => Stop::Adaptive,
-        (None, None) => Stop::Samples { error_layers },
-    };
+    let mut stop = stop(arguments).unwrap_or_default();
+    if let Stop::TargetError { error_layers, .. } = &mut stop {
+        // Always, if the file can hold them.
+        *error_layers |= Format::from_path(file) == Some(Format::Exr);
+    }
     // The first part has the layers of all.
     let own = arguments.layers.iter().filter(|_| arguments.part.is_none_or(|part| part.index == 0));
     let layers = own.copied().fold(Layers::default(), Layers::union);
@@ -43,18 +35,18 @@ pub fn settings(arguments: &Render, file: &Path) -> Settings {
     Settings { seed: arguments.seed, stop, layers, part, is_extendable, keep_sums, ..Settings::default() }
 }
 
-/// The target error, if there is one.
-pub fn target_error(settings: &Settings) -> Option<TargetError> {
-    if let Stop::TargetError { target, .. } = settings.stop { Some(target) } else { None }
+/// The samples of each pixel; their mean if they are adaptive, and the most if the error or the time decides.
+pub fn most_samples(settings: &Settings, view: &View) -> u32 {
+    match settings.stop {
+        Stop::Samples { .. } | Stop::Adaptive => view.sampler.samples_per_pixel,
+        Stop::Time { max_samples, .. } | Stop::TargetError { max_samples, .. } => max_samples,
+    }
 }
 
 /// What is known of the picture before rendering.
 pub fn new_picture(scene: &Scene, settings: &Settings) -> NewPicture {
     let crop = scene.view.film.crop;
-    let most_samples = match settings.stop {
-        Stop::Samples { .. } | Stop::Adaptive => scene.view.sampler.samples_per_pixel,
-        Stop::Time { max_samples, .. } | Stop::TargetError { max_samples, .. } => max_samples,
-    };
+    let most_samples = most_samples(settings, &scene.view);
     NewPicture {
         size: [crop.width(), crop.height()],
         samples_per_pixel: Some(own_samples(settings, most_samples).into()),
@@ -85,7 +77,7 @@ pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) 
 
 /// Fails if the file cannot hold the layers, or the scene has too few samples or too many pixels for the settings.
 pub fn check_settings(arguments: &Render, scene: &Scene, file: &Path) -> Result<(), Failure> {
-    let Render { error_layers, target_error, .. } = *arguments;
+    let Render { adaptive, error_layers, target_error, .. } = *arguments;
     if let Some(part) = arguments.part {
         if Format::from_path(file) != Some(Format::Exr) {
             bail!("{}: only an .exr file can store a part; choose one with -o", file.display());
@@ -101,7 +93,23 @@ pub fn check_settings(arguments: &Render, scene: &Scene, file: &Path) -> Result<
         if Format::from_path(file) != Some(Format::Exr) {
             bail!("{}: only an .exr file can keep sums; choose one with -o", file.display());
         }
-        if matches!(scene.view.sampler.kind, SamplerKind::Stratified { .. }) {
+        let settings = settings(arguments, file);
+        let samples = most_samples(&settings, &scene.view);
+        if !settings.is_whole_round(samples) {
+            let (option, counts) = match adaptive {
+                true => ("--adaptive", "16, 32, 64, 128 and so on"),
+                false => ("--target-error", "64, 128, 256 and so on"),
+            };
+            let way_out = match arguments.more {
+                Some(more) => format!("choose another number than {more} for --more"),
+                None => "write such a number behind --spp".into(),
+            };
+            bail!(
+                "with {option}, samples are added to pictures of {counts} samples per pixel, and this one would have {samples}: {way_out}"
+            );
+        }
+        let is_stratified = matches!(scene.view.sampler.kind, SamplerKind::Stratified { .. });
+        if is_stratified && matches!(settings.stop, Stop::Samples { .. }) {
             bail!(
                 "nothing can be added to stratified samples, whose grid has a fixed size: write Sampler \"sobol\" in the scene"
             );

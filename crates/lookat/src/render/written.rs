@@ -5,15 +5,15 @@ use std::time::{Duration, Instant};
 
 use lookat_render::{Progress, Rendered, Settings};
 use lookat_scene::{Camera, Loaded};
+use lookat_sight::{Metadata, Numbered};
 
 use crate::args::Render;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::light::{JsonLight, map_tones};
 use crate::output::{Destination, Identity, NewPicture, free_file, marked};
-use crate::part::{Part, PartMetadata, Rendering};
+use crate::part::{About, Provenance};
 use crate::render::checkpoint::Checkpoint;
-use crate::render::summary::{Metadata, Numbered};
 
 /// The mark of a picture that is not complete, in its name.
 pub const PARTIAL: &str = "partial";
@@ -27,7 +27,7 @@ pub struct Output<'a> {
     pub new: NewPicture,
     pub file: PathBuf,
     /// The rendering that this is a part of, if it is to say so.
-    pub rendering: Option<Rendering>,
+    pub provenance: Option<Provenance>,
     pub checkpoint: Option<Checkpoint>,
 }
 
@@ -50,10 +50,10 @@ impl Output<'_> {
         metadata.with_settings(settings, complete, numbered).as_json()
     }
 
-    /// The metadata of the whole picture, of all parts.
-    pub fn whole(&self, numbered: Numbered) -> Option<String> {
-        let samples = self.rendering.as_ref()?.samples_per_pixel;
-        self.metadata(samples.into(), true, numbered)
+    /// The metadata of the whole picture, of all parts. Empty if nothing is kept of it.
+    pub fn whole(&self, numbered: Numbered) -> String {
+        let samples = self.provenance.as_ref().map(|provenance| provenance.samples_per_pixel.into());
+        samples.and_then(|samples| self.metadata(samples, true, numbered)).unwrap_or_default()
     }
 
     /// Writes a picture, a partial one beside the file of the whole, or as checkpoint.
@@ -64,22 +64,20 @@ impl Output<'_> {
         if let (Some(checkpoint), false) = (&self.checkpoint, rendered.complete)
             && let Some(sums) = rendered.sums.take()
         {
-            let whole = self.whole(numbered).unwrap_or_default();
-            let (file, destination) = checkpoint.write(sums, whole)?;
+            let whole = self.whole(numbered);
+            let (file, destination) = checkpoint.write(sums, &rendered.statistics, whole)?;
             return Ok(Kept { file, destination, kept: None, light: None, samples_per_pixel });
         }
         rendered.image.metadata = self.metadata(samples_per_pixel, rendered.complete, numbered.clone());
-        let is_part = settings.part.is_some() || settings.is_extendable;
-        if let (Some(rendering), Some(sums), true, true) =
-            (&self.rendering, &rendered.sums, rendered.complete, is_part)
-        {
-            let all = rendering.samples_per_pixel;
-            let range = settings.part.map_or(0..all, |part| part.range(all));
-            let (part, integers) = Part::new(rendering.clone(), vec![range], sums);
-            let whole = self.whole(numbered).unwrap_or_default();
-            let metadata = PartMetadata { samples_per_pixel, complete: true, part, whole, invocation: None };
-            rendered.image.integers = integers;
-            rendered.image.metadata = metadata.to_text();
+        let is_part = rendered.complete && (settings.part.is_some() || settings.is_extendable);
+        if let (Some(provenance), Some(sums), true) = (&self.provenance, &rendered.sums, is_part) {
+            let all = provenance.samples_per_pixel;
+            let ranges = vec![settings.part.map_or(0..all, |part| part.range(all))];
+            // An extendable picture is whole by itself.
+            let own = rendered.image.metadata.take().filter(|_| settings.part.is_none());
+            let whole = own.unwrap_or_else(|| self.whole(numbered));
+            About { provenance: provenance.clone(), ranges, complete: true, whole, broken_off: None }
+                .put_into(&mut rendered.image, sums);
         }
         let light = map_tones(&mut rendered.image, &self.file, arguments.tone);
         let is_partial = !rendered.complete;

@@ -12,9 +12,10 @@ use lookat_image::{ImageError, Measured, Metric, io_reason, write_file};
 
 use crate::failure::Failure;
 use crate::output::write_result;
-use crate::readable::{digits, visible_lines};
+use crate::readable::visible_lines;
 use crate::verify::outcome::{Outcome, Verdict, summary};
 use crate::verify::page::picture::Picture;
+use lookat_sight::digits;
 
 /// A number in the report.
 #[derive(Debug, Clone)]

@@ -12,6 +12,7 @@ use lookat_image::{
 use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{LoadOptions, Loaded, Scene};
+use lookat_sight::Metadata;
 use serde_json::json;
 
 use crate::args::{Report, Verify};
@@ -19,7 +20,6 @@ use crate::failure::Failure;
 use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::readable::plural;
 use crate::render::settings::{charge_memory, note_jitter};
-use crate::render::summary::Metadata;
 use crate::source::{load_scene, read_image, replace_samples};
 use crate::verify::files::{beside, scene_name, why_unreadable};
 use crate::verify::outcome::{Outcome, Verdict};

@@ -8,8 +8,8 @@ use lookat_scene::{
 };
 
 use crate::failure::Failure;
-use crate::source::DirectiveText;
 use crate::view::messages;
+use lookat_scene::DirectiveText;
 
 /// The `LookAt` of the file, or for a camera that is placed otherwise one to what it sees in the middle. The
 /// transformation before it keeps what no `LookAt` can do, such as mirroring.

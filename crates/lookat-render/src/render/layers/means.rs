@@ -51,7 +51,7 @@ impl Context<'_> {
         let mut sums = vec![Sums::default(); values.len()];
         let (filter, reach) = (&self.film.filter, self.film.filter.reach());
         let mut weights = Default::default();
-        for Pass { pattern, samples } in passes {
+        for Pass { pattern, samples, .. } in passes {
             let of_source =
                 |pixel| samples.clone().map(move |index| Sample { seed: pattern.seed, pixel, index });
             let mut all = bounds.grown(reach).pixels().flat_map(of_source);

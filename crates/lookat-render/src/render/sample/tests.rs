@@ -26,7 +26,7 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let mut prepared = Prepared::new(scene);
     prepared.traceable.level = level;
     let progress = |_: Progress| ControlFlow::Continue(());
-    let film = Film::new(&scene.view, Keeps::Sums);
+    let film = Film::new(&scene.view, Keeps::Sums, false);
     let control = Control::new(&progress, &film);
     let context = Context::new(&prepared, &scene.view, &Settings::default(), (&film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
@@ -337,7 +337,7 @@ struct Broken {
 
 /// Does jobs, and breaks off at so many calls of the callback.
 fn broken_off(most: u64, (scene, prepared): (&Scene, &Prepared), jobs: &mut [Job]) -> Broken {
-    let film = Film::new(&scene.view, Keeps::Sums);
+    let film = Film::new(&scene.view, Keeps::Sums, false);
     let calls = AtomicU64::new(0);
     let progress = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
         true => ControlFlow::Continue(()),
@@ -417,7 +417,7 @@ fn fast_samples_of_a_broken_batch_do_not_count() {
 #[test]
 fn meters_remember_slow_samples() {
     let scene = scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd");
-    let film = Film::new(&scene.view, Keeps::Sums);
+    let film = Film::new(&scene.view, Keeps::Sums, false);
     let control = Control::new(&|_| ControlFlow::Continue(()), &film);
     let batch = |samples: u32, rays: u64| {
         let mut meter = Meter::new(&control);

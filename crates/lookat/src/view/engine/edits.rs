@@ -6,13 +6,13 @@ use lookat_scene::syntax::{EntityKind, Fix, ParamType};
 use lookat_scene::{Location, Sources, Symbol, ViewOverride};
 
 use crate::failure::Failure;
-use crate::source::DirectiveText;
 use crate::view::engine::Engine;
 use crate::view::engine::opened::{describe, kind_of};
 use crate::view::messages::{Action, At, Change, ChangedLines, News, Values};
 use crate::view::outbox::Topic;
 use crate::view::write::{FileChange, Shown, Unsaved, changes};
 use crate::writer::lock;
+use lookat_scene::DirectiveText;
 
 impl Engine {
     /// Opens a place in the editor.

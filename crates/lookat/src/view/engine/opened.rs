@@ -12,11 +12,11 @@ use crate::explain::ParameterFacts;
 use crate::failure::Failure;
 use crate::render::settings::charge_memory;
 use crate::report;
-use crate::sight::{self, ViewFacts};
-use crate::source::DirectiveText;
 use crate::view::camera::{camera_fixes, placement, rounded, values};
 use crate::view::messages::{self, Described, Hit, Parameter, TextPlace, TextValues, Values};
 use crate::view::write::{FileChange, changes};
+use lookat_scene::DirectiveText;
+use lookat_sight::ViewFacts;
 
 /// The most places along a side of which the depths are told.
 const MOST_DEPTHS: u32 = 64;
@@ -60,7 +60,7 @@ impl Opened {
             None => Prepared::new(&scene),
         };
         let focal_distance = loaded.places.focal_distance;
-        let focal_distance = focal_distance.and_then(|span| report::word(span, &loaded.sources).parse().ok());
+        let focal_distance = focal_distance.and_then(|span| loaded.sources.word(span).parse().ok());
         let placement = placement(&loaded, &scene, &prepared);
         Ok(Opened {
             view: scene.view.clone(),
@@ -87,7 +87,7 @@ impl Opened {
             return false;
         }
         let Opened { loaded, scene, prepared, .. } = self;
-        let advice = sight::advise_by(loaded, scene, |view| ViewFacts::new(prepared, view));
+        let advice = lookat_sight::advise_by(loaded, scene, |view| ViewFacts::new(prepared, view));
         loaded.diagnostics.extend(advice);
         self.messages = report::text(loaded);
         self.is_advised = true;
@@ -151,7 +151,7 @@ impl Opened {
         let Opened { prepared, view, loaded, .. } = self;
         let picked = prepared.pick(view, DVec2::new(x, y))?;
         let (shape, material) = (picked.primitive.span, picked.primitive.material.span);
-        let word = |span: Option<_>| span.map(|span| report::word(span, &loaded.sources));
+        let word = |span: Option<_>| span.map(|span| loaded.sources.word(span));
         let place = |span: Option<_>| span.map(|span| TextPlace::new(span, &loaded.sources, reading));
         let emission = picked.primitive.emission.as_ref().and_then(|emission| emission.span);
         let directives = [material, emission].into_iter().flatten();

@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use lookat_image::{Image, Window, luminance};
 use lookat_render::{DARK, Progress, Settings, Stop};
 use lookat_scene::{Film, PixelBounds};
+use lookat_sight::Metadata;
 
 use crate::render::settings::check_error_layers;
-use crate::render::summary::Metadata;
 use crate::view::engine::{Engine, Stage};
 use crate::view::messages::{About, Content, News, ReferenceFrom, pixels};
 use crate::view::outbox::{Hub, Requests, Topic};

@@ -9,7 +9,7 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{Light, MaterialKind, View};
 use rayon::prelude::*;
 
-use super::media::WrongSide;
+use crate::media::WrongSide;
 
 /// Camera rays of a view: places of the crop window, evenly distributed.
 const PROBES: usize = 4096;
@@ -78,6 +78,7 @@ pub struct Flat {
 pub struct LightFacts {
     /// The position of the light, or the middle of its box. `None` for lights without a position.
     pub position: Option<DVec3>,
+    /// Its irradiance on what is in view.
     pub irradiance: Irradiance,
     /// Where it reaches no surface, the number in [`ViewFacts::shapes`] of the opaque shape around the light.
     pub inside: Option<usize>,

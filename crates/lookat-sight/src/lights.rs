@@ -8,8 +8,8 @@ use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, ParamType, Parser, Span, Statement};
 use lookat_scene::{CameraPlacement, Emission, Integrator, Light, QuadricForm, Shape, Sphere};
 
-use crate::sight::placement::{as_matrix, is_in};
-use crate::sight::{LightFacts, ShapeFacts, Sight, point, short};
+use crate::placement::{as_matrix, is_in};
+use crate::{LightFacts, ShapeFacts, Sight, point, short};
 
 /// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
 const NO_SHARE: f64 = 1e-5;

@@ -4,7 +4,7 @@ use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::syntax::{Diagnostic, ParamType, Span};
 use lookat_scene::{Lens, Projection};
 
-use crate::sight::{Sight, corners, short};
+use crate::{Sight, corners, short};
 
 /// Pixels may differ from squares by so much.
 const TOLERANCE: f64 = 0.01;

@@ -1,49 +1,44 @@
-//! Warnings about what a scene shows: where its camera is, what is in view, what is sharp and what is lit.
+//! What a view shows: warnings about where the camera is, what is in view, what is sharp and what is lit; and the metadata of its picture.
 
 mod facts;
 mod lights;
 mod media;
+mod metadata;
 mod placement;
 mod window;
+mod words;
 
 use std::array::from_fn;
 
-use lookat_render::{Focus, LightPlace, Prepared, preparation_bytes};
+use lookat_render::{Focus, LightPlace, Prepared};
 use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, FileId, ParamType, Span, statement_at};
-use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, View};
+use lookat_scene::{CameraPlacement, DirectiveText, Loaded, Places, Projection, Scene, Sources, View};
 
-use crate::Failure;
-use crate::args::way_out;
-use crate::readable::digits;
-use crate::source::DirectiveText;
 pub use facts::{LightFacts, ShapeFacts, ViewFacts};
+pub use media::WrongSide;
+pub use metadata::{Metadata, Numbered};
+use words::point;
+pub use words::{digits, short};
 
 /// A scene and what it shows.
 pub struct Sight<'l> {
+    /// The scene, with the view that is looked at.
     pub scene: &'l Scene,
+    /// Where its directives are.
     pub places: &'l Places,
+    /// The texts of its files.
     pub sources: &'l Sources,
     /// The `LookAt` that alone places the camera, and its place.
     look_at: Option<(Span, CameraPlacement)>,
+    /// What the view shows.
     pub facts: ViewFacts,
-    /// With a lens.
+    /// What is sharp, with a lens.
     pub focus: Option<Focus>,
     /// What is in view where eye and target of the `LookAt` change places.
     turned: Option<ViewFacts>,
     /// What is in view from cameras that the inverse of the transformation places.
     inverses: Vec<(View, ViewFacts)>,
-}
-
-/// Prepares a scene for rays. Fails if there is not enough memory.
-pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, Failure> {
-    match loaded.memory.reserve(preparation_bytes(&scene.world)) {
-        Ok(_charge) => Ok(Prepared::new(scene)),
-        Err(shortage) => {
-            let message = format!("the shapes and lights are too large: {}", way_out(shortage));
-            Err(Failure::TooLarge(message))
-        }
-    }
 }
 
 /// What a scene shows.
@@ -260,15 +255,4 @@ fn corners([low, high]: [DVec3; 2]) -> [DVec3; 8] {
     from_fn(|corner| {
         DVec3::from(from_fn(|axis| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] }))
     })
-}
-
-/// A number with four digits.
-pub fn short(number: f64) -> String {
-    digits(number, 4)
-}
-
-/// Three numbers, as in a scene file.
-fn point(p: DVec3) -> String {
-    let DVec3 { x, y, z } = p;
-    format!("{} {} {}", short(x), short(y), short(z))
 }

@@ -6,8 +6,7 @@ use lookat_render::{Prepared, Ray, ShapeId, Surface};
 use lookat_scene::MaterialKind;
 use lookat_scene::syntax::{Diagnostic, Span};
 
-use super::Sight;
-use crate::readable::visible;
+use crate::Sight;
 
 /// The least share of the picture in which a boundary that is the wrong way round counts.
 const LEAST: f64 = 0.01;
@@ -73,7 +72,7 @@ pub fn wrong_side(sight: &Sight) -> Option<Diagnostic> {
         (Some(_), Some(name)) => {
             format!(
                 "this shape has another medium on the side of the camera than the camera is in: it is in \"{}\"",
-                visible(name)
+                name
             )
         }
     };

@@ -6,9 +6,7 @@ use lookat_scene::glam::{DMat3, DMat4, DVec3};
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, Span, parse};
 use lookat_scene::{CameraPlacement, Projection, Transform, View};
 
-use crate::sight::{
-    LightFacts, ShapeFacts, Sight, ViewFacts, corners, exchanged, point, short, union, window,
-};
+use crate::{LightFacts, ShapeFacts, Sight, ViewFacts, corners, exchanged, point, short, union, window};
 
 /// Shapes that fill less of the shorter side than this are hardly seen.
 const HARDLY_SEEN: f64 = 0.02;
