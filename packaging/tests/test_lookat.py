@@ -158,7 +158,8 @@ def test_meshes_of_numpy_are_not_copied():
     positions = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], dtype=np.float64)
     indices = np.array([[0, 1, 2]], dtype=np.int32)
     uvs = np.array([[0, 0], [1, 0], [0, 1]], dtype=np.float64)
-    mesh = lookat.Mesh(positions, indices, uvs=uvs)
+    assert positions.flags.writeable and lookat.Mesh(positions, indices, uvs=uvs) and positions.flags.writeable
+    mesh = lookat.Mesh(positions, indices, uvs=uvs, copy=False)
     for own, array in [(mesh.positions, positions), (mesh.indices, indices), (mesh.uvs, uvs)]:
         assert own.__array_interface__["data"][0] == array.__array_interface__["data"][0]
         assert np.array_equal(own, array) and not array.flags.writeable
@@ -171,17 +172,25 @@ def test_meshes_of_numpy_are_not_copied():
     assert np.array_equal(lookat.render(scene).pixels, expected.pixels)
     # Where others could write, the arrays are copied: a view, and what has another type or order.
     base = np.zeros((4, 3))
+    fixed = base[:3]
+    fixed.flags.writeable = False
+    indices = np.array([[0, 1, 2]], dtype=np.int64)
+    mesh = lookat.Mesh(fixed, indices, copy=False)
+    base[0, 0] = 5
+    assert mesh.positions[0, 0] == 0
+    base[0, 0] = 0
     for positions in [base[:3], np.zeros((3, 3), np.float32), np.asfortranarray(np.zeros((3, 3)))]:
-        indices = np.array([[0, 1, 2]], dtype=np.int64)
-        mesh = lookat.Mesh(positions, indices)
+        mesh = lookat.Mesh(positions, indices, copy=False)
         assert positions.flags.writeable and indices.flags.writeable
         positions[0, 0] = 7
         assert mesh.positions[0, 0] == 0
     # What is refused can still be written.
     positions = np.full((3, 3), np.inf)
     with pytest.raises(ValueError):
-        lookat.Mesh(positions, indices)
+        lookat.Mesh(positions, indices, copy=False)
     assert positions.flags.writeable
+    again = lookat.Mesh(mesh.positions, mesh.indices, copy=False)
+    assert again.positions.__array_interface__["data"][0] == mesh.positions.__array_interface__["data"][0]
     assert lookat.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)).positions.shape == (0, 3)
 
 

@@ -140,7 +140,11 @@ fn checkpoints_destroy_nothing() {
     {
         std::fs::create_dir_all(folder.path("x")).unwrap();
         let run = folder.run(&[LONG, &["-o", picture, "--checkpoint", checkpoint]].concat());
-        assert!(run.status == 2 && run.err.contains("has the name of the picture"), "{picture}: {}", run.err);
+        assert!(
+            run.status == 2 && run.err.contains("would be a picture and a checkpoint"),
+            "{picture}: {}",
+            run.err
+        );
     }
     // Killed before it had a name again, in an older program.
     std::fs::rename(folder.path("a.exr"), folder.path("a.previous.exr")).unwrap();
@@ -217,14 +221,16 @@ fn what_cannot_be_resumed_is_refused() {
 fn checkpoints_that_cannot_be_written_are_refused_before_rendering() {
     let folder = Folder::new();
     folder.run(&["render", "fine.pbrt", "-q", "-o", "picture.exr"]);
+    folder.run(&["render", "fine.pbrt", "-q", "-o", "held.lock.exr"]);
     for (arguments, expected) in [
         (&["--checkpoint", "a.png"][..], "a.png: only an .exr file can store a checkpoint"),
         (&["--checkpoint", "none/a.exr"], "there is no folder"),
         (
             &["--checkpoint", "b.exr"],
-            "b.exr has the name of the picture: choose another name for the checkpoint",
+            "b.exr would be a picture and a checkpoint: choose another name for the checkpoint",
         ),
         (&["--checkpoint", "picture.exr"], "picture.exr is no checkpoint: choose another name"),
+        (&["--checkpoint", "held.exr"], "held.lock.exr is in the way of a checkpoint"),
         (&["--checkpoint", "a.exr", "--time", "1"], "cannot be used with"),
         (&["--checkpoint", "a.exr", "warns.pbrt"], "--checkpoint takes one scene"),
         (&["--every", "5"], "--checkpoint <FILE>"),
@@ -233,6 +239,6 @@ fn checkpoints_that_cannot_be_written_are_refused_before_rendering() {
         let run = folder.run(&[&["render", "fine.pbrt"], output, arguments].concat());
         assert_eq!(run.status, 2, "{arguments:?}: {}", run.err);
         assert!(run.err.contains(expected), "{arguments:?}: {}", run.err);
-        assert_eq!(files(&folder), ["picture.exr"]);
+        assert_eq!(files(&folder), ["held.lock.exr", "picture.exr"]);
     }
 }

@@ -38,7 +38,7 @@ fn parts_add_up_to_the_file_of_one_rendering() {
         let folder = Folder::new();
         folder.write("fine.pbrt", scene);
         let layers: &[&str] = match number % 3 {
-            0 => &["--layers", "depth,albedo,samples"],
+            0 => &["--layers", "depth,shape,material,albedo,samples"],
             1 => &["--error-layers", "--layers", "normal,samples"],
             _ => &[],
         };
@@ -180,6 +180,9 @@ fn submit(folder: &Folder, script: &str) {
     assert!(ended.status.success(), "{script}\n{}", String::from_utf8_lossy(&ended.stderr));
 }
 
+#[cfg(unix)]
+const WINDOW: lookat_image::Window = lookat_image::Window { x: 0, y: 0, width: 8, height: 8 };
+
 /// The script for Slurm, with stand-ins for its program that run the jobs one after the other.
 #[cfg(unix)]
 #[test]
@@ -224,6 +227,11 @@ echo 17
         assert_eq!(pixels("the picture.exr"), pixels("whole.exr"), "{parts}");
         std::fs::remove_file(folder.path("the picture.exr")).unwrap();
     }
+    // What the jobs have anyway is no mistake, and replaces a picture of another program.
+    Image::from_rgb(WINDOW, WINDOW, &[[1.0; 3]; 64]).write(&folder.path("other.exr")).unwrap();
+    let run =
+        folder.run(&["farm", "slurm", "fine.pbrt", "--parts", "2", "-o", "other.exr", "--", "--force", "-q"]);
+    assert_eq!((run.status, run.out.matches("--force").count()), (0, 2), "{}", run.err);
     let frames = ["--turntable", "3"];
     let run = folder
         .run(&[&["farm", "slurm", "a scene's.pbrt", "-o", "frame.exr", "--"][..], &small, &frames].concat());
@@ -251,6 +259,8 @@ echo 17
         (&["fine.pbrt", "-o", "a.exr"], "name the number of --parts of one picture, or the pictures"),
         (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--turntable", "4"], "but not both"),
         (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--ssp", "8"], "'--ssp'"),
+        (&["fine.pbrt", "--parts", "2", "-o", "other.exr"], "other.exr is not replaced"),
+        (&["-", "--parts", "2", "-o", "a.exr"], "- can be read only once, and each job reads the scene"),
         (&["fine.pbrt", "--parts", "2", "-o", "none/a.exr"], "there is no folder"),
         (&["none.pbrt", "--parts", "2", "-o", "a.exr"], "none.pbrt"),
     ] {
@@ -314,7 +324,7 @@ fn more_samples_are_added_to_a_picture() {
         assert!(!folder.path("c.exr").exists());
         // After whole rounds, where noise decides.
         for (option, [first, more, all]) in [
-            (&["--error-layers"][..], ["7", "30", "37"]),
+            (&["--error-layers"][..], ["16", "48", "64"]),
             (&["--adaptive"], ["16", "48", "64"]),
             (&["--target-error", "0.05"], ["64", "192", "256"]),
         ] {
@@ -337,13 +347,16 @@ fn what_cannot_have_more_samples_is_refused() {
     for (arguments, expected) in [
         (&["fine.pbrt", "-o", "plain.exr", "--more", "4"][..], "nothing can be added to plain.exr"),
         (&["fine.pbrt", "-o", "part.exr", "--more", "4"], "nothing can be added to part.exr"),
-        (&["fine.pbrt", "-o", "none.exr", "--more", "4"], "cannot read none.exr"),
+        (&["fine.pbrt", "-o", "none.exr", "--more", "4"], "there is no picture none.exr to add samples to"),
         (
             &["fine.pbrt", "-o", "kept.exr", "--more", "4", "--fov", "41"],
-            "kept.exr cannot be resumed: the cameras differ",
+            "nothing can be added to kept.exr: the cameras differ; repeat the options of its rendering",
         ),
         (&["fine.pbrt", "-o", "kept.exr", "--more", "4", "--seed", "1"], "the seeds 1 and 0 differ"),
-        (&["warns.pbrt", "-o", "kept.exr", "--more", "4"], "the file warns.pbrt of the scene differs"),
+        (
+            &["warns.pbrt", "-o", "kept.exr", "--more", "4"],
+            "their scenes have the files warns.pbrt and fine.pbrt",
+        ),
         (
             &["fine.pbrt", "-o", "kept.exr", "--more", "1073741824"],
             "a picture has at most 1073741824 samples",
@@ -356,6 +369,12 @@ fn what_cannot_have_more_samples_is_refused() {
         (
             &["fine.pbrt", "-o", "a.exr", "--keep-sums", "--adaptive", "--spp", "24"],
             "pictures of 16, 32, 64, 128 and so on samples per pixel, and this one would have 24: write such a number",
+        ),
+        (&["fine.pbrt", "-o", "kept.exr"], "kept.exr is not replaced: it has the sums of other samples"),
+        (&["fine.pbrt", "-o", "kept.exr", "--part", "0/2"], "kept.exr is not replaced"),
+        (
+            &["-", "-o", "a.exr", "--part", "0/2"],
+            "standard input can be read only once: with --part, name a file",
         ),
         (&["fine.pbrt", "-o", "a.png", "--keep-sums"], "only an .exr file can keep sums"),
         (&["grid.pbrt", "-o", "a.exr", "--keep-sums"], "nothing can be added to stratified samples"),

@@ -17,31 +17,23 @@ pub struct Mesh {
 
 #[pymethods]
 impl Mesh {
-    /// A mesh of vertices in world space, and of three vertex numbers for each triangle. Arrays of float64 and int32 that own their memory are
-    /// not copied, and cannot be written any more.
+    /// A mesh of vertices in world space, and of three vertex numbers for each triangle. With `copy=False`, arrays of float64 and int32 stay where
+    /// they are, and are locked.
     #[new]
-    #[pyo3(signature = (positions, indices, normals = None, uvs = None))]
+    #[pyo3(signature = (positions, indices, normals = None, uvs = None, *, copy = true))]
     fn new(
         positions: &Bound<'_, PyAny>,
         indices: &Bound<'_, PyAny>,
         normals: Option<&Bound<'_, PyAny>>,
         uvs: Option<&Bound<'_, PyAny>>,
+        copy: bool,
     ) -> PyResult<Mesh> {
-        let mut kept = Vec::new();
-        let positions = MeshArray::shared(rows::<f64, 3>(positions, "positions", &mut kept)?);
-        let mut mesh =
-            lookat_scene::Mesh::new(positions, numbers(indices, &mut kept)?).map_err(value_error)?;
-        if let Some(normals) = normals {
-            let normals = MeshArray::shared(rows::<f64, 3>(normals, "normals", &mut kept)?);
-            mesh = mesh.with_normals(normals).map_err(value_error)?;
+        let mut arrays = Arrays { copy, locked: Vec::new() };
+        let made = arrays.mesh(positions, indices, normals, uvs);
+        if made.is_err() {
+            arrays.unlock()?;
         }
-        if let Some(uvs) = uvs {
-            let uvs = MeshArray::shared(rows::<f64, 2>(uvs, "uvs", &mut kept)?);
-            mesh = mesh.with_uvs(uvs).map_err(value_error)?;
-        }
-        // Only now that nothing can fail.
-        kept.iter().try_for_each(|array| array.call_method1("setflags", (false,)).map(drop))?;
-        Ok(Mesh { mesh: Arc::new(mesh) })
+        made
     }
 
     /// The positions of the vertices, N x 3.
@@ -104,8 +96,8 @@ impl<T, const N: usize> AsRef<[[T; N]]> for Rows<T, N> {
         if self.count == 0 {
             return &[];
         }
-        // SAFETY: `rows` has made sure that there are so many rows, without gaps and aligned. The array keeps them, and NumPy does not
-        // write to it any more.
+        // SAFETY: `Arrays::rows` has made sure that there are so many rows, without gaps and aligned, in a locked array, which this keeps
+        // alive. NumPy has ways around its lock, of which the docstring of `copy` tells: whoever takes them breaks this.
         unsafe { std::slice::from_raw_parts(self.first, self.count) }
     }
 }
@@ -117,16 +109,81 @@ impl<T, const N: usize> AsRef<[T]> for Rows<T, N> {
     }
 }
 
-/// The rows of an array, without a copy if they have the right type and nobody else can write to them. `kept` gets the array that has them.
-fn rows<'py, T: Element, const N: usize>(
-    array: &Bound<'py, PyAny>,
-    name: &str,
-    kept: &mut Vec<Bound<'py, PyAny>>,
-) -> PyResult<Arc<Rows<T, N>>> {
-    let array = converted::<T, N>(array, name, "iuf")?;
-    kept.push(array.clone().into_any());
-    let (first, count) = (array.data().cast::<[T; N]>().cast_const(), array.shape()[0]);
-    Ok(Arc::new(Rows { first, count, _array: array.unbind() }))
+/// Arrays that become those of a mesh.
+struct Arrays<'py> {
+    /// True if the mesh has memory of its own.
+    copy: bool,
+    /// The arrays that could be written before.
+    locked: Vec<Bound<'py, PyAny>>,
+}
+
+impl<'py> Arrays<'py> {
+    fn mesh(
+        &mut self,
+        positions: &Bound<'py, PyAny>,
+        indices: &Bound<'py, PyAny>,
+        normals: Option<&Bound<'py, PyAny>>,
+        uvs: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Mesh> {
+        // All are locked before any is checked: finding an array may run code that changes another.
+        let positions = MeshArray::shared(self.rows::<f64, 3>(positions, "positions")?);
+        let indices = self.numbers(indices)?;
+        let normals = normals.map(|normals| self.rows::<f64, 3>(normals, "normals")).transpose()?;
+        let uvs = uvs.map(|uvs| self.rows::<f64, 2>(uvs, "uvs")).transpose()?;
+        let mut mesh = lookat_scene::Mesh::new(positions, indices).map_err(value_error)?;
+        if let Some(normals) = normals {
+            mesh = mesh.with_normals(MeshArray::shared(normals)).map_err(value_error)?;
+        }
+        if let Some(uvs) = uvs {
+            mesh = mesh.with_uvs(MeshArray::shared(uvs)).map_err(value_error)?;
+        }
+        Ok(Mesh { mesh: Arc::new(mesh) })
+    }
+
+    /// Gives the arrays back, because no mesh has come of them.
+    fn unlock(self) -> PyResult<()> {
+        self.locked.iter().try_for_each(|array| array.call_method1("setflags", (true,)).map(drop))
+    }
+
+    /// The rows of an array, copied if it is to be, or cannot be locked: if it has another type or gaps, or is a view of memory that others
+    /// may write to.
+    fn rows<T: Element, const N: usize>(
+        &mut self,
+        array: &Bound<'py, PyAny>,
+        name: &str,
+    ) -> PyResult<Arc<Rows<T, N>>> {
+        let given = array.py().import("numpy")?.call_method1("asarray", (array,))?;
+        let mut array = converted::<T, N>(&given, name, "iuf")?;
+        if self.copy && array.is(&given) || !is_alone(&array)? {
+            array = array.call_method0("copy")?.cast_into::<PyArray2<T>>().map_err(value_error)?;
+        }
+        if array.getattr("flags")?.getattr("writeable")?.extract()? {
+            array.call_method1("setflags", (false,))?;
+            self.locked.push(array.clone().into_any());
+        }
+        let (first, count) = (array.data().cast::<[T; N]>().cast_const(), array.shape()[0]);
+        Ok(Arc::new(Rows { first, count, _array: array.unbind() }))
+    }
+
+    /// The vertex numbers of triangles, one after the other.
+    fn numbers(&mut self, array: &Bound<'py, PyAny>) -> PyResult<MeshArray<i32>> {
+        let array = array.py().import("numpy")?.call_method1("asarray", (array,))?;
+        if array.getattr("dtype")?.eq(i32::get_dtype(array.py()))? {
+            return Ok(MeshArray::shared(self.rows::<i32, 3>(&array, "indices")?));
+        }
+        // Others are checked before they become shorter.
+        let numbers = converted::<i64, 3>(&array, "indices", "iu")?;
+        let numbers = numbers.try_readonly().map_err(value_error)?;
+        let numbers =
+            numbers.as_array().iter().map(|number| i32::try_from(*number)).collect::<Result<_, _>>();
+        numbers.map_err(|_| value_error(MeshError::IndexOutOfRange))
+    }
+}
+
+/// True if an array has memory of its own, or is a view of what nobody can write: of a mesh.
+fn is_alone(array: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let base = array.getattr("base")?;
+    Ok(base.is_none() || base.is_instance_of::<Mesh>())
 }
 
 /// An array with rows of N numbers of a type. `kinds`: the kinds of numbers that it may have before, by the letters of NumPy's `dtype.kind`.
@@ -135,17 +192,14 @@ fn converted<'py, T: Element, const N: usize>(
     name: &str,
     kinds: &str,
 ) -> PyResult<Bound<'py, PyArray2<T>>> {
-    let numpy = array.py().import("numpy")?;
-    let array = numpy.call_method1("asarray", (array,))?;
     let dtype = array.getattr("dtype")?;
     let kind: String = dtype.getattr("kind")?.extract()?;
     if !kinds.contains(&kind) {
         return Err(value_error(format!("{name} must be an array of numbers, not of {dtype}")));
     }
-    // "C": without gaps, "A": aligned. A view that can be written is copied: its memory belongs to another array.
-    let is_writable: bool = array.getattr("flags")?.getattr("writeable")?.extract()?;
-    let needs = if is_writable { vec!["C", "A", "O"] } else { vec!["C", "A"] };
-    let array = numpy.call_method1("require", (array, T::get_dtype(numpy.py()), needs))?;
+    let numpy = array.py().import("numpy")?;
+    // Without gaps, and aligned.
+    let array = numpy.call_method1("require", (array, T::get_dtype(numpy.py()), ["C", "A"]))?;
     let array = array
         .cast_into::<PyArray2<T>>()
         .map_err(|_| value_error(format!("{name} must be an array of rows with {N} numbers")))?;
@@ -153,17 +207,4 @@ fn converted<'py, T: Element, const N: usize>(
         columns if columns == N => Ok(array),
         columns => Err(value_error(format!("{name} must have {N} columns, not {columns}"))),
     }
-}
-
-/// The vertex numbers of triangles, one after the other.
-fn numbers<'py>(array: &Bound<'py, PyAny>, kept: &mut Vec<Bound<'py, PyAny>>) -> PyResult<MeshArray<i32>> {
-    let array = array.py().import("numpy")?.call_method1("asarray", (array,))?;
-    if array.getattr("dtype")?.eq(i32::get_dtype(array.py()))? {
-        return Ok(MeshArray::shared(rows::<i32, 3>(&array, "indices", kept)?));
-    }
-    // Others are checked before they become shorter.
-    let numbers = converted::<i64, 3>(&array, "indices", "iu")?;
-    let numbers = numbers.try_readonly().map_err(value_error)?;
-    let numbers = numbers.as_array().iter().map(|number| i32::try_from(*number)).collect::<Result<_, _>>();
-    numbers.map_err(|_| value_error(MeshError::IndexOutOfRange))
 }

@@ -22,8 +22,8 @@ pub(crate) use crate::film::area::Area;
 pub use crate::film::film_sums::{FilmSums, FilmSumsError, SumsHeader};
 pub(crate) use crate::film::image_block::ImageBlock;
 pub(crate) use crate::film::spread::Spread;
+use crate::film::sum::PixelSums;
 pub(crate) use crate::film::sum::{Scale, Sum};
-use crate::film::tile::PixelSums;
 pub(crate) use crate::film::tile::Tile;
 use crate::filter::PixelFilter;
 use crate::number::luminance;
@@ -80,30 +80,29 @@ impl<'v> Film<'v> {
     pub fn new(view: &'v View, keeps: Keeps, keeps_policy: bool) -> Self {
         let filter = PixelFilter::new(&view.filter);
         let crop = Area::of(view.film.crop);
-        let side = area::tile_side(crop);
-        let has_unfiltered = keeps.has_errors() && filter.shares_samples();
-        let tiles = area::tiles(crop.grown(filter.reach()), side);
-        let tiles = tiles
-            .map(|sources| Mutex::new(Tile::new(sources.intersection(crop), sources, keeps, has_unfiltered)))
-            .collect();
-        Film {
+        let mut film = Film {
             settings: &view.film,
             filter,
             view_filter: view.filter,
             keeps,
-            side,
+            side: area::tile_side(crop),
             scale: OnceLock::new(),
             light_paths: AtomicU64::new(0),
             replicate: AtomicUsize::new(0),
             plan: keeps_policy.then(Mutex::default),
             adding: RwLock::new(()),
-            tiles,
-        }
+            tiles: Vec::new(),
+        };
+        let tile = |sources: Area| {
+            Mutex::new(Tile::new(sources.intersection(crop), sources, keeps, film.has_unfiltered()))
+        };
+        film.tiles = area::tiles(film.sources(), film.side).map(tile).collect();
+        film
     }
 
     /// True if samples are also added up without the filter, for errors.
     pub fn has_unfiltered(&self) -> bool {
-        self.keeps.has_errors() && self.filter.shares_samples()
+        self.keeps.has_errors() && self.view_filter.shares_samples()
     }
 
     /// Sets the replicate that the next samples belong to.
@@ -129,6 +128,11 @@ impl<'v> Film<'v> {
     /// The scale of all sums.
     pub fn scale(&self) -> Scale {
         *self.scale.get().unwrap_or(&Scale::ONE)
+    }
+
+    /// True if the scale is known.
+    pub fn is_exposed(&self) -> bool {
+        self.scale.get().is_some()
     }
 
     /// Sets the scale, before there are samples.
@@ -242,13 +246,14 @@ impl<'v> Film<'v> {
     /// The picture so far; `with_errors` adds the layers of its error if there are spreads.
     pub fn develop(&self, with_errors: bool) -> Image {
         let crop = self.crop();
+        let noise_area = noise_area(&self.view_filter, &self.filter);
         let mut errors = Vec::new();
         let of_tile = |tile: &Mutex<Tile>| {
             let tile = lock(tile);
             for (own, pixel) in tile.bounds.pixels().enumerate().filter(|_| with_errors) {
                 if let Some(spreads) = tile.spreads(own, self.scale()) {
                     errors.resize(crop.size(), PixelError::default());
-                    errors[crop.index(pixel)] = spreads.error(self.settings, &self.filter);
+                    errors[crop.index(pixel)] = spreads.error(self.settings, noise_area);
                 }
             }
             let value = |(own, pixel)| (crop.index(pixel), self.value(&tile, own));
@@ -260,6 +265,11 @@ impl<'v> Film<'v> {
         }
         image
     }
+}
+
+/// The noise-equivalent area of a filter. `None` if each sample counts for one pixel.
+fn noise_area(filter: &lookat_scene::Filter, weights: &PixelFilter) -> Option<f64> {
+    filter.shares_samples().then(|| weights.noise_area())
 }
 
 /// The value of a pixel: the mean of its samples, and what splats of so many light paths add.

@@ -22,11 +22,6 @@ impl PixelFilter {
         [0, 1].map(|axis| self.axes[axis].reach)
     }
 
-    /// True if a sample may count for several pixels.
-    pub fn shares_samples(&self) -> bool {
-        self.reach() != [0, 0]
-    }
-
     /// The weight of a sample for the pixel that it lies in, at `place` in its unit square.
     #[inline(always)]
     pub fn own(&self, place: DVec2) -> f64 {

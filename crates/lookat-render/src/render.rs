@@ -7,6 +7,8 @@ mod brightest;
 mod control;
 mod layer_set;
 mod layers;
+mod memory;
+mod part;
 mod profile;
 mod rounds;
 mod sample;
@@ -26,16 +28,18 @@ use serde::Serialize;
 use crate::film::{Film, FilmSums, FilmSumsError, Keeps, lock};
 use crate::integrator::Profiler;
 use crate::prepare::Prepared;
+pub use crate::render::part::Part;
+pub use crate::render::rounds::TimeLeft;
 use crate::render::rounds::{Fixed, Rounds};
-pub use crate::render::rounds::{Part, TimeLeft};
 use crate::threads;
 use adaptive::Adaptive;
 pub use brightest::{BrightestSample, PathEnd};
 use control::{Control, State};
 pub use layer_set::{Layer, Layers};
+pub use memory::film_bytes;
 pub use profile::profile;
 use sample::Context;
-pub use settings::{Settings, Stop, film_bytes};
+pub use settings::{Settings, Stop};
 pub use stop_options::{StopOptions, StopOptionsError};
 pub use stop_rule::TargetError;
 use target::Target;
@@ -93,7 +97,8 @@ impl Progress<'_> {
 pub struct Rendered {
     /// The picture: linear RGB, with the film's crop window as data window.
     pub image: Image,
-    /// The sums of the film, if the settings ask for them: see [`Progress::sums`].
+    /// The sums of the film, if the settings ask for them: see [`Progress::sums`]. `None` if the rendering was broken off before there were
+    /// samples.
     pub sums: Option<FilmSums>,
     /// Counts of samples and rays.
     pub statistics: Statistics,
@@ -173,12 +178,11 @@ impl Prepared {
 
     /// Goes on with a rendering that has been broken off, from the [sums](Progress::sums) that it had, to the same bits. `view`, `settings` and
     /// the scene are those of that rendering, except that an [extendable](Settings::is_extendable) one may have more samples per pixel.
-    /// A limit of time begins anew.
     ///
     /// # Errors
     ///
-    /// [`FilmSumsError::OtherPicture`] if the sums cannot be of this rendering, [`FilmSumsError::TooManySamples`] if they have more samples than
-    /// it takes, [`FilmSumsError::Unreadable`] if they are damaged.
+    /// [`FilmSumsError::OtherPicture`] if the sums cannot be of this rendering, or if noise and a limit of time decide about samples,
+    /// [`FilmSumsError::TooManySamples`] if they have more samples than it takes, [`FilmSumsError::Unreadable`] if they are damaged.
     pub fn resume(
         &self,
         view: &View,
@@ -189,16 +193,9 @@ impl Prepared {
         let deadline = settings.stop.deadline();
         on_threads(settings, || {
             let film = film_of(view, settings);
+            film.restore(so_far, most_samples(view, settings))?;
             let control = Control { deadline, ..Control::new(progress, &film) };
-            let context = exposed(self, view, settings, (&film, &control));
-            if control.is_stopped() {
-                // Broken off before the scale is known.
-                let (image, preparation) = (so_far.image(), Duration::ZERO);
-                let statistics = Statistics::default();
-                return Ok(Rendered { image, sums: Some(so_far), statistics, preparation, complete: false });
-            }
-            film.restore(so_far, settings.stop.sampler(view).samples_per_pixel)?;
-            run(&context, view, settings)
+            run(&Context::new(self, view, settings, (&film, &control)), view, settings)
         })
     }
 
@@ -234,16 +231,14 @@ fn film_of<'v>(view: &'v View, settings: &Settings) -> Film<'v> {
     Film::new(view, settings.keeps(), settings.keeps_policy())
 }
 
-/// The context of a rendering, with the scale of its film.
-fn exposed<'a>(
-    prepared: &'a Prepared,
-    view: &View,
-    settings: &Settings,
-    film_and_control: (&'a Film<'a>, &'a Control<'a>),
-) -> Context<'a> {
-    let mut context = Context::new(prepared, view, settings, film_and_control);
-    context.expose();
-    context
+/// The most samples that a pixel may have.
+fn most_samples(view: &View, settings: &Settings) -> u32 {
+    let sampler = settings.stop.sampler(view);
+    match settings.stop {
+        Stop::Samples { .. } => Fixed::new(sampler, settings).samples_per_pixel,
+        Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::most(sampler.samples_per_pixel),
+        Stop::Time { adaptive: false, .. } | Stop::TargetError { .. } => sampler.samples_per_pixel,
+    }
 }
 
 /// Renders from the first sample on.
@@ -257,7 +252,8 @@ fn start(
 ) -> Rendered {
     let film = film_of(view, settings);
     let control = Control { deadline, profilers, ..Control::new(progress, &film) };
-    let context = exposed(prepared, view, settings, (&film, &control));
+    let mut context = Context::new(prepared, view, settings, (&film, &control));
+    context.expose();
     run(&context, view, settings).expect("an empty film is of any rendering")
 }
 
@@ -270,7 +266,7 @@ fn run(context: &Context, view: &View, settings: &Settings) -> Result<Rendered, 
         Stop::TargetError { target, .. } => {
             let mut target = Target::new(sampler, seed, &target);
             let states = Rounds::new(&mut target, film)?.render(context);
-            reached = Some(target.reached(film, &states));
+            reached = Some(target.reached(context, &states));
         }
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => {
             let is_open = is_extendable || matches!(stop, Stop::Time { .. });
@@ -318,7 +314,7 @@ fn develop(context: &Context, view: &View, settings: &Settings, target: Option<R
     if complete && !settings.layers.is_empty() {
         complete = layers::add(context, view, settings, &mut image);
     }
-    let sums = settings.keep_sums.then(|| film.sums());
+    let sums = (settings.keep_sums && film.is_exposed()).then(|| film.sums());
     Rendered { image, sums, statistics, preparation: Duration::ZERO, complete }
 }
 

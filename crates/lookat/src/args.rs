@@ -102,11 +102,11 @@ pub struct Render {
     #[arg(long, conflicts_with_all = ["target_error", "error_layers"])]
     pub adaptive: bool,
     /// Take only the I-th of N equal parts of the samples, counted from 0. `lookat merge` adds parts up to the picture of one rendering
-    #[arg(long, value_name = "I/N", allow_hyphen_values = true, conflicts_with_all = ["target_error", "time", "adaptive"], value_parser = part)]
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true, conflicts_with_all = ["target_error", "time", "adaptive", "watch"], value_parser = part)]
     pub part: Option<Part>,
     /// Keep the exact sums of the samples in the .exr file, so that --more can add samples. The patterns of pixels and the filtering of textures then
     /// do not depend on --spp
-    #[arg(long, conflicts_with_all = ["time", "part"])]
+    #[arg(long, conflicts_with_all = ["time", "part", "turntable", "animate"])]
     pub keep_sums: bool,
     /// Add so many samples per pixel to the picture, which --keep-sums or --more has written before: 64 and then 64 more are the bits of 128. With
     /// --target-error, raise the maximum by so many
@@ -321,6 +321,9 @@ pub struct Resume {
     /// Number of threads [default: that of the command]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
+    /// Replace a picture that is larger, has more samples, or comes from another program
+    #[arg(long)]
+    pub force: bool,
     /// Print only errors and interruptions
     #[arg(short, long)]
     pub quiet: bool,
@@ -409,7 +412,7 @@ fn metric(text: &str) -> Result<Metric, Failure> {
 }
 
 /// The most parts of a rendering.
-const MOST_PARTS: u32 = 1_000_000;
+pub const MOST_PARTS: u32 = 1_000_000;
 
 fn part(text: &str) -> Result<Part, Failure> {
     let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));

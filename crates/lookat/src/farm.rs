@@ -8,10 +8,10 @@ use lookat_image::Format;
 
 use crate::args::{Arguments, Command, Engine, Farm, Render};
 use crate::failure::{Failure, SCENE_FAULT};
-use crate::output::{check_inputs, check_output};
+use crate::output::{NewPicture, check_inputs, check_output, check_unfinished};
 use crate::readable::quoted;
 use crate::render::job::load_options;
-use crate::source::{load_scene, replace_samples};
+use crate::source::{is_read_once, load_scene, replace_samples};
 use crate::{report, usage};
 
 /// Runs the command.
@@ -40,6 +40,9 @@ fn parse(Farm { scene, options, parts, .. }: &Farm) -> Result<Box<Render>, clap:
 fn run(arguments: &Farm, render: &Render) -> Result<u8, Failure> {
     let Farm { engine, scene, parts, output, options } = arguments;
     let frames = render.frames.is_used().then(|| render.frames.count());
+    if is_read_once(scene) {
+        bail!("{} can be read only once, and each job reads the scene: name a file", scene.display());
+    }
     let [scene, output] = [absolute(scene)?, absolute(output)?];
     let live = &render.live;
     let is_shown = live.watch || live.show.is_some() || live.tev.is_some();
@@ -76,7 +79,15 @@ fn run(arguments: &Farm, render: &Render) -> Result<u8, Failure> {
     let crop = found.view.film.crop;
     check_output(&output, [crop.width(), crop.height()])?;
     check_inputs(&output, &loaded.inputs)?;
-    let options = options.iter().map(|option| format!(" {}", quoted(option.as_ref()))).collect();
+    if parts.is_some() && !render.force {
+        let size = [crop.width(), crop.height()];
+        let samples_per_pixel = Some(samples.into());
+        let new = NewPicture { size, samples_per_pixel, is_adaptive: false, is_partial: false };
+        check_unfinished(&output, new, "choose another name with -o, or write --force behind --")?;
+    }
+    // The jobs have these anyway.
+    let options = options.iter().filter(|option| !["--force", "--quiet", "-q"].contains(&option.as_str()));
+    let options = options.map(|option| format!(" {}", quoted(option.as_ref()))).collect();
     let program =
         std::env::current_exe().map_err(|error| Failure::io("find", Path::new("lookat"), &error))?;
     let folder = output.with_extension("parts");

@@ -36,10 +36,13 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
     if !is_whole && !partial {
         bail!("{}; to add up what there is, use --partial", listed(&missing, &files[0]));
     }
-    if !is_whole && Format::from_path(output) != Some(Format::Exr) {
+    let is_exr = Format::from_path(output) == Some(Format::Exr);
+    if !is_whole && !is_exr {
         bail!("{}: only an .exr file can store a part; choose one with -o", output.display());
     }
-    let first = &files[0].metadata;
+    // That of the first samples names the shapes and materials of the layers.
+    let first = files.iter().min_by_key(|file| file.metadata.part.ranges[0].start);
+    let first = &first.unwrap_or(&files[0]).metadata;
     let crop = files[0].sums.film.crop;
     check_output(output, [crop.width(), crop.height()])?;
     check_inputs(output, parts)?;
@@ -63,19 +66,23 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
         add_layers(&mut image, layers, &sums, memory)?;
     }
     image.metadata = Some(first.whole.clone());
-    if !is_whole {
+    // With --partial, also if it happens to have all: it can be merged on.
+    if !is_whole || *partial && is_exr {
         let (provenance, whole) = (first.part.provenance.clone(), first.whole.clone());
         let complete = unfinished.is_none();
+        sums = sums.without_state();
         About { provenance, ranges, complete, whole, broken_off: None }.put_into(&mut image, &sums);
     }
     let light = map_tones(&mut image, output, tone);
     write_result(output, |path| image.write(path))?;
     if !quiet {
-        let so_far = match (missing.is_empty(), unfinished) {
-            (false, _) => format!("; {}", listed(&missing, &files[0])),
-            (true, Some(file)) => format!("; {} is not finished", file.path.display()),
-            (true, None) => String::new(),
-        };
+        let mut so_far = String::new();
+        if !missing.is_empty() {
+            so_far += &format!("; {}", listed(&missing, &files[0]));
+        }
+        if let Some(file) = unfinished {
+            so_far += &format!("; {} is not finished", file.path.display());
+        }
         let samples = (10.0 * sums.mean_samples()).round() / 10.0;
         say!("{}: {samples} samples per pixel of {}{so_far}", output.display(), counted(files.len()));
         light.inspect(|light| light.print(output, true));

@@ -196,6 +196,9 @@ fn not_created(folder: &Path, error: &io::Error) -> Failure {
     Failure::File { doing: "create the folder", path: folder.into(), reason }
 }
 
+/// The mark of a picture that is not complete, in its name.
+pub const PARTIAL: &str = "partial";
+
 /// A picture that is to be written.
 #[derive(Debug, Clone, Copy)]
 pub struct NewPicture {

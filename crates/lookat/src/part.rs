@@ -8,11 +8,11 @@ use std::path::Path;
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use lookat_image::{Image, IntegerChannel, MemoryBudget, PictureFile, open_file, read_integers};
 use lookat_render::{FilmSums, Settings, Statistics, Stop, SumsHeader, TargetError};
-use lookat_scene::{Loaded, View};
+use lookat_scene::{Loaded, MAX_SAMPLES, View};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::args::way_out;
+use crate::args::{MOST_PARTS, way_out};
 use crate::failure::Failure;
 use crate::render::settings::most_samples;
 
@@ -118,7 +118,8 @@ impl PartRecord {
         !ranges.is_empty()
             && ranges.iter().all(is_next)
             && end <= provenance.samples_per_pixel
-            && (1..=provenance.samples_per_pixel).contains(&provenance.parts)
+            && provenance.samples_per_pixel <= MAX_SAMPLES
+            && (1..=provenance.samples_per_pixel.min(MOST_PARTS)).contains(&provenance.parts)
     }
 
     /// True if the sums can have these samples. Where noise decides about them, nothing is known of their numbers.
@@ -190,6 +191,25 @@ impl PartFile<'_> {
         let sums = FilmSums::from_channels(self.sums.clone(), &channels);
         sums.map_err(|error| format!("{}: {error}", self.path.display()).into())
     }
+}
+
+/// Fails if a file has sums that a new picture would not have: those of another part, or of a picture that can grow.
+pub fn check_replaced(file: &Path, settings: &Settings) -> Result<(), Failure> {
+    let Ok(PartFile { metadata: PartMetadata { part, .. }, .. }) = PartFile::open(file) else {
+        return Ok(());
+    };
+    let samples = part.provenance.samples_per_pixel;
+    let is_same = match settings.part {
+        Some(new) => part.ranges == [new.range(samples)],
+        None => settings.is_extendable,
+    };
+    if !is_same {
+        bail!(
+            "{} is not replaced: it has the sums of other samples; choose another name with -o, or replace it with --force",
+            file.display()
+        );
+    }
+    Ok(())
 }
 
 /// What all parts of a rendering have in common.
@@ -274,12 +294,15 @@ impl Provenance {
 
     /// Why something is not of the same rendering. `None` if it is.
     pub fn difference(&self, other: &Provenance) -> Option<String> {
-        let named = |file: &HashedFile| format!("the file {} of the scene differs", file.name);
         let changed = self.files.iter().zip(&other.files).find(|(own, other)| own != other);
         if self.version != other.version {
             Some(format!("versions {} and {} of lookat may give other samples", self.version, other.version))
-        } else if let Some((own, _)) = changed {
-            Some(named(own))
+        } else if let Some((own, other)) = changed {
+            let name = &own.name;
+            Some(match *name == other.name {
+                true => format!("the file {name} of the scene differs"),
+                false => format!("their scenes have the files {name} and {}", other.name),
+            })
         } else if self.files.len() != other.files.len() {
             Some("the scenes have other files".into())
         } else if self.seed != other.seed {

@@ -20,7 +20,7 @@ pub fn resume(arguments: &Resume) -> ExitCode {
 }
 
 /// The command that was broken off, with the checkpoint. Goes to its folder, if this machine has it.
-fn read(Resume { file, threads, quiet }: &Resume) -> Result<(Box<Render>, Resumed), Failure> {
+fn read(Resume { file, threads, force, quiet }: &Resume) -> Result<(Box<Render>, Resumed), Failure> {
     let absolute = std::path::absolute(file).map_err(|error| Failure::io("find", file, &error))?;
     let resumed = Resumed::read(&absolute)?;
     let Some(Invocation { folder, words }) = resumed.broken_off.as_ref().map(|it| it.invocation.clone())
@@ -33,8 +33,13 @@ fn read(Resume { file, threads, quiet }: &Resume) -> Result<(Box<Render>, Resume
         _ => bail!("{} is damaged, or of another version of lookat", file.display()),
     };
     let folder = Path::new(&folder);
+    render.checkpoint = Some(file.clone());
     if render.scenes.iter().all(|scene| folder.is_dir() && folder.join(scene).is_file()) {
+        let here = std::env::current_dir().unwrap_or_default();
         std::env::set_current_dir(folder).map_err(|error| Failure::io("enter", folder, &error))?;
+        if std::env::current_dir().unwrap_or_default() != here {
+            render.checkpoint = Some(absolute);
+        }
     } else if let Some(scene) = render.scenes.iter().find(|scene| !scene.is_file()) {
         bail!(
             "there is no scene {}, neither in {} nor here: go to the folder that has it, and resume there",
@@ -42,18 +47,12 @@ fn read(Resume { file, threads, quiet }: &Resume) -> Result<(Box<Render>, Resume
             folder.display()
         );
     }
-    render.checkpoint = Some(shortest(&absolute));
     render.threads = threads.or(render.threads);
     render.quiet |= quiet;
+    render.force |= force;
     if !render.quiet && !render.report.json {
         let words: Vec<String> = words.iter().map(|word| quoted(word.as_ref())).collect();
         say!("in {}: lookat {}", std::env::current_dir().unwrap_or_default().display(), words.join(" "));
     }
     Ok((render, resumed))
-}
-
-/// The name of a file in the working folder, or its whole path.
-fn shortest(file: &Path) -> std::path::PathBuf {
-    let folder = std::env::current_dir().unwrap_or_default();
-    file.strip_prefix(folder).unwrap_or(file).into()
 }

@@ -63,10 +63,14 @@ class Mesh:
         indices: ArrayLike,
         normals: Optional[ArrayLike] = None,
         uvs: Optional[ArrayLike] = None,
+        *,
+        copy: bool = True,
     ) -> None:
         """Vertices in world space (N x 3), and three vertex numbers for each triangle (M x 3).
 
-        Arrays of float64 and int32 that own their memory, in C order, are not copied, and cannot be written afterwards. Others are copied.
+        With `copy=False`, arrays of float64 and int32 in C order that own their memory are not copied but locked: writing to them raises
+        `ValueError`. Their memory must not change while the mesh lives. Do not unlock or resize them, and do not write through views that were
+        made before: the program may crash. Other arrays are copied all the same.
         """
     @property
     def positions(self) -> NDArray[np.float64]: ...

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::area::Area;
 use super::spread::Spreads;
-use super::sum::{Scale, Sum};
-use super::tile::{PixelSums, Tile};
-use super::{Film, Keeps, REPLICATES, develop, lock, value};
+use super::sum::{PixelSums, Scale, Sum};
+use super::tile::Tile;
+use super::{Film, Keeps, REPLICATES, develop, lock, noise_area, value};
 use crate::filter::PixelFilter;
 
 /// All that the samples of a picture have brought: per pixel the sums of weighted radiance and of weights, in integers, and how many
@@ -32,11 +32,11 @@ pub struct FilmSums {
     splats: Vec<Sum>,
     /// The sums of the samples of each replicate, if the picture has error layers: empty for replicates without samples.
     replicates: Vec<PixelSums>,
-    /// What a policy needs to go on that does not give each pixel the same samples. Such sums do not add up with others.
+    /// What a policy needs to go on, if the numbers of samples do not tell it. Such sums do not add up with others.
     state: Option<PolicyState>,
 }
 
-/// The state of a rendering whose samples depend on those before.
+/// The state of a rendering that has been broken off.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct PolicyState {
     /// See [`Film::plan`].
@@ -53,26 +53,32 @@ pub enum FilmSumsError {
     /// A pixel would have more samples than a film, or this rendering, has room for.
     #[error("a pixel would have more samples than there is room for")]
     TooManySamples,
-    /// The samples of one depend on those before.
-    #[error("sums of adaptive sampling, or with a target error, do not add up with others")]
-    Adaptive,
+    /// The sums are of a rendering that is not in parts, and have its state.
+    #[error("the state of a rendering does not add up with others: only its parts do")]
+    HasState,
     /// The bytes are no film sums, are damaged, or of another version of lookat.
     #[error("these are no film sums, or they are damaged, or of another version of lookat")]
     Unreadable,
 }
 
 impl Film<'_> {
-    /// Starts with sums, once the scale is set. `most`: the samples that each pixel is to have. Fails if they are of another picture, or have
-    /// more samples.
+    /// Starts with sums, and takes their scale over. `most`: the samples that a pixel may have. Fails if they are of another picture or way to
+    /// render, have more samples, or are damaged.
     pub fn restore(&self, so_far: FilmSums, most: u32) -> Result<(), FilmSumsError> {
-        let is_own = (&so_far.film, so_far.filter, so_far.scale)
-            == (self.settings, self.view_filter, self.scale())
+        // What is kept of passes or spreads alone does not tell where they end.
+        let has_policy = matches!(self.keeps, Keeps::Passes | Keeps::Spreads);
+        let is_own = (&so_far.film, so_far.filter) == (self.settings, self.view_filter)
             && so_far.splats.is_empty()
             && so_far.replicates.is_empty() == (self.keeps != Keeps::Replicates)
-            && so_far.state.is_some() == self.plan.is_some();
+            && so_far.state.is_some() == self.plan.is_some()
+            && self.plan.is_some() == has_policy;
         if !is_own {
             return Err(FilmSumsError::OtherPicture);
         }
+        if so_far.counts.iter().any(|count| *count > most) {
+            return Err(FilmSumsError::TooManySamples);
+        }
+        self.set_scale(so_far.scale);
         if let (Some(PolicyState { plan, tiles }), Some(own_plan)) = (so_far.state, &self.plan) {
             let continues = |(tile, own): (&Tile, _)| tile.continues(&lock(own));
             if tiles.len() != self.tiles.len() || !tiles.iter().zip(&self.tiles).all(continues) {
@@ -81,9 +87,6 @@ impl Film<'_> {
             *lock(own_plan) = plan;
             self.tiles.iter().zip(tiles).for_each(|(own, tile)| *lock(own) = tile);
             return Ok(());
-        }
-        if so_far.counts.iter().any(|count| *count > most) {
-            return Err(FilmSumsError::TooManySamples);
         }
         let (crop, sources) = (self.crop(), self.sources());
         for tile in &self.tiles {
@@ -168,20 +171,24 @@ pub struct SumsHeader {
     /// See [`FilmSums::light_paths`].
     pub light_paths: u64,
     scale: Scale,
-    /// [`FilmSums::counts`], as runs of equal ones: how many, and the samples of each.
+    /// [`FilmSums::counts`], as runs of equal ones: how many, and the samples of each. Empty if a state has them.
     runs: Vec<(u32, u32)>,
     /// Channels of the sums.
     channels: u64,
+    /// The number of replicates: 0 or [`REPLICATES`].
+    replicates: u32,
+    /// Bytes of the state in memory, about; 0 without one.
+    state: u64,
 }
 
 impl SumsHeader {
-    /// The number of samples, if all pixels have as many.
+    /// The number of samples, if all pixels have as many. `None` with a state.
     pub fn samples(&self) -> Option<u32> {
         let samples = self.runs.first()?.1;
         self.runs.iter().all(|run| run.1 == samples).then_some(samples)
     }
 
-    /// The most samples of a pixel.
+    /// The most samples of a pixel. 0 with a state.
     pub fn most_samples(&self) -> u32 {
         self.runs.iter().map(|run| run.1).max().unwrap_or(0)
     }
@@ -203,15 +210,19 @@ impl SumsHeader {
         self.film.is_valid()
             && self.filter.is_valid()
             && self.scale.is_valid()
+            && [0, REPLICATES].contains(&self.replicates)
             && self.runs.iter().map(|(length, _)| u64::from(*length)).sum::<u64>()
-                == sources(&self.film, &self.filter).size() as u64
+                == if self.state == 0 { sources(&self.film, &self.filter).size() as u64 } else { 0 }
     }
 
     /// Bytes of the sums that it belongs to, about.
     pub fn bytes(&self) -> u64 {
         let counts = sources(&self.film, &self.filter).size() * size_of::<u32>();
-        let pixel = self.channels.saturating_mul(size_of::<u32>() as u64);
-        self.film.crop.area().saturating_mul(pixel).saturating_add(counts as u64)
+        let words = self.channels.saturating_mul(size_of::<u32>() as u64);
+        let pixel = words.saturating_add(size_of::<Sum>() as u64);
+        let kept = self.film.crop.area().saturating_mul(pixel).saturating_add(counts as u64);
+        // The bytes of a state, and what they become.
+        kept.saturating_add(self.state.saturating_mul(2))
     }
 }
 
@@ -242,6 +253,11 @@ impl FilmSums {
     /// Bytes of a pixel.
     pub(crate) const PIXEL_BYTES: usize = size_of::<Sum>() + size_of::<u32>();
 
+    /// Leaves out what only the rendering itself can go on from.
+    pub fn without_state(self) -> FilmSums {
+        FilmSums { state: None, ..self }
+    }
+
     /// True for the names of channels that [`FilmSums::to_channels`] writes.
     pub fn is_channel(name: &str) -> bool {
         name.split('.').next() == Some(PREFIX)
@@ -254,7 +270,7 @@ impl FilmSums {
             return Err(FilmSumsError::OtherPicture);
         }
         if self.state.is_some() || other.state.is_some() {
-            return Err(FilmSumsError::Adaptive);
+            return Err(FilmSumsError::HasState);
         }
         let count = |(own, more): (&u32, &u32)| own.checked_add(*more);
         let counts: Option<_> = self.counts.iter().zip(&other.counts).map(count).collect();
@@ -277,17 +293,28 @@ impl FilmSums {
         self.film == other.film && of(self) == of(other)
     }
 
-    /// The picture: linear RGB, with the crop window as data window, and with error layers if the sums are of replicates. Pixels without
+    /// The picture: linear RGB, with the crop window as data window, and with error layers if there are replicates. Pixels without
     /// samples are black.
     pub fn image(&self) -> Image {
         let value = |(at, sum): (usize, &Sum)| value(sum, self.splats.get(at), self.light_paths, self.scale);
         let mut image = develop(&self.film, self.sums.iter().enumerate().map(value).enumerate());
+        let noise_area = noise_area(&self.filter, &PixelFilter::new(&self.filter));
+        let crop = Area::of(self.film.crop);
+        let mut errors = Vec::new();
         if !self.replicates.is_empty() {
-            let filter = PixelFilter::new(&self.filter);
-            let error = |(at, samples)| {
-                Spreads::of(&self.replicates, at, samples, self.scale).error(&self.film, &filter)
-            };
-            let errors: Vec<PixelError> = self.samples().enumerate().map(error).collect();
+            let spreads = |(at, samples)| Spreads::of(&self.replicates, at, samples, self.scale);
+            let all = self.samples().enumerate().map(spreads);
+            errors.extend(all.map(|spreads| spreads.error(&self.film, noise_area)));
+        }
+        for tile in self.state.iter().flat_map(|state| &state.tiles) {
+            for (own, pixel) in tile.bounds.pixels().enumerate() {
+                if let Some(spreads) = tile.spreads(own, self.scale) {
+                    errors.resize(crop.size(), PixelError::default());
+                    errors[crop.index(pixel)] = spreads.error(&self.film, noise_area);
+                }
+            }
+        }
+        if !errors.is_empty() {
             image.add_errors(&errors);
         }
         image
@@ -306,10 +333,13 @@ impl FilmSums {
 
     /// The sums as channels of integers, without loss, and what else they need.
     pub fn to_channels(&self) -> (SumsHeader, Vec<IntegerChannel>) {
-        let runs = self.counts.chunk_by(|a, b| a == b).map(|run| (run.len() as u32, run[0])).collect();
-        // A state has the sums of its tiles.
-        let sums = if self.state.is_some() { &Vec::new() } else { &self.sums };
-        let own = [(String::new(), sums), (".splats".into(), &self.splats)];
+        // A state has the sums and the numbers of samples of its tiles, and replicates have the sums of all.
+        let (none, has_state) = (Vec::new(), self.state.is_some());
+        let runs = self.counts.chunk_by(|a, b| a == b).map(|run| (run.len() as u32, run[0]));
+        let runs = runs.filter(|_| !has_state).collect();
+        let is_double = has_state || !self.replicates.is_empty();
+        let own =
+            [(String::new(), if is_double { &none } else { &self.sums }), (".splats".into(), &self.splats)];
         let replicates = self.replicates.iter().enumerate();
         let replicates = replicates.flat_map(|(at, sums)| kinds_of(at).into_iter().zip(sums.kinds()));
         let mut channels = Vec::new();
@@ -327,57 +357,77 @@ impl FilmSums {
             scale: self.scale,
             runs,
             channels: channels.len() as u64,
+            replicates: self.replicates.len() as u32,
+            state: self.state.iter().map(PolicyState::bytes).sum(),
         };
         (header, channels)
     }
 
     /// The sums that [`FilmSums::to_channels`] has written.
     pub fn from_channels(header: SumsHeader, channels: &[IntegerChannel]) -> Result<FilmSums, FilmSumsError> {
-        let SumsHeader { film, filter, light_paths, scale, runs, channels: count } = header;
-        let size = film.crop.area() as usize;
+        let SumsHeader { film, filter, light_paths, scale, runs, channels: count, replicates, state: bytes } =
+            header;
+        let (crop, sources) = (Area::of(film.crop), sources(&film, &filter));
         // Before memory is taken for as many.
-        let is_sized = |channel: &IntegerChannel| channel.samples.len() == size;
+        let is_sized = |channel: &IntegerChannel| channel.samples.len() == crop.size();
         if channels.len() as u64 != count || !channels.iter().all(is_sized) {
             return Err(FilmSumsError::Unreadable);
         }
         let find = |name: &str| channels.iter().find(|channel| channel.name == name);
         let read = |kind: &str| -> Option<Vec<Sum>> {
-            let mut sums = vec![Sum::default(); size];
+            let mut sums = vec![Sum::default(); crop.size()];
             for (color, word) in words() {
                 for (sum, bits) in sums.iter_mut().zip(&find(&name(kind, color, word))?.samples) {
                     sum.set_word(color, word, *bits);
                 }
             }
-            Some(sums)
+            sums.iter().all(Sum::is_carried).then_some(sums)
         };
         let replicate = |at| {
             let [filtered, unfiltered] = kinds_of(at).map(|kind| read(&kind).unwrap_or_default());
             PixelSums { filtered, unfiltered }
         };
-        let mut replicates: Vec<_> = (0..REPLICATES as usize).map(replicate).collect();
-        if replicates.iter().all(|replicate| replicate.filtered.is_empty()) {
-            replicates.clear();
-        }
-        let state: Vec<_> = (0..).map_while(|number| find(&state_name(number))).collect();
-        let state = if state.is_empty() { None } else { Some(PolicyState::from_channels(&state)?) };
-        let sums = match &state {
-            Some(state) => state.sums(Area::of(film.crop)),
-            None => read(""),
+        let mut all = FilmSums {
+            replicates: (0..replicates as usize).map(replicate).collect(),
+            splats: read(".splats").unwrap_or_default(),
+            sums: vec![Sum::default(); crop.size()],
+            counts: vec![0; sources.size()],
+            state: None,
+            film,
+            filter,
+            light_paths,
+            scale,
         };
-        let sums = sums.ok_or(FilmSumsError::Unreadable)?;
-        let splats = read(".splats").unwrap_or_default();
-        let mut counts = Vec::with_capacity(sources(&film, &filter).size());
-        for (length, count) in runs {
-            counts.resize(counts.len() + length as usize, count);
-        }
-        let all_sums = || replicates.iter().flat_map(PixelSums::kinds).chain([&sums, &splats]).flatten();
         let is_shared = |replicate: &PixelSums| {
             replicate.unfiltered.is_empty() != (filter.shares_samples() && !replicate.filtered.is_empty())
         };
-        if !all_sums().all(Sum::is_carried) || !replicates.iter().all(is_shared) {
+        if !all.replicates.iter().all(is_shared) {
             return Err(FilmSumsError::Unreadable);
         }
-        Ok(FilmSums { film, filter, counts, light_paths, scale, sums, splats, replicates, state })
+        if bytes > 0 {
+            let channels: Vec<_> = (0..).map_while(|number| find(&state_name(number))).collect();
+            let state = PolicyState::from_channels(&channels).filter(|state| state.is_sound(crop, sources));
+            let state = state.ok_or(FilmSumsError::Unreadable)?;
+            for tile in &state.tiles {
+                for (pixel, count) in tile.sources.pixels().zip(&tile.counts) {
+                    all.counts[sources.index(pixel)] = *count;
+                }
+                for (own, pixel) in tile.bounds.pixels().enumerate() {
+                    all.sums[crop.index(pixel)] = tile.so_far(own);
+                }
+            }
+            all.state = Some(state);
+            return Ok(all);
+        }
+        let runs = runs.into_iter().flat_map(|(length, count)| std::iter::repeat_n(count, length as usize));
+        all.counts.iter_mut().zip(runs).for_each(|(own, count)| *own = count);
+        if all.replicates.is_empty() {
+            all.sums = read("").ok_or(FilmSumsError::Unreadable)?;
+        }
+        for replicate in &all.replicates {
+            all.sums.iter_mut().zip(&replicate.filtered).for_each(|(sum, more)| *sum += *more);
+        }
+        Ok(all)
     }
 }
 
@@ -396,29 +446,26 @@ impl PolicyState {
         words.chunks(size).enumerate().map(channel).collect()
     }
 
-    /// The sums of the pixels of a crop window, row by row. `None` if the tiles are no tiles of it.
-    fn sums(&self, crop: Area) -> Option<Vec<Sum>> {
-        let mut sums = vec![Sum::default(); crop.size()];
-        for tile in &self.tiles {
-            if tile.bounds.intersection(crop) != tile.bounds || tile.sums.len() != tile.bounds.size() {
-                return None;
-            }
-            for (own, pixel) in tile.bounds.pixels().enumerate() {
-                sums[crop.index(pixel)] = tile.so_far(own);
-            }
-        }
-        Some(sums)
+    /// Bytes of its memory, about: at least 1.
+    fn bytes(&self) -> u64 {
+        1 + (self.plan.len() + self.tiles.iter().map(Tile::bytes).sum::<usize>()) as u64
     }
 
-    fn from_channels(channels: &[&IntegerChannel]) -> Result<PolicyState, FilmSumsError> {
+    /// True if it can be of a film with this crop window, whose samples are taken in these pixels.
+    fn is_sound(&self, crop: Area, sources: Area) -> bool {
+        self.tiles.iter().all(|tile| {
+            tile.sources.intersection(sources) == tile.sources
+                && tile.counts.len() == tile.sources.size()
+                && tile.is_sound(crop)
+        })
+    }
+
+    fn from_channels(channels: &[&IntegerChannel]) -> Option<PolicyState> {
         let words = channels.iter().flat_map(|channel| &channel.samples);
         let bytes: Vec<u8> = words.flat_map(|word| word.to_le_bytes()).collect();
-        let read = || {
-            let (length, bytes) = bytes.split_first_chunk()?;
-            let bytes = bytes.get(..usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
-            postcard::from_bytes(bytes).ok()
-        };
-        read().ok_or(FilmSumsError::Unreadable)
+        let (length, bytes) = bytes.split_first_chunk()?;
+        let bytes = bytes.get(..usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+        postcard::from_bytes(bytes).ok()
     }
 }
 

@@ -4,9 +4,7 @@ use glam::{DVec3, DVec4, Vec3};
 use lookat_image::{PixelError, Shared};
 use serde::{Deserialize, Serialize};
 
-use super::sum::Scale;
-use super::tile::PixelSums;
-use crate::filter::PixelFilter;
+use super::sum::{PixelSums, Scale, Sum};
 
 /// The spread of the replicates of a pixel. Replicates are independent estimates of its value, each a weighted sum. They are
 /// added in a fixed order.
@@ -22,13 +20,20 @@ pub(crate) struct Spread {
     products: DVec3,
     weights: f64,
     pub replicates: u32,
-    /// The samples of the pixel itself in all of them.
+    /// The samples of the pixel itself in all of them, whether they count or not.
     pub samples: u32,
 }
 
 impl Spread {
-    /// Adds a replicate: its weighted sum, and the samples of the pixel itself.
-    pub fn add(&mut self, sum: DVec4, samples: u32) {
+    /// Adds a replicate, unless no sample of it counts for the pixel.
+    pub fn add_sum(&mut self, sum: &Sum, scale: Scale) {
+        if sum.has_weight() {
+            self.add(sum.weighted(scale));
+        }
+    }
+
+    /// Adds a replicate: its weighted sum.
+    pub fn add(&mut self, sum: DVec4) {
         let weight = sum.w;
         if self.replicates == 0 && weight != 0.0 {
             self.near = sum.truncate() / weight;
@@ -40,7 +45,6 @@ impl Spread {
         self.products += off * weight;
         self.weights += weight * weight;
         self.replicates += 1;
-        self.samples += samples;
     }
 
     /// The standard error of the weighted mean of all replicates together; infinite for less than two, and where it is not known.
@@ -75,7 +79,7 @@ impl Spreads {
         let mut spreads = Spreads::default();
         for PixelSums { filtered, unfiltered } in replicates {
             for (spread, sums) in [(&mut spreads.filtered, filtered), (&mut spreads.unfiltered, unfiltered)] {
-                sums.get(at).into_iter().for_each(|sum| spread.add(sum.weighted(scale), 0));
+                sums.get(at).into_iter().for_each(|sum| spread.add_sum(sum, scale));
             }
         }
         spreads.filtered.samples = samples;
@@ -83,11 +87,12 @@ impl Spreads {
     }
 
     /// The error of a pixel on a film.
-    pub fn error(&self, film: &lookat_scene::Film, filter: &PixelFilter) -> PixelError {
+    ///
+    /// `noise_area`: see [`Shared::noise_area`]. `None` if the filter makes no difference.
+    pub fn error(&self, film: &lookat_scene::Film, noise_area: Option<f64>) -> PixelError {
         let of = |spread: &Spread| (spread.standard_error() * film.scale.abs() as f32).to_array();
-        let noise_area = filter.noise_area() as f32;
-        let shared = filter.shares_samples();
-        let shared = shared.then(|| Shared { unfiltered: of(&self.unfiltered), noise_area });
+        let unfiltered = of(&self.unfiltered);
+        let shared = noise_area.map(|area| Shared { unfiltered, noise_area: area as f32 });
         let Spread { samples, replicates, .. } = self.filtered;
         PixelError { standard_error: of(&self.filtered), samples, replicates, shared }
     }
@@ -96,7 +101,6 @@ impl Spreads {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::sum::Sum;
     use rand::RngExt;
     use rand::SeedableRng;
     use rand_pcg::Pcg64Mcg;
@@ -104,7 +108,7 @@ mod tests {
     /// The error that the spread of replicates tells.
     fn error(replicates: &[DVec4]) -> Vec3 {
         let mut spread = Spread::default();
-        replicates.iter().for_each(|replicate| spread.add(*replicate, 1));
+        replicates.iter().for_each(|replicate| spread.add(*replicate));
         spread.standard_error()
     }
 
@@ -149,7 +153,7 @@ mod tests {
                         if is_negative { (-0.5, 3.0 + 2.0 * value) } else { (1.0, 3.0 + value) };
                     replicate += (DVec3::splat(value) * weight).extend(weight);
                 }
-                spread.add(replicate, 16);
+                spread.add(replicate);
                 all += Sum::new(Scale::ONE.units(replicate));
             }
             // The mean is 3.5 times 0.8 minus 4 times 0.1, over 0.7.

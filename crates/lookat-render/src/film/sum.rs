@@ -183,6 +183,43 @@ impl AddAssign for Sum {
     }
 }
 
+/// The sums of some samples of each pixel, row by row.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct PixelSums {
+    pub filtered: Vec<Sum>,
+    /// The sums of the samples in each pixel itself, without the filter. Empty if the filter makes no difference.
+    pub unfiltered: Vec<Sum>,
+}
+
+impl PixelSums {
+    pub fn new(size: usize, has_unfiltered: bool) -> PixelSums {
+        let unfiltered = if has_unfiltered { size } else { 0 };
+        PixelSums { filtered: vec![Sum::default(); size], unfiltered: vec![Sum::default(); unfiltered] }
+    }
+
+    /// Both kinds of sums.
+    pub fn kinds(&self) -> [&Vec<Sum>; 2] {
+        [&self.filtered, &self.unfiltered]
+    }
+
+    pub fn kinds_mut(&mut self) -> [&mut Vec<Sum>; 2] {
+        [&mut self.filtered, &mut self.unfiltered]
+    }
+
+    /// Sets all sums to 0.
+    pub fn clear(&mut self) {
+        self.kinds_mut().into_iter().for_each(|sums| sums.fill(Sum::default()));
+    }
+
+    /// Adds the sums of other samples of the same pixels.
+    pub fn add(&mut self, other: &PixelSums) {
+        for (own, more) in self.kinds_mut().into_iter().zip(other.kinds()) {
+            own.resize(own.len().max(more.len()), Sum::default());
+            own.iter_mut().zip(more).for_each(|(own, more)| *own += *more);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

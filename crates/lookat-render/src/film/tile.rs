@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::Keeps;
 use super::area::Area;
 use super::spread::{Spread, Spreads};
-use super::sum::{Scale, Sum};
+use super::sum::{PixelSums, Scale, Sum};
 use crate::film::REPLICATES;
 
 /// A rectangle of the picture that one thread renders at a time.
@@ -31,43 +31,6 @@ pub(crate) struct Tile {
     pub unfiltered: Vec<Spread>,
     /// What the policy knows about the tile, in a form of its own, for going on after a break.
     pub policy: Vec<u8>,
-}
-
-/// The sums of some samples of each pixel, row by row.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct PixelSums {
-    pub filtered: Vec<Sum>,
-    /// The sums of the samples in each pixel itself, without the filter. Empty if the filter makes no difference.
-    pub unfiltered: Vec<Sum>,
-}
-
-impl PixelSums {
-    pub fn new(size: usize, has_unfiltered: bool) -> PixelSums {
-        let unfiltered = if has_unfiltered { size } else { 0 };
-        PixelSums { filtered: vec![Sum::default(); size], unfiltered: vec![Sum::default(); unfiltered] }
-    }
-
-    /// Both kinds of sums.
-    pub fn kinds(&self) -> [&Vec<Sum>; 2] {
-        [&self.filtered, &self.unfiltered]
-    }
-
-    pub fn kinds_mut(&mut self) -> [&mut Vec<Sum>; 2] {
-        [&mut self.filtered, &mut self.unfiltered]
-    }
-
-    /// Sets all sums to 0.
-    pub fn clear(&mut self) {
-        self.kinds_mut().into_iter().for_each(|sums| sums.fill(Sum::default()));
-    }
-
-    /// Adds the sums of other samples of the same pixels.
-    pub fn add(&mut self, other: &PixelSums) {
-        for (own, more) in self.kinds_mut().into_iter().zip(other.kinds()) {
-            own.resize(own.len().max(more.len()), Sum::default());
-            own.iter_mut().zip(more).for_each(|(own, more)| *own += *more);
-        }
-    }
 }
 
 impl Tile {
@@ -123,7 +86,8 @@ impl Tile {
         let PixelSums { filtered, unfiltered } = &mut self.pass;
         for (spreads, sums) in [(&mut self.spreads, &*filtered), (&mut self.unfiltered, &*unfiltered)] {
             for (spread, sum) in spreads.iter_mut().zip(sums).filter(|_| samples.is_some()) {
-                spread.add(sum.weighted(scale), samples.unwrap_or_default());
+                spread.add_sum(sum, scale);
+                spread.samples += samples.unwrap_or_default();
             }
         }
         self.sums.iter_mut().zip(&*filtered).for_each(|(all, sum)| *all += *sum);
@@ -138,9 +102,24 @@ impl Tile {
             let [counts, sums] = [tile.counts.len(), tile.sums.len()];
             [counts, sums, filtered, unfiltered, tile.replicates.len(), spreads, own_spreads]
         };
-        let has_size = |sums: &Vec<Sum>| sums.is_empty() || sums.len() == self.bounds.size();
-        (self.bounds, self.sources) == (empty.bounds, empty.sources)
-            && lengths(self) == lengths(empty)
-            && self.replicates.iter().flat_map(PixelSums::kinds).chain([&self.splats]).all(has_size)
+        (self.bounds, self.sources) == (empty.bounds, empty.sources) && lengths(self) == lengths(empty)
+    }
+
+    /// True if it can be a tile of a crop window, and its sums can be added up.
+    pub fn is_sound(&self, crop: Area) -> bool {
+        let all = std::iter::once(&self.pass).chain(&self.replicates).flat_map(PixelSums::kinds);
+        self.bounds.intersection(crop) == self.bounds
+            && self.sums.len() == self.bounds.size()
+            && all.chain([&self.sums, &self.splats]).all(|sums| {
+                (sums.is_empty() || sums.len() == self.bounds.size()) && sums.iter().all(Sum::is_carried)
+            })
+    }
+
+    /// Bytes of its memory, about.
+    pub fn bytes(&self) -> usize {
+        let sums = std::iter::once(&self.pass).chain(&self.replicates).flat_map(PixelSums::kinds);
+        let sums: usize = sums.chain([&self.sums, &self.splats]).map(|sums| size_of_val(&sums[..])).sum();
+        let spreads = size_of_val(&self.spreads[..]) + size_of_val(&self.unfiltered[..]);
+        sums + spreads + size_of_val(&self.counts[..]) + self.policy.len()
     }
 }

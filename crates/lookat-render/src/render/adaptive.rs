@@ -13,13 +13,14 @@ use serde::{Deserialize, Serialize};
 use super::control::Control;
 use super::rounds::{Policy, doubled};
 use super::sample::{Job, Pattern};
+use super::settings::Stop;
 use crate::film::{Area, Film, Sum, Tile, lock};
 use crate::sampler::of_single_pixels;
 
 /// The least samples of every pixel before their noise is estimated.
 const FEWEST: u32 = 4;
-/// The samples of every pixel before their noise is estimated, if the total number is unknown.
-pub(super) const FIRST: u32 = 16;
+/// The same, if the total number is unknown.
+const FIRST: u32 = Stop::FIRST_OF_ADAPTIVE;
 
 /// The scene's samples per pixel, or the most where there is a time, as their mean.
 pub(super) struct Adaptive {
@@ -197,6 +198,7 @@ impl Policy for Adaptive {
         let is_counted = counts.iter().zip(goals).zip(self::counts(film, self.sources));
         [counts.len(), goals.len(), variances.as_ref().map_or(size, Vec::len)] == [size; 3]
             && is_counted.into_iter().all(|((count, goal), so_far)| (*count..=*goal).contains(&so_far))
+            && goals.iter().all(|goal| *goal <= most(self.samples_per_pixel))
             && *begun as usize <= self.passes.len()
             && (*begun > 0 || !is_begun)
             && states.iter().zip(&film.tiles).all(|(state, tile)| state.len() == lock(tile).sources.size())
@@ -261,6 +263,11 @@ const QUIET: f64 = 1e-6;
 /// The errors of Sobol's samples, squared, fall about with the square of their number: then the sum over pixels of
 /// `variance / count^2` is least where the counts are as the cubic roots of the variances.
 const EXPONENT: f64 = 1.0 / 3.0;
+
+/// The most samples that a pixel of a picture can have with so many on average: where a filter needs them, one more in each pass.
+pub(super) fn most(samples_per_pixel: u32) -> u32 {
+    samples_per_pixel.saturating_mul(MOST).saturating_add(u32::BITS)
+}
 
 /// Pixels of one class lie so many pixels apart, across and down: further than a neighbor may be.
 const APART: usize = REACH + 2;

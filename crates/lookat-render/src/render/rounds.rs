@@ -11,8 +11,8 @@ use std::time::Instant;
 
 use lookat_scene::Sampler;
 use rayon::prelude::*;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
 use super::control::{Control, Meter};
 use super::sample::{Context, Job, Pattern, Worker};
@@ -235,25 +235,6 @@ impl Pass {
     }
 }
 
-/// One of several equal parts of the samples of each pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Part {
-    /// From 0 to one less than `of`.
-    pub index: u32,
-    /// The number of parts: at least 1.
-    pub of: u32,
-}
-
-impl Part {
-    /// The indices of its samples, of so many. Parts differ by one sample at most; with more parts than samples, some are empty.
-    pub fn range(self, samples: u32) -> Range<u32> {
-        let start = |index: u32| {
-            (u64::from(index.min(self.of)) * u64::from(samples) / u64::from(self.of.max(1))) as u32
-        };
-        start(self.index)..start(self.index.saturating_add(1))
-    }
-}
-
 /// Passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole picture. With
 /// error layers each pass is a replicate.
 pub(super) struct Fixed {
@@ -280,9 +261,7 @@ fn own(sampler: Sampler, settings: &Settings) -> Vec<Pass> {
 
 /// The number of replicates that the passes of a rendering belong to.
 pub(super) fn replicates_of(sampler: Sampler, settings: &Settings) -> u32 {
-    let own = own(sampler, settings);
-    let [first, last] = [own.first(), own.last()].map(|pass| pass.map_or(0, |pass| pass.replicate));
-    if settings.is_extendable { REPLICATES.min(own.len() as u32) } else { last - first + 1 }
+    REPLICATES.min(own(sampler, settings).len() as u32)
 }
 
 /// All passes of a picture.
@@ -312,16 +291,20 @@ fn replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
     (0..count).map(replicate).collect()
 }
 
-/// The next sample of each replicate in turn, so that the first of more samples are those of fewer.
+/// Rounds in which each replicate doubles its samples, so that the first of more samples are those of fewer.
 fn extendable_replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
     let of_pattern = of_single_pixels(sampler.jittered());
-    let pass = |place: u32| {
-        let (index, replicate) = (place / REPLICATES, place % REPLICATES);
-        let pattern =
-            Pattern { sampler: of_pattern, seed: replicate_seed(seed, replicate), is_watched: false };
-        Pass { pattern, place, replicate, samples: index..index + 1 }
-    };
-    (0..sampler.samples_per_pixel).map(pass).collect()
+    let (mut from, mut passes) = (0, Vec::new());
+    for to in doubled(1, (sampler.samples_per_pixel / REPLICATES).max(1)) {
+        for replicate in 0..REPLICATES {
+            let seed = replicate_seed(seed, replicate);
+            let pattern = Pattern { sampler: of_pattern, seed, is_watched: false };
+            let place = REPLICATES * from + replicate * (to - from);
+            passes.push(Pass { pattern, place, replicate, samples: from..to });
+        }
+        from = to;
+    }
+    passes
 }
 
 fn passes(sampler: Sampler, seed: u64, is_extendable: bool) -> Vec<Pass> {

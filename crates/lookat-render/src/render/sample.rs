@@ -187,6 +187,10 @@ impl Context<'_> {
         let jobs = (0..u64::from(PROBES).pow(2)).map(|at| Job::new(pattern, pixel(at), 0..1));
         let mut jobs: Vec<Job> = jobs.collect();
         self.sample_all(&mut Worker::new(self), &mut Meter::silent(self.control), &mut jobs);
+        if self.control.is_stopped() {
+            // The scale is not known.
+            return;
+        }
         let squares: f64 = jobs.iter().map(|job| job.samples.squares).sum();
         let seen = (squares / f64::from(PROBES.pow(2))).sqrt();
         let Brightest { emitted, intensity } = self.prepared.brightest;

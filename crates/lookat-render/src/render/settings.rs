@@ -4,12 +4,10 @@ use std::time::{Duration, Instant};
 
 use lookat_scene::{Sampler, SamplerKind, View};
 
-use super::rounds::{self, Part};
+use super::layer_set::Layers;
+use super::part::Part;
 use super::stop_rule::TargetError;
-use super::{adaptive, target};
-use crate::film::{FilmSums, Keeps, pixel_bytes};
-use crate::render::layer_set::Layers;
-use crate::threads::threads;
+use crate::film::{Keeps, REPLICATES};
 
 /// Settings of a rendering that are not part of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -25,12 +23,12 @@ pub struct Settings {
     /// pixel of the scene. An interrupted picture has no layers. Default: none.
     pub layers: Layers,
     /// The part of the samples of each pixel to take, with [`Stop::Samples`]; others take no notice of it. Default: all
-    /// samples. The [sums](crate::Rendered::sums) of all parts, added up, are those of one rendering.
+    /// samples. The [sums](crate::Rendered::sums) of all parts, added up, give the picture of one rendering.
     pub part: Option<Part>,
     /// True for a picture that samples may be added to later: the pattern of a pixel and the filtering of textures then
     /// do not depend on the number of samples, so that [`Prepared::resume`](crate::Prepared::resume) with more samples per pixel gives the
-    /// bits of one rendering with as many. Not for stratified samples, whose grid has a fixed size. With [`Stop::Adaptive`] the numbers are 16,
-    /// 32, 64 and so on, with [`Stop::TargetError`] the most samples are 64, 128 and so on: see [`Settings::is_whole_round`]. Default false.
+    /// bits of one rendering with as many. Not for stratified samples, whose grid has a fixed size. Where samples are
+    /// taken in rounds, the number ends one: see [`Settings::first_round`]. Default false.
     pub is_extendable: bool,
     /// True to keep the sums of the film as [`Rendered::sums`](crate::Rendered::sums). Default false.
     pub keep_sums: bool,
@@ -82,6 +80,10 @@ impl Default for Stop {
 }
 
 impl Stop {
+    /// The samples of every pixel before noise decides, where the number of all samples is not known.
+    pub(super) const FIRST_OF_ADAPTIVE: u32 = 16;
+    /// The samples of every pixel in the first round with a target error: 4 in each replicate.
+    pub(super) const FIRST_OF_TARGET: u32 = 4 * REPLICATES;
     /// The customary most samples per pixel with a time alone: none that matters.
     pub const DEFAULT_MAX_SAMPLES_OF_TIME: u32 = 1 << 30;
     /// The customary most samples of a pixel with a target error.
@@ -117,7 +119,7 @@ impl Stop {
             }
             Stop::TargetError { max_samples, .. } => {
                 let kind = if kind == SamplerKind::Random { SamplerKind::SOBOL } else { kind };
-                Sampler { kind, samples_per_pixel: max_samples.max(target::FIRST) }
+                Sampler { kind, samples_per_pixel: max_samples.max(Stop::FIRST_OF_TARGET) }
             }
         }
     }
@@ -147,52 +149,35 @@ impl Settings {
         if let Stop::TargetError { target, .. } = self.stop { Some(target) } else { None }
     }
 
-    /// True if an extendable picture may end with so many samples per pixel, or at most so many: others would end in the middle of a round.
-    pub fn is_whole_round(&self, samples: u32) -> bool {
-        let first = match self.stop {
-            Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::FIRST,
-            Stop::TargetError { .. } => target::FIRST,
-            Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => return true,
-        };
-        samples.is_power_of_two() && samples >= first
+    /// The samples per pixel of the first round of an extendable picture, if it has rounds: it then has 1, 2, 4, 8 and so on times as many. `None`
+    /// if it may have any number.
+    pub fn first_round(&self) -> Option<u32> {
+        match self.stop {
+            Stop::Adaptive | Stop::Time { adaptive: true, .. } => Some(Stop::FIRST_OF_ADAPTIVE),
+            Stop::TargetError { .. } => Some(Stop::FIRST_OF_TARGET),
+            Stop::Samples { error_layers: true } => Some(REPLICATES),
+            Stop::Samples { error_layers: false } | Stop::Time { adaptive: false, .. } => None,
+        }
     }
 
-    /// True if the film keeps what the policy knows, to go on with: sums and their numbers do not tell it.
+    /// True if an extendable picture may end with so many samples per pixel, or at most so many.
+    pub fn is_whole_round(&self, samples: u32) -> bool {
+        self.first_round().is_none_or(|first| samples >= first && samples.is_power_of_two())
+    }
+
+    /// True if the film keeps what the policy knows, to go on with: sums and their numbers do not tell it. A limit of time ends in the middle
+    /// of a round, and nothing goes on from there.
     pub(super) fn keeps_policy(&self) -> bool {
-        self.keep_sums && matches!(self.keeps(), Keeps::Passes | Keeps::Spreads)
+        let is_timed = self.stop.deadline().is_some();
+        self.keep_sums && !is_timed && matches!(self.keeps(), Keeps::Passes | Keeps::Spreads)
     }
 
     /// The samples of a pixel that textures are filtered for.
     pub(super) fn nominal_samples(&self, view: &View) -> u32 {
         match self.stop {
-            Stop::Samples { .. } | Stop::Adaptive if self.is_extendable => target::FIRST,
+            Stop::Samples { .. } | Stop::Adaptive if self.is_extendable => Stop::FIRST_OF_TARGET,
             Stop::Samples { .. } | Stop::Adaptive => view.sampler.samples_per_pixel,
-            Stop::Time { .. } | Stop::TargetError { .. } => target::FIRST,
+            Stop::Time { .. } | Stop::TargetError { .. } => Stop::FIRST_OF_TARGET,
         }
     }
-}
-
-/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become. Writing the picture
-/// as EXR copies it, but the sums are gone then, which take more.
-pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
-    let threads = settings.threads.max(threads());
-    let policy = match settings.stop {
-        Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => 0,
-        Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::pixel_bytes(threads),
-        Stop::TargetError { .. } => target::PIXEL_BYTES,
-    };
-    let keeps = settings.keeps();
-    let replicates = match keeps {
-        Keeps::Replicates => rounds::replicates_of(settings.stop.sampler(view), settings),
-        _ => 0,
-    };
-    let film = pixel_bytes(keeps, replicates, view.filter.shares_samples());
-    // The sums, the channels that they become, and the copy of these that is written.
-    let sums = match (settings.keep_sums, keeps) {
-        (false, _) => 0,
-        (true, Keeps::Sums) => 3 * FilmSums::PIXEL_BYTES,
-        (true, _) => 3 * (FilmSums::PIXEL_BYTES + film + policy),
-    };
-    let pixel = film + policy + settings.layers.pixel_bytes() + sums;
-    view.film.crop.area() * pixel as u64
 }

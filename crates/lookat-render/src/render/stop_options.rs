@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use super::settings::Stop;
 use super::stop_rule::TargetError;
-use super::target;
 
 /// What users ask for. By default each pixel has the samples per pixel of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -31,7 +30,10 @@ pub enum StopOptionsError {
     #[error("adaptive sampling and a target error exclude each other")]
     TwoRules,
     /// The error is estimated from that many.
-    #[error("a target error needs at least {} samples per pixel to estimate the error", target::FIRST)]
+    #[error(
+        "a target error needs at least {} samples per pixel to estimate the error",
+        Stop::FIRST_OF_TARGET
+    )]
     FewSamples,
     /// Adaptive sampling, and the clock, leave no replicates.
     #[error("error layers go with a number of samples or with a target error")]
@@ -51,7 +53,9 @@ impl StopOptions {
         let StopOptions { spp, target_error, confidence, time, adaptive, error_layers } = *self;
         match (target_error, time) {
             (Some(_), _) if adaptive => Err(StopOptionsError::TwoRules),
-            (Some(_), _) if spp.is_some_and(|most| most < target::FIRST) => Err(StopOptionsError::FewSamples),
+            (Some(_), _) if spp.is_some_and(|most| most < Stop::FIRST_OF_TARGET) => {
+                Err(StopOptionsError::FewSamples)
+            }
             (None, _) if error_layers && (adaptive || time.is_some()) => Err(StopOptionsError::NoReplicates),
             (Some(relative), limit) => Ok(Stop::TargetError {
                 target: TargetError { relative, confidence: confidence.unwrap_or(0.95) },

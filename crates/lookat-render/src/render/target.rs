@@ -16,15 +16,16 @@ use serde::{Deserialize, Serialize};
 
 use super::control::Control;
 use super::rounds::Policy;
-use super::sample::{Job, Pattern, SampleBounds};
+use super::sample::{Context, Job, Pattern, SampleBounds};
+use super::settings::Stop;
 use super::stop_rule::{Brightness, Estimate, StopRule};
 use super::{Reached, TargetError};
 use crate::film::{Area, Film, REPLICATES, Spread, Tile, lock};
 use crate::number::luminance;
 use crate::sampler::{of_single_pixels, replicate_seed};
 
-/// Samples per pixel in the first round: 4 in each replicate.
-pub(super) const FIRST: u32 = 4 * REPLICATES;
+/// Samples per pixel in the first round.
+const FIRST: u32 = Stop::FIRST_OF_TARGET;
 
 /// Bytes of a pixel beside the film, about, until it is done.
 pub(super) const PIXEL_BYTES: usize = 340;
@@ -98,28 +99,29 @@ impl Target {
     }
 
     /// Counts the pixels by whether they reached the target error.
-    pub fn reached(&self, film: &Film, parts: &[TileState]) -> Reached {
-        settle(film, parts);
-        let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
-        let is_at_cap = self.round.count >= self.most && self.round.replicate == REPLICATES - 1;
+    pub fn reached(&self, context: &Context, states: &[TileState]) -> Reached {
+        let film = context.film;
+        settle(film, states);
+        let active = states.iter().map(|state| state.active.len() as u64).sum::<u64>();
+        let is_at_cap = context.control.state().is_finished;
         let (at_cap, out_of_time) = if is_at_cap { (active, 0) } else { (0, active) };
-        let outliers = count_outliers(film, parts);
+        let outliers = count_outliers(film, states);
         Reached { within: film.settings.crop.area() - active, at_cap, out_of_time, outliers }
     }
 
     /// The samples left, at the fastest and at the slowest convergence.
-    fn left(&self, parts: &[TileState]) -> [u64; 2] {
+    fn left(&self, states: &[TileState]) -> [u64; 2] {
         POWERS.map(|power| {
-            let of_part = |part: &TileState| {
-                let excess = part.active.iter().map(|active| active.excess).fold(0.0, f64::max);
+            let of_part = |state: &TileState| {
+                let excess = state.active.iter().map(|active| active.excess).fold(0.0, f64::max);
                 let all = f64::from(self.round.before) * libm::pow(excess, power.recip());
                 let most = f64::from(self.most);
                 let all =
                     if all < most { (all as u32).next_power_of_two().min(self.most) } else { self.most };
                 let more = all.max(2 * self.round.before).min(self.most) - self.round.before;
-                u64::from(more) * u64::from(REPLICATES) * part.sources.len() as u64
+                u64::from(more) * u64::from(REPLICATES) * state.sources.len() as u64
             };
-            parts.iter().map(of_part).sum()
+            states.iter().map(of_part).sum()
         })
     }
 }
@@ -137,7 +139,7 @@ impl Policy for Target {
         }
     }
 
-    fn next(&mut self, film: &Film, parts: &mut [TileState]) -> bool {
+    fn next(&mut self, film: &Film, states: &mut [TileState]) -> bool {
         if self.round.replicate + 1 < REPLICATES {
             self.round.replicate += 1;
             return true;
@@ -151,9 +153,9 @@ impl Policy for Target {
                 self.round.brightness = brightness.get();
                 self.rule = self.rule.with_brightness(self.round.brightness);
             }
-            settle(film, parts);
-            judge(film, parts, &self.rule, self.round.count);
-            let is_done = parts.iter().all(|part| part.active.is_empty());
+            settle(film, states);
+            judge(film, states, &self.rule, self.round.count);
+            let is_done = states.iter().all(|state| state.active.is_empty());
             if is_done || self.round.count >= self.most {
                 return false;
             }
@@ -165,24 +167,24 @@ impl Policy for Target {
         true
     }
 
-    fn expect(&self, film: &Film, parts: &[TileState], control: &Control) {
+    fn expect(&self, film: &Film, states: &[TileState], control: &Control) {
         let Round { replicate, before, count, .. } = self.round;
         if before == 0 {
             control.expect(film.sources().size() as u64 * u64::from(FIRST));
             control.state().bounds = None;
             return;
         }
-        let active = parts.iter().map(|part| part.active.len() as u64).sum::<u64>();
-        let sources = parts.iter().map(|part| part.sources.len() as u64).sum::<u64>();
+        let active = states.iter().map(|state| state.active.len() as u64).sum::<u64>();
+        let sources = states.iter().map(|state| state.sources.len() as u64).sum::<u64>();
         // Before the round.
         let done = control.state().done.saturating_sub(sources * u64::from(replicate * (count - before)));
-        let totals = self.left(parts).map(|left| done + left);
+        let totals = self.left(states).map(|left| done + left);
         control.expect(totals[0]);
         let mut state = control.state();
         (state.bounds, state.pixels_done) = (Some(totals), film.settings.crop.area() - active);
     }
 
-    fn jobs(&self, tile: &Tile, part: &TileState) -> Vec<Job> {
+    fn jobs(&self, tile: &Tile, state: &TileState) -> Vec<Job> {
         let Round { replicate, before, count, .. } = self.round;
         let so_far = REPLICATES * before + replicate * (count - before);
         let job = |source: &u32| {
@@ -191,22 +193,22 @@ impl Policy for Target {
             let first = if tile.counts[at] > so_far { count } else { before };
             Job::new(self.pattern(), tile.sources.pixel(at), first..count)
         };
-        part.sources.iter().map(job).collect()
+        state.sources.iter().map(job).collect()
     }
 
-    fn note(&self, jobs: &[Job], _tile: &Tile, part: &mut TileState) {
-        for (source, job) in part.sources.iter().zip(jobs) {
-            let seen = &mut part.sample_bounds[*source as usize];
+    fn note(&self, jobs: &[Job], _tile: &Tile, state: &mut TileState) {
+        for (source, job) in state.sources.iter().zip(jobs) {
+            let seen = &mut state.sample_bounds[*source as usize];
             *seen = seen.union(job.samples.sample_bounds);
         }
     }
 
-    fn end(&mut self, film: &Film, parts: &mut [TileState], is_whole: bool) {
+    fn end(&mut self, film: &Film, states: &mut [TileState], is_whole: bool) {
         // Before there is a picture, a part of it is better than none.
         let is_merged = is_whole || (self.round.before, self.round.replicate) == (0, 0);
-        film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
+        film.tiles.par_iter().zip(states).for_each(|(tile, state)| {
             let Tile { sums, pass, unfiltered, .. } = &mut *lock(tile);
-            for active in part.active.iter_mut().filter(|_| is_merged) {
+            for active in state.active.iter_mut().filter(|_| is_merged) {
                 let at = active.at as usize;
                 sums[at] += pass.filtered[at];
                 if is_whole {
@@ -214,8 +216,8 @@ impl Policy for Target {
                     active.replicates[self.round.replicate as usize] += more;
                 }
             }
-            let sampled = unfiltered.iter_mut().zip(&pass.unfiltered).filter(|(_, sum)| sum.has_weight());
-            sampled.for_each(|(spread, sum)| spread.add(sum.weighted(film.scale()), 0));
+            let sampled = unfiltered.iter_mut().zip(&pass.unfiltered);
+            sampled.for_each(|(spread, sum)| spread.add_sum(sum, film.scale()));
             pass.clear();
         });
     }
@@ -244,13 +246,13 @@ impl Policy for Target {
 }
 
 /// Tells the film how far the replicates of the unfinished pixels lie apart.
-fn settle(film: &Film, parts: &[TileState]) {
-    film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
+fn settle(film: &Film, states: &[TileState]) {
+    film.tiles.par_iter().zip(states).for_each(|(tile, state)| {
         let tile = &mut *lock(tile);
-        for active in &part.active {
+        for active in &state.active {
             let mut spread = Spread::default();
             let sampled = active.replicates.iter().filter(|replicate| **replicate != Vec4::ZERO);
-            sampled.for_each(|replicate| spread.add(replicate.as_dvec4(), 0));
+            sampled.for_each(|replicate| spread.add(replicate.as_dvec4()));
             spread.samples = tile.count(active.at as usize);
             tile.spreads[active.at as usize] = spread;
         }
@@ -262,44 +264,44 @@ const OUTLIER: f64 = 20.0;
 
 /// Judges all unfinished pixels, which have `count` samples in each replicate, removes those that are done, and the sources that no
 /// unfinished pixel asks for.
-fn judge(film: &Film, parts: &mut [TileState], rule: &StopRule, count: u32) {
+fn judge(film: &Film, states: &mut [TileState], rule: &StopRule, count: u32) {
     let (reach, sources) = (film.filter.reach(), film.sources());
-    let seen = around(&all_sample_bounds(film, parts), sources, reach.map(|reach| reach + 1));
-    film.tiles.par_iter().zip(&mut *parts).for_each(|(tile, part)| {
+    let seen = around(&all_sample_bounds(film, states), sources, reach.map(|reach| reach + 1));
+    film.tiles.par_iter().zip(&mut *states).for_each(|(tile, state)| {
         let tile = lock(tile);
-        for active in &mut part.active {
+        for active in &mut state.active {
             let at = active.at as usize;
             let standard_error = tile.spreads[at].standard_error();
             let value = tile.sums[at].mean(film.scale());
             let around = seen[sources.index(tile.bounds.pixel(at))];
             active.excess = rule.excess(&Estimate { value, standard_error, count, around });
         }
-        part.active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
-        part.active.shrink_to_fit();
+        state.active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
+        state.active.shrink_to_fit();
     });
     let mut is_asked = vec![SampleBounds::EMPTY; sources.size()];
-    for (tile, part) in film.tiles.iter().zip(&*parts) {
+    for (tile, state) in film.tiles.iter().zip(&*states) {
         let bounds = lock(tile).bounds;
-        for active in &part.active {
+        for active in &state.active {
             is_asked[sources.index(bounds.pixel(active.at as usize))] =
                 SampleBounds { least: Vec3::ZERO, most: Vec3::ZERO };
         }
     }
     let is_asked = around(&is_asked, sources, reach);
-    film.tiles.par_iter().zip(parts).for_each(|(tile, part)| {
+    film.tiles.par_iter().zip(states).for_each(|(tile, state)| {
         let own = lock(tile).sources;
         let is_asked = |at: &u32| is_asked[sources.index(own.pixel(*at as usize))] != SampleBounds::EMPTY;
-        part.sources.retain(is_asked);
+        state.sources.retain(is_asked);
     });
 }
 
 /// The bounds of the samples of all sources, row by row.
-fn all_sample_bounds(film: &Film, parts: &[TileState]) -> Vec<SampleBounds> {
+fn all_sample_bounds(film: &Film, states: &[TileState]) -> Vec<SampleBounds> {
     let mut all = vec![SampleBounds::EMPTY; film.sources().size()];
-    for (tile, part) in film.tiles.iter().zip(parts) {
+    for (tile, state) in film.tiles.iter().zip(states) {
         let own = lock(tile).sources;
         own.pixels()
-            .zip(&part.sample_bounds)
+            .zip(&state.sample_bounds)
             .for_each(|(pixel, sample_bounds)| all[film.sources().index(pixel)] = *sample_bounds);
     }
     all
@@ -323,8 +325,8 @@ fn around(sample_bounds: &[SampleBounds], area: Area, [across, down]: [u32; 2]) 
 }
 
 /// Counts the pixels that had a sample much brighter than the pixels around.
-fn count_outliers(film: &Film, parts: &[TileState]) -> u64 {
-    let (crop, sources, sample_bounds) = (film.crop(), film.sources(), all_sample_bounds(film, parts));
+fn count_outliers(film: &Film, states: &[TileState]) -> u64 {
+    let (crop, sources, sample_bounds) = (film.crop(), film.sources(), all_sample_bounds(film, states));
     let bright = |rgb: Vec3| if rgb.is_finite() { luminance(rgb) } else { 0.0 };
     let mut pixels = vec![SampleBounds::EMPTY; crop.size()];
     for tile in &film.tiles {

@@ -18,19 +18,22 @@ use crate::usage::tip_for_render;
 /// The scenes, each with its arguments. Fails if they do not fit together.
 pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
     let scenes = &arguments.scenes;
+    let file_options = [
+        ("--checkpoint", arguments.checkpoint.is_some()),
+        ("--part", arguments.part.is_some()),
+        ("--keep-sums", arguments.keep_sums),
+        ("--more", arguments.more.is_some()),
+    ];
+    let file_option = file_options.into_iter().find(|(_, is_given)| *is_given).map(|(name, _)| name);
     if let Some(scene) = scenes.iter().find(|scene| is_read_once(scene))
-        && (scenes.len() > 1 || arguments.live.watch || arguments.checkpoint.is_some())
+        && (scenes.len() > 1 || arguments.live.watch || file_option.is_some())
     {
         let name =
             if scene == Path::new("-") { "standard input".into() } else { scene.display().to_string() };
-        let option = if arguments.live.watch {
-            "with --watch, name a file"
-        } else if arguments.checkpoint.is_some() {
-            "with --checkpoint, name a file"
-        } else {
-            "render it alone"
-        };
-        bail!("{name} can be read only once: {option}");
+        match file_option.or(arguments.live.watch.then_some("--watch")) {
+            Some(option) => bail!("{name} can be read only once: with {option}, name a file"),
+            None => bail!("{name} can be read only once: render it alone"),
+        }
     }
     if let [scene] = &scenes[..] {
         // A file may still appear, but not in a folder that nobody watches.

@@ -14,9 +14,8 @@ use lookat_scene::MAX_SAMPLES;
 
 use crate::args::Render;
 use crate::failure::Failure;
-use crate::output::{Destination, check_inputs, check_output, marked, place};
+use crate::output::{Destination, PARTIAL, check_inputs, check_output, marked, place};
 use crate::part::{About, BrokenOff, Invocation, PartFile, Provenance, Work};
-use crate::render::written::PARTIAL;
 use crate::writer::lock;
 
 /// The time between two checkpoints, unless it is given.
@@ -29,6 +28,8 @@ pub struct Resumed {
     /// What was broken off. `None` for a picture.
     pub broken_off: Option<BrokenOff>,
     pub provenance: Provenance,
+    /// Bytes of its sums, about.
+    pub bytes: u64,
     /// Its sums, until the rendering takes them.
     pub sums: RefCell<Option<FilmSums>>,
 }
@@ -42,8 +43,8 @@ impl Resumed {
                 bail!("{} is no checkpoint: only `lookat render --checkpoint` writes them", at.display());
             };
             let sums = RefCell::new(Some(opened.read(&MemoryBudget::default())?));
-            let provenance = opened.metadata.part.provenance;
-            Ok(Resumed { file: file.into(), broken_off: Some(broken_off), provenance, sums })
+            let (provenance, bytes) = (opened.metadata.part.provenance, opened.sums.bytes());
+            Ok(Resumed { bytes, file: file.into(), broken_off: Some(broken_off), provenance, sums })
         };
         read(file).or_else(|error: Failure| {
             let previous = previous(file);
@@ -61,13 +62,12 @@ impl Resumed {
 
     /// Reads a picture that `more` samples per pixel are added to.
     pub fn extended(file: &Path, more: u32) -> Result<Resumed, Failure> {
-        let opened = PartFile::open(file).map_err(|error| match file.exists() {
-            true => format!(
-                "nothing can be added to {}: only lookat render --keep-sums keeps what it needs",
-                file.display()
-            )
-            .into(),
-            false => error,
+        let name = file.display();
+        let opened = PartFile::open(file).map_err(|_| match file.exists() {
+            true => format!("nothing can be added to {name}: only lookat render --keep-sums keeps what it needs"),
+            false => {
+                format!("there is no picture {name} to add samples to: render it with --keep-sums, and name it with -o")
+            }
         })?;
         let sums = RefCell::new(Some(opened.read(&MemoryBudget::default())?));
         let mut provenance = opened.metadata.part.provenance;
@@ -77,13 +77,19 @@ impl Resumed {
         let samples = provenance.samples_per_pixel.checked_add(more).filter(|all| *all <= MAX_SAMPLES);
         provenance.samples_per_pixel =
             samples.ok_or_else(|| format!("a picture has at most {MAX_SAMPLES} samples per pixel"))?;
-        Ok(Resumed { file: file.into(), broken_off: None, provenance, sums })
+        let bytes = opened.sums.bytes();
+        Ok(Resumed { file: file.into(), broken_off: None, provenance, bytes, sums })
     }
 }
 
 /// The name of the checkpoint before the last.
 fn previous(file: &Path) -> PathBuf {
     marked(file, "previous")
+}
+
+/// The name of the file that is locked while a checkpoint is in use: empty.
+fn lock_of(file: &Path) -> PathBuf {
+    marked(file, "lock")
 }
 
 /// The checkpoint file of a rendering, which no other rendering uses at the same time.
@@ -223,8 +229,9 @@ struct Lock {
 
 impl Lock {
     fn new(checkpoint: &Path) -> Result<Lock, Failure> {
-        let path = marked(checkpoint, "lock");
-        let file = File::create(&path).map_err(|error| Failure::io("write", &path, &error))?;
+        let path = lock_of(checkpoint);
+        let options = File::options().write(true).create(true).truncate(false).clone();
+        let file = options.open(&path).map_err(|error| Failure::io("write", &path, &error))?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             bail!("another rendering writes the checkpoint {}", checkpoint.display());
         }
@@ -261,12 +268,17 @@ pub fn check<'i>(
         bail!("{name}: only an .exr file can store a checkpoint; choose another name");
     }
     check_output(file, size)?;
+    let lock = lock_of(file);
+    if std::fs::metadata(&lock).is_ok_and(|found| found.len() > 0) {
+        bail!("{} is in the way of a checkpoint: choose another name for that, or move it", lock.display());
+    }
     let own = [file.clone(), previous(file)];
     let partial = marked(picture, PARTIAL);
     for own in &own {
         check_inputs(own, inputs.clone())?;
         if [picture, &partial].iter().any(|picture| place(picture) == place(own)) {
-            bail!("{name} has the name of the picture: choose another name for the checkpoint");
+            let own = own.display();
+            bail!("{own} would be a picture and a checkpoint: choose another name for the checkpoint");
         }
     }
     let Some(found) = own.iter().find(|file| file.exists()).filter(|_| !is_resumed && !arguments.force)

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use lookat_render::{FilmSums, Part, Prepared, Progress, Statistics};
+use lookat_render::{FilmSums, Part, Prepared, Progress, Settings, Statistics};
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, Scene, as_json};
 use lookat_sight::Numbered;
@@ -16,19 +16,19 @@ use crate::args::{Render, crop_edges};
 use crate::failure::Failure;
 use crate::light::note_linear;
 use crate::live::Live;
-use crate::output::{check_inputs, check_output, check_unfinished, marked};
+use crate::output::{PARTIAL, check_inputs, check_output, check_unfinished, marked};
 use crate::part::{Provenance, Work};
 use crate::readable::quoted;
 use crate::render::checkpoint::{self, Checkpoint, Resumed};
 use crate::render::fireflies::{self, Fireflies};
 use crate::render::frames::{cameras, focus};
 use crate::render::progress::Shown;
-use crate::render::settings::{charge_memory, check_settings, new_picture, note_sampler, settings};
+use crate::render::settings::{charge_memory, check_settings, new_picture, note_sampler, reserve, settings};
 use crate::render::summary::{self, JsonPicture, JsonTarget, explain_black, narrow_filter, summarize};
-use crate::render::written::{Kept, Output, PARTIAL, SoFar};
+use crate::render::written::{Kept, Output, SoFar};
 use crate::scene_result::SceneResult;
 use crate::source::{load_scene, load_watched, replace_samples};
-use crate::{interrupt, report};
+use crate::{interrupt, part, report};
 
 /// True once there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
@@ -187,8 +187,13 @@ impl Rendering<'_> {
         let size = [crop.width(), crop.height()];
         let is_resumed = self.resumed.is_some_and(|resumed| resumed.broken_off.is_some());
         checkpoint::check(arguments, &files[0], size, &loaded.inputs, is_resumed)?;
+        let settings = settings(arguments, &files[0]);
+        self.check_provenance(scene, &settings)?;
+        if !arguments.force {
+            part::check_replaced(&files[0], &settings)?;
+        }
         self.check_unfinished(scene, &files[0])?;
-        drop(charge_memory(scene, &settings(arguments, &files[0]), &loaded.memory)?);
+        drop(charge_memory(scene, &settings, &loaded.memory)?);
         let notice = match arguments.checkpoint {
             Some(_) => "stopping; interrupt again to quit at once",
             None => "stopping; interrupt again to quit without a picture",
@@ -227,6 +232,22 @@ impl Rendering<'_> {
         Ok(true)
     }
 
+    /// Fails if the samples so far are not of this rendering.
+    fn check_provenance(&self, scene: &Scene, settings: &Settings) -> Result<(), Failure> {
+        let Some(Resumed { file, provenance, broken_off, .. }) = self.resumed else { return Ok(()) };
+        let own = Provenance::new(self.loaded, &scene.view, settings)?;
+        match (own.difference(provenance), broken_off) {
+            (None, _) => Ok(()),
+            (Some(difference), Some(_)) => {
+                bail!("{} cannot be resumed: {difference}; render the scene again without it", file.display())
+            }
+            (Some(difference), None) => bail!(
+                "nothing can be added to {}: {difference}; repeat the options of its rendering",
+                file.display()
+            ),
+        }
+    }
+
     /// Fails if the file is a finished picture and stays.
     fn check_unfinished(&self, scene: &Scene, file: &Path) -> Result<(), Failure> {
         if self.arguments.force {
@@ -249,11 +270,8 @@ impl Rendering<'_> {
         let (mut provenance, mut checkpoint) = (None, None);
         if settings.keep_sums {
             let new = Provenance::new(loaded, &scene.view, &settings)?;
-            if let Some(resumed) = self.resumed
-                && let Some(difference) = new.difference(&resumed.provenance)
-            {
-                bail!("{} cannot be resumed: {difference}", resumed.file.display());
-            }
+            let bytes = self.resumed.map_or(0, |resumed| resumed.bytes);
+            reserve(bytes, &loaded.memory)?.keep();
             if let Some(Resumed { file, sums, .. }) = self.resumed.filter(|_| is_told) {
                 let samples = sums.borrow().as_ref().map_or(0.0, FilmSums::mean_samples);
                 say!("{}: {samples:.1} samples per pixel so far", file.display());
@@ -353,16 +371,20 @@ impl Rendering<'_> {
                 crate::say(&line);
             }
             if arguments.adaptive && rendered.complete && least == most {
-                crate::say(NOT_ADAPTIVE);
+                // Where the noise is known early, half of the samples are not taken before.
+                let least = if settings.is_extendable { 32 } else { 8 };
+                say!(
+                    "--adaptive had no effect: it needs noise, at least {least} samples per pixel, and 512 pixels"
+                );
             }
         }
         // A picture that shows nothing is never what was meant: --quiet does not hide it.
         if !arguments.report.json {
             explain_black(&picture, &rendered, scene, prepared, &loaded.sources);
         }
-        if let Some(checkpoint) = output.checkpoint.as_ref().filter(|_| !picture.complete) {
-            let file = quoted(checkpoint.file().as_os_str());
-            say!("to go on: lookat resume {file}");
+        if output.checkpoint.is_some() && !picture.complete {
+            // Where the checkpoint is, also if that is another folder.
+            say!("to go on: lookat resume {}", quoted(file.as_os_str()));
         }
         live.wait();
         Ok(Some((picture, destination.result())))
@@ -384,7 +406,3 @@ fn numbered(file: &Path, count: usize) -> Vec<PathBuf> {
     let digits = count.to_string().len().max(4);
     (1..=count).map(|number| marked(file, &format!("{number:0digits$}"))).collect()
 }
-
-/// The message if `--adaptive` changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.
-const NOT_ADAPTIVE: &str =
-    "--adaptive had no effect: it needs noise, at least 8 samples per pixel, and 512 pixels";

@@ -6,7 +6,7 @@ use lookat_image::{Charge, Format, MemoryBudget, OutOfMemory, byte_words};
 use lookat_render::{Layers, Settings, Stop, StopOptions, StopOptionsError, film_bytes, preparation_bytes};
 use lookat_scene::{Loaded, SamplerKind, Scene, View};
 
-use crate::args::{Render, raise_limit};
+use crate::args::{Render, raise_limit, way_out};
 use crate::failure::Failure;
 use crate::output::NewPicture;
 
@@ -75,9 +75,14 @@ pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) 
     memory.reserve(film.saturating_add(rest)).map_err(refused)
 }
 
+/// Charges the memory of the samples of an earlier rendering.
+pub fn reserve(bytes: u64, memory: &MemoryBudget) -> Result<Charge, Failure> {
+    memory.reserve(bytes).map_err(|shortage| Failure::TooLarge(way_out(shortage)))
+}
+
 /// Fails if the file cannot hold the layers, or the scene has too few samples or too many pixels for the settings.
 pub fn check_settings(arguments: &Render, scene: &Scene, file: &Path) -> Result<(), Failure> {
-    let Render { adaptive, error_layers, target_error, .. } = *arguments;
+    let Render { error_layers, target_error, .. } = *arguments;
     if let Some(part) = arguments.part {
         if Format::from_path(file) != Some(Format::Exr) {
             bail!("{}: only an .exr file can store a part; choose one with -o", file.display());
@@ -95,17 +100,19 @@ pub fn check_settings(arguments: &Render, scene: &Scene, file: &Path) -> Result<
         }
         let settings = settings(arguments, file);
         let samples = most_samples(&settings, &scene.view);
-        if !settings.is_whole_round(samples) {
-            let (option, counts) = match adaptive {
-                true => ("--adaptive", "16, 32, 64, 128 and so on"),
-                false => ("--target-error", "64, 128, 256 and so on"),
+        if let Some(first) = settings.first_round().filter(|_| !settings.is_whole_round(samples)) {
+            let option = match settings.stop {
+                Stop::Adaptive | Stop::Time { .. } => "--adaptive",
+                Stop::TargetError { .. } => "--target-error",
+                Stop::Samples { .. } => "--error-layers",
             };
+            let counts = [1, 2, 4, 8].map(|times| (times * first).to_string()).join(", ");
             let way_out = match arguments.more {
                 Some(more) => format!("choose another number than {more} for --more"),
                 None => "write such a number behind --spp".into(),
             };
             bail!(
-                "with {option}, samples are added to pictures of {counts} samples per pixel, and this one would have {samples}: {way_out}"
+                "with {option}, samples are added to pictures of {counts} and so on samples per pixel, and this one would have {samples}: {way_out}"
             );
         }
         let is_stratified = matches!(scene.view.sampler.kind, SamplerKind::Stratified { .. });

@@ -11,12 +11,9 @@ use crate::args::Render;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::light::{JsonLight, map_tones};
-use crate::output::{Destination, Identity, NewPicture, free_file, marked};
+use crate::output::{Destination, Identity, NewPicture, PARTIAL, free_file, marked};
 use crate::part::{About, Provenance};
 use crate::render::checkpoint::Checkpoint;
-
-/// The mark of a picture that is not complete, in its name.
-pub const PARTIAL: &str = "partial";
 
 /// Where a picture goes, and what its metadata and the rules about finished pictures need.
 pub struct Output<'a> {
