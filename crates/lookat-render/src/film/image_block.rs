@@ -49,7 +49,7 @@ impl ImageBlock {
     }
 
     /// Adds a sample of a source, which lies at `square` in its unit square: red, green, blue, and in `w` its weight, in the units of
-    /// [`Scale::units`].
+    /// [`Scale::units`](crate::film::Scale::units).
     #[inline(always)]
     pub fn add(&mut self, filter: &PixelFilter, source: [i32; 2], square: DVec2, units: DVec4) {
         if self.waiting == ShortSum::MOST {
