@@ -247,9 +247,10 @@ echo 17
     for (arguments, expected) in [
         (&["fine.pbrt", "--parts", "5", "-o", "a.exr"][..], "4 samples per pixel make at most 4 parts"),
         (
-            &["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--watch"],
+            &["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--show"],
             "a farm does not take lookat render --show",
         ),
+        (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--watch"], "cannot be used with"),
         (
             &["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "-o", "b.exr"],
             "it needs no lookat render -o or --only",
