@@ -83,7 +83,11 @@ fn run(arguments: &Farm, render: &Render) -> Result<u8, Failure> {
         let size = [crop.width(), crop.height()];
         let samples_per_pixel = Some(samples.into());
         let new = NewPicture { size, samples_per_pixel, is_adaptive: false, is_partial: false };
-        check_unfinished(&output, new, "choose another name with -o, or write --force behind --")?;
+        check_unfinished(
+            &output,
+            new,
+            "choose another name with -o, or write lookat render --force behind --",
+        )?;
     }
     // The jobs have these anyway.
     let options = options.iter().filter(|option| !["--force", "--quiet", "-q"].contains(&option.as_str()));
