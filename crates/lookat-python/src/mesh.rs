@@ -109,7 +109,7 @@ impl<T, const N: usize> AsRef<[T]> for Rows<T, N> {
     }
 }
 
-/// Arrays that become those of a mesh.
+/// The arrays that a mesh is made of.
 struct Arrays<'py> {
     /// True if the mesh has memory of its own.
     copy: bool,

@@ -161,7 +161,7 @@ fn listed(missing: &[Range<u32>], file: &PartFile) -> String {
     }
 }
 
-/// Adds the layers of a part that the picture lacks: error layers are those of all parts.
+/// Copies the layers of a part, except error layers: the picture has those of all parts already.
 fn add_layers(
     image: &mut Image,
     file: &PartFile,

@@ -193,8 +193,8 @@ impl PartFile<'_> {
     }
 }
 
-/// Fails if a file has sums that a new picture would not have: those of another part, or of a picture that can grow.
-pub fn check_replaced(file: &Path, settings: &Settings) -> Result<(), Failure> {
+/// Fails if a new picture would replace a file with the sums of other samples: another part, or a picture that can grow.
+pub fn check_kept_sums(file: &Path, settings: &Settings) -> Result<(), Failure> {
     let Ok(PartFile { metadata: PartMetadata { part, .. }, .. }) = PartFile::open(file) else {
         return Ok(());
     };

@@ -205,7 +205,7 @@ impl SumsHeader {
         read.map(|(_, header)| header).ok_or(FilmSumsError::Unreadable)
     }
 
-    /// True if it can be that of a film: nothing else takes memory.
+    /// True if it can be the header of a film. Checked before memory is taken.
     fn is_sound(&self) -> bool {
         self.film.is_valid()
             && self.filter.is_valid()
@@ -516,7 +516,7 @@ mod tests {
         assert!((means(&all.image()) / mean - 1.0).abs() < 1e-3);
     }
 
-    /// The sums of parts are those of the whole, in every bit: where a part ends makes no difference.
+    /// The sums of all parts add up to those of the whole, in every bit, however many parts there are.
     #[test]
     fn parts_add_up_to_the_sums_of_the_whole() {
         for filter in ["box", "triangle", "gaussian", "mitchell", "sinc"] {

@@ -291,7 +291,7 @@ fn replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
     (0..count).map(replicate).collect()
 }
 
-/// Rounds in which each replicate doubles its samples, so that the first of more samples are those of fewer.
+/// Rounds in which each replicate doubles its samples. A picture with more samples begins with those of one with fewer.
 fn extendable_replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
     let of_pattern = of_single_pixels(sampler.jittered());
     let (mut from, mut passes) = (0, Vec::new());

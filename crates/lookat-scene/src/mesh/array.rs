@@ -22,7 +22,7 @@ impl<T> MeshArray<T> {
         MeshArray(Memory::Shared(Yoke::attach_to_cart(owner, |owner| owner.as_ref())))
     }
 
-    /// The values to change: those of somebody else are copied first.
+    /// The values, to change them. Shared values are copied first.
     pub(crate) fn to_mut(&mut self) -> &mut Vec<T>
     where
         T: Clone,

@@ -190,7 +190,7 @@ impl Rendering<'_> {
         let settings = settings(arguments, &files[0]);
         self.check_provenance(scene, &settings)?;
         if !arguments.force {
-            part::check_replaced(&files[0], &settings)?;
+            part::check_kept_sums(&files[0], &settings)?;
         }
         self.check_unfinished(scene, &files[0])?;
         drop(charge_memory(scene, &settings, &loaded.memory)?);
