@@ -40,7 +40,7 @@ static KEPT: LazyLock<Vec<Kept>> = LazyLock::new(|| {
             _ => ControlFlow::Break(()),
         };
         let rendered = prepared.render(&scene.view, &settings, &break_off);
-        let (header, channels) = rendered.sums.expect("they are kept").to_channels();
+        let (header, channels) = rendered.sums.expect("they are kept").into_channels();
         Kept { settings, header: header.to_bytes(), channels }
     };
     [(Stop::default(), None), (errors, part), (errors, None), (Stop::Adaptive, None), (target, None)]
@@ -68,7 +68,7 @@ fuzz_target!(|data: &[u8]| {
     let Ok(sums) = FilmSums::from_channels(header, &channels) else { return };
     sums.image();
     let _ = sums.clone().add(&sums);
-    sums.to_channels();
+    sums.into_channels();
     let (scene, prepared) = &*SCENE;
     let calls = AtomicU32::new(0);
     let few = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) {

@@ -120,6 +120,31 @@ fn an_interruption_writes_a_checkpoint() {
     }
 }
 
+/// What focuses the lens is repeated, and finds the same place.
+#[cfg(unix)]
+#[test]
+fn a_focused_rendering_is_resumed() {
+    let folder = Folder::new();
+    folder.write(
+        "fine.pbrt",
+        &FINE.replace("Camera \"perspective\"", "Camera \"perspective\" \"float lensradius\" 0.05"),
+    );
+    let long = ["render", "fine.pbrt", "--spp", "3000", "--focus", "0.5,0.5", "-q"];
+    let mut child = folder
+        .command(&[&long[..], &["-o", "b.exr", "--checkpoint", "a.exr", "--every", "0.05"]].concat())
+        .spawn()
+        .unwrap();
+    wait_for(&folder, "a.exr", &mut child);
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(sent.unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let resumed = folder.run(&["resume", "a.exr", "-q"]);
+    assert_eq!(resumed.status, 0, "{}", resumed.err);
+    folder.run(&[&long[..], &["-o", "whole.exr"]].concat());
+    let [resumed, whole] = ["b.exr", "whole.exr"].map(|name| std::fs::read(folder.path(name)).unwrap());
+    assert!(resumed == whole);
+}
+
 /// Two programs do not write one checkpoint; and names that would cost a file are refused.
 #[test]
 fn checkpoints_destroy_nothing() {

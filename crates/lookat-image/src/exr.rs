@@ -9,13 +9,15 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use ::exr::block::lines::LineRefMut;
 use ::exr::compression::Compression;
 use ::exr::error::Error;
 use ::exr::image::write::WritableImage;
-use ::exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
-use ::exr::math::Vec2;
+use ::exr::image::write::samples::{SamplesWriter, WritableSamples};
+use ::exr::image::{AnyChannel, AnyChannels, Encoding, Layer};
+use ::exr::math::{RoundingMode, Vec2};
 use ::exr::meta::MetaData;
-use ::exr::meta::attribute::{AttributeValue, IntegerBounds, SampleType, Text};
+use ::exr::meta::attribute::{AttributeValue, IntegerBounds, LevelMode, SampleType, Text};
 use ::exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use ::exr::prelude::f16;
 
@@ -227,12 +229,14 @@ fn header_fault(error: Error) -> ImageFault {
 }
 
 /// Writes all channels, in 32-bit float or as 32-bit integers.
-pub(crate) fn write(image: &Image, is_compressed: bool, out: impl Write + Seek) -> Result<(), ImageFault> {
-    let plane =
-        |channel: &Channel| AnyChannel::new(text(&channel.name), FlatSamples::F32(channel.samples.clone()));
-    let integers = |channel: &IntegerChannel| {
-        AnyChannel::new(text(&channel.name), FlatSamples::U32(channel.samples.clone()))
-    };
+pub(crate) fn write<'i>(
+    image: &'i Image,
+    is_compressed: bool,
+    out: impl Write + Seek,
+) -> Result<(), ImageFault> {
+    let plane = |channel: &'i Channel| AnyChannel::new(text(&channel.name), Plane::F32(&channel.samples));
+    let integers =
+        |channel: &'i IntegerChannel| AnyChannel::new(text(&channel.name), Plane::U32(&channel.samples));
     let all = image.channels.iter().map(plane).chain(image.integers.iter().map(integers));
     let channels = AnyChannels::sort(all.collect());
 
@@ -256,6 +260,51 @@ pub(crate) fn write(image: &Image, is_compressed: bool, out: impl Write + Seek) 
         Error::Invalid(reason) | Error::NotSupported(reason) => ImageFault::Refused(reason.into()),
         Error::Aborted => ImageFault::Refused("interrupted".into()),
     })
+}
+
+/// The values of a channel, where they are.
+#[derive(Clone, Copy)]
+enum Plane<'i> {
+    F32(&'i [f32]),
+    U32(&'i [u32]),
+}
+
+impl<'s, 'i: 's> WritableSamples<'s> for Plane<'i> {
+    type Writer = PlaneWriter<'i>;
+
+    fn sample_type(&self) -> SampleType {
+        match self {
+            Plane::F32(_) => SampleType::F32,
+            Plane::U32(_) => SampleType::U32,
+        }
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&'s self, header: &Header) -> PlaneWriter<'i> {
+        PlaneWriter { plane: *self, width: header.layer_size.width() }
+    }
+}
+
+/// Gives the lines of a channel.
+struct PlaneWriter<'i> {
+    plane: Plane<'i>,
+    width: usize,
+}
+
+impl SamplesWriter for PlaneWriter<'_> {
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        let Vec2(x, y) = line.location.position;
+        let first = y * self.width + x;
+        let own = first..first + line.location.sample_count;
+        match self.plane {
+            Plane::F32(samples) => line.write_samples_from_slice(&samples[own]),
+            Plane::U32(samples) => line.write_samples_from_slice(&samples[own]),
+        }
+        .expect("a line has room for its samples");
+    }
 }
 
 /// UTF-8, of which the crate's own conversion would keep only Latin-1.

@@ -5,6 +5,8 @@
 mod tests;
 
 pub(crate) mod area;
+mod channels;
+mod develop;
 pub(crate) mod film_sums;
 pub(crate) mod image_block;
 pub(crate) mod spread;
@@ -15,11 +17,13 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, RwLock, RwLockReadGuard};
 
 use glam::{DVec2, DVec3, Vec3};
-use lookat_image::{Image, PixelError, Window};
-use lookat_scene::{PixelBounds, View};
+use lookat_image::{Image, PixelError};
+use lookat_scene::View;
 
 pub(crate) use crate::film::area::Area;
-pub use crate::film::film_sums::{FilmSums, FilmSumsError, SumsHeader};
+pub use crate::film::channels::SumsHeader;
+use crate::film::develop::Developer;
+pub use crate::film::film_sums::{FilmSums, FilmSumsError};
 pub(crate) use crate::film::image_block::ImageBlock;
 pub(crate) use crate::film::spread::Spread;
 use crate::film::sum::PixelSums;
@@ -219,18 +223,23 @@ impl<'v> Film<'v> {
         squares.map(move |square| all.square_of(side, [square.x0, square.y0]))
     }
 
-    /// The values of the pixels so far, tile by tile.
-    pub fn values(&self) -> impl Iterator<Item = DVec3> {
-        let of_tile = |tile: &Mutex<Tile>| {
-            let tile = lock(tile);
-            (0..tile.bounds.size()).map(|at| self.value(&tile, at)).collect::<Vec<_>>()
-        };
-        self.tiles.iter().flat_map(of_tile)
+    fn developer(&self) -> Developer<'_> {
+        Developer {
+            film: self.settings,
+            noise_area: noise_area(&self.view_filter, &self.filter),
+            light_paths: self.light_paths(),
+            scale: self.scale(),
+        }
     }
 
-    /// The value of a pixel of a tile so far.
-    fn value(&self, tile: &Tile, at: usize) -> DVec3 {
-        value(&tile.so_far(at), tile.splats.get(at), self.light_paths(), self.scale())
+    /// The values of the pixels so far, tile by tile.
+    pub fn values(&self) -> impl Iterator<Item = DVec3> {
+        let developer = self.developer();
+        let of_tile = move |tile: &Mutex<Tile>| {
+            let tile = lock(tile);
+            (0..tile.bounds.size()).map(|at| developer.value(&tile, at)).collect::<Vec<_>>()
+        };
+        self.tiles.iter().flat_map(of_tile)
     }
 
     /// A sample no brighter than the film allows.
@@ -245,25 +254,7 @@ impl<'v> Film<'v> {
 
     /// The picture so far; `with_errors` adds the layers of its error if there are spreads.
     pub fn develop(&self, with_errors: bool) -> Image {
-        let crop = self.crop();
-        let noise_area = noise_area(&self.view_filter, &self.filter);
-        let mut errors = Vec::new();
-        let of_tile = |tile: &Mutex<Tile>| {
-            let tile = lock(tile);
-            for (own, pixel) in tile.bounds.pixels().enumerate().filter(|_| with_errors) {
-                if let Some(spreads) = tile.spreads(own, self.scale()) {
-                    errors.resize(crop.size(), PixelError::default());
-                    errors[crop.index(pixel)] = spreads.error(self.settings, noise_area);
-                }
-            }
-            let value = |(own, pixel)| (crop.index(pixel), self.value(&tile, own));
-            tile.bounds.pixels().enumerate().map(value).collect::<Vec<_>>()
-        };
-        let mut image = develop(self.settings, self.tiles.iter().flat_map(of_tile));
-        if !errors.is_empty() {
-            image.add_errors(&errors);
-        }
-        image
+        self.developer().image(self.tiles.iter().map(lock), with_errors)
     }
 }
 
@@ -272,38 +263,12 @@ fn noise_area(filter: &lookat_scene::Filter, weights: &PixelFilter) -> Option<f6
     filter.shares_samples().then(|| weights.noise_area())
 }
 
-/// The value of a pixel: the mean of its samples, and what splats of so many light paths add.
-fn value(sum: &Sum, splats: Option<&Sum>, light_paths: u64, scale: Scale) -> DVec3 {
-    let splats = splats.map(|splats| splats.weighted(scale).truncate() / light_paths.max(1) as f64);
-    sum.mean(scale) + splats.unwrap_or_default()
-}
-
-/// The picture of a film, from the values of its pixels by their numbers in the crop window.
-fn develop(film: &lookat_scene::Film, values: impl Iterator<Item = (usize, DVec3)>) -> Image {
-    let mut planes = [(); 3].map(|()| vec![0.0; Area::of(film.crop).size()]);
-    for (at, value) in values {
-        // pbrt-v3 writes nothing below black, which filters with negative lobes give.
-        let value = value.max(DVec3::ZERO) * film.scale;
-        let value = value.clamp(DVec3::splat(f32::MIN.into()), DVec3::splat(f32::MAX.into()));
-        let value = value.as_vec3().to_array();
-        for (plane, value) in planes.iter_mut().zip(value) {
-            plane[at] = value;
-        }
-    }
-    let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
-    let PixelBounds { x0, y0, .. } = film.crop;
-    let data = window(x0, y0, film.crop.width(), film.crop.height());
-    let display = window(0, 0, film.resolution[0], film.resolution[1]);
-    Image::from_planes(data, display, planes)
-}
-
 /// Locks a value. A panic in another thread does not poison it.
 pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Bytes of a pixel on a film while it is rendered, and of its values in the picture and in the copy that is written: until then, the
-/// memory of the film is not given back. `replicates`: of how many there are samples.
+/// Bytes of a pixel on a film while it is rendered, and of its values in the picture. `replicates`: of how many there are samples.
 pub(crate) fn pixel_bytes(keeps: Keeps, replicates: u32, shares_samples: bool) -> usize {
     let kinds = if shares_samples && keeps.has_errors() { 2 } else { 1 };
     let sums = kinds * size_of::<Sum>();
@@ -313,5 +278,5 @@ pub(crate) fn pixel_bytes(keeps: Keeps, replicates: u32, shares_samples: bool) -
         Keeps::Spreads => sums + kinds * size_of::<Spread>() + 2 * size_of::<PixelError>(),
         Keeps::Replicates => replicates as usize * sums + 2 * size_of::<PixelError>(),
     };
-    size_of::<Sum>() + kept + size_of::<u32>() + 2 * size_of::<[f32; 3]>()
+    size_of::<Sum>() + kept + size_of::<u32>() + size_of::<[f32; 3]>()
 }

@@ -158,7 +158,7 @@ pub fn render(
         let started = Instant::now();
         let prepared = Prepared::new(scene);
         let preparation = started.elapsed();
-        let rendered = start(&prepared, &scene.view, settings, deadline, progress, None);
+        let rendered = start(&prepared, &scene.view, settings, deadline, progress);
         Rendered { preparation, ..rendered }
     })
 }
@@ -173,7 +173,7 @@ impl Prepared {
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Rendered {
         let deadline = settings.stop.deadline();
-        on_threads(settings, || start(self, view, settings, deadline, progress, None))
+        on_threads(settings, || start(self, view, settings, deadline, progress))
     }
 
     /// Goes on with a rendering that has been broken off, from the [sums](Progress::sums) that it had, to the same bits. `view`, `settings` and
@@ -191,12 +191,7 @@ impl Prepared {
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Result<Rendered, FilmSumsError> {
         let deadline = settings.stop.deadline();
-        on_threads(settings, || {
-            let film = film_of(view, settings);
-            film.restore(so_far, most_samples(view, settings))?;
-            let control = Control { deadline, ..Control::new(progress, &film) };
-            run(&Context::new(self, view, settings, (&film, &control)), view, settings)
-        })
+        on_threads(settings, || run(self, view, settings, deadline, progress, None, Some(so_far)))
     }
 
     /// The layers of the settings as [`Prepared::render`] gives them, beside a black picture. `progress` is called with a
@@ -226,11 +221,6 @@ fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R
     }
 }
 
-/// A film without samples, as the settings need it.
-fn film_of<'v>(view: &'v View, settings: &Settings) -> Film<'v> {
-    Film::new(view, settings.keeps(), settings.keeps_policy())
-}
-
 /// The most samples that a pixel may have.
 fn most_samples(view: &View, settings: &Settings) -> u32 {
     let sampler = settings.stop.sampler(view);
@@ -248,17 +238,38 @@ fn start(
     settings: &Settings,
     deadline: Option<Instant>,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
-    profilers: Option<&Mutex<Vec<Profiler>>>,
 ) -> Rendered {
-    let film = film_of(view, settings);
+    let rendered = run(prepared, view, settings, deadline, progress, None, None);
+    rendered.expect("an empty film is of any rendering")
+}
+
+/// Renders, from sums if there are some.
+fn run(
+    prepared: &Prepared,
+    view: &View,
+    settings: &Settings,
+    deadline: Option<Instant>,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    profilers: Option<&Mutex<Vec<Profiler>>>,
+    so_far: Option<FilmSums>,
+) -> Result<Rendered, FilmSumsError> {
+    let film = Film::new(view, settings.keeps(), settings.keeps_policy());
+    let is_new = so_far.is_none();
+    if let Some(sums) = so_far {
+        film.restore(sums, most_samples(view, settings))?;
+    }
     let control = Control { deadline, profilers, ..Control::new(progress, &film) };
     let mut context = Context::new(prepared, view, settings, (&film, &control));
-    context.expose();
-    run(&context, view, settings).expect("an empty film is of any rendering")
+    if is_new {
+        context.expose();
+    }
+    let rendered = take_samples(&context, view, settings)?;
+    let sums = (settings.keep_sums && film.is_exposed()).then(|| film.into_sums());
+    Ok(Rendered { sums, ..rendered })
 }
 
 /// Samples the film as the settings ask for, from where it is, and develops it.
-fn run(context: &Context, view: &View, settings: &Settings) -> Result<Rendered, FilmSumsError> {
+fn take_samples(context: &Context, view: &View, settings: &Settings) -> Result<Rendered, FilmSumsError> {
     let Settings { seed, stop, is_extendable, .. } = *settings;
     let (film, sampler) = (context.film, stop.sampler(view));
     let mut reached = None;
@@ -314,8 +325,7 @@ fn develop(context: &Context, view: &View, settings: &Settings, target: Option<R
     if complete && !settings.layers.is_empty() {
         complete = layers::add(context, view, settings, &mut image);
     }
-    let sums = (settings.keep_sums && film.is_exposed()).then(|| film.sums());
-    Rendered { image, sums, statistics, preparation: Duration::ZERO, complete }
+    Rendered { image, sums: None, statistics, preparation: Duration::ZERO, complete }
 }
 
 #[cfg(test)]

@@ -66,12 +66,13 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
         add_layers(&mut image, layers, &sums, memory)?;
     }
     image.metadata = Some(first.whole.clone());
+    let mean_samples = sums.mean_samples();
     // With --partial, also if it happens to have all: it can be merged on.
     if !is_whole || *partial && is_exr {
         let (provenance, whole) = (first.part.provenance.clone(), first.whole.clone());
         let complete = unfinished.is_none();
-        sums = sums.without_state();
-        About { provenance, ranges, complete, whole, broken_off: None }.put_into(&mut image, &sums);
+        About { provenance, ranges, complete, whole, broken_off: None }
+            .put_into(&mut image, sums.without_state());
     }
     let light = map_tones(&mut image, output, tone);
     write_result(output, |path| image.write(path))?;
@@ -83,7 +84,7 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
         if let Some(file) = unfinished {
             so_far += &format!("; {} is not finished", file.path.display());
         }
-        let samples = (10.0 * sums.mean_samples()).round() / 10.0;
+        let samples = (10.0 * mean_samples).round() / 10.0;
         say!("{}: {samples} samples per pixel of {}{so_far}", output.display(), counted(files.len()));
         light.inspect(|light| light.print(output, true));
     }

@@ -2,6 +2,7 @@
 
 use super::*;
 use ::exr::image::Blocks;
+use ::exr::image::FlatSamples;
 use std::io::Cursor;
 
 fn sample() -> Image {

@@ -3,10 +3,9 @@
 use std::ops::Range;
 
 use lookat_scene::PixelBounds;
-use serde::{Deserialize, Serialize};
 
 /// A rectangle of pixels, y down: `x0 <= x < x1`, `y0 <= y < y1`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Area {
     pub x0: i32,
     pub y0: i32,
@@ -98,6 +97,19 @@ pub(super) fn tile_side(crop: Area) -> i32 {
 /// Cuts an area into tiles, row by row.
 pub(super) fn tiles(area: Area, side: i32) -> impl Iterator<Item = Area> {
     area.squares(side).map(move |square| square.intersection(area))
+}
+
+/// Copies the values of the pixels that are in both of two areas: that of `into`, and that of `from`. Does nothing if `from` has no values.
+pub(super) fn copy<T: Copy + Default>(from: &[T], into: &mut Vec<T>, [own, other]: [Area; 2]) {
+    if from.is_empty() {
+        return;
+    }
+    into.resize(own.size(), T::default());
+    let both = own.intersection(other);
+    for y in (both.y0..both.y1).filter(|_| both.width() > 0) {
+        let [own, other] = [own, other].map(|area| area.index([both.x0, y]));
+        into[own..][..both.width()].copy_from_slice(&from[other..][..both.width()]);
+    }
 }
 
 #[cfg(test)]

@@ -69,7 +69,7 @@ impl Scale {
 }
 
 /// A sum of samples times their weights, and of the weights.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Sum {
     /// Red, green, blue in units of [`Scale`], and the weight: high units, and from 0 to 2^51 low ones of 2^51 to a high unit.
     high: [i64; 4],
@@ -93,10 +93,14 @@ impl Sum {
     /// The weighted sum of radiance and, in `w`, the sum of weights.
     pub fn weighted(&self, scale: Scale) -> DVec4 {
         let value = |channel: usize| {
-            let fixed = (i128::from(self.high[channel]) << LOW) + i128::from(self.low[channel]);
-            fixed as f64 / LOW_UNITS / if channel < 3 { scale.high } else { HIGH }
+            self.fixed(channel) as f64 / LOW_UNITS / if channel < 3 { scale.high } else { HIGH }
         };
         DVec4::from(from_fn(value))
+    }
+
+    /// The number of low units.
+    fn fixed(&self, channel: usize) -> i128 {
+        (i128::from(self.high[channel]) << LOW) + i128::from(self.low[channel])
     }
 
     /// True if the sum of weights is not 0.
@@ -110,24 +114,26 @@ impl Sum {
         if sum.w == 0.0 { DVec3::ZERO } else { sum.truncate() / sum.w }
     }
 
-    /// The words of 32 bits of a color, or of the weight.
+    /// Words of 32 bits of a color, or of the weight.
     pub const WORDS: usize = 4;
 
-    /// A word of 32 bits: first the high units, then the low ones, each with its lower word first.
-    pub fn word(&self, color: usize, word: usize) -> u32 {
-        let units = if word < 2 { self.high[color] } else { self.low[color] };
-        (units >> (32 * (word % 2))) as u32
+    /// A color, or the weight, in words: the number of low units, the sign in the lowest bit. Small numbers have high words of 0.
+    pub fn words(&self, channel: usize) -> [u32; Self::WORDS] {
+        let fixed = self.fixed(channel);
+        let zigzag = (fixed << 1 ^ fixed >> 127).cast_unsigned();
+        from_fn(|word| (zigzag >> (32 * word)) as u32)
     }
 
-    /// Sets a word, which is 0 before.
-    pub fn set_word(&mut self, color: usize, word: usize, bits: u32) {
-        let units = if word < 2 { &mut self.high[color] } else { &mut self.low[color] };
-        *units |= i64::from(bits) << (32 * (word % 2));
-    }
-
-    /// True if the low units are fewer than one high unit.
-    pub fn is_carried(&self) -> bool {
-        self.low.iter().all(|low| (0..1 << LOW).contains(low))
+    /// The sum with these [words](Sum::words). `None` if no sum is that large.
+    pub fn from_words(words: [[u32; Self::WORDS]; 4]) -> Option<Sum> {
+        let mut sum = Sum::default();
+        for (channel, words) in words.into_iter().enumerate() {
+            let zigzag = words.into_iter().rev().fold(0, |all, word| all << 32 | u128::from(word));
+            let fixed = (zigzag >> 1).cast_signed() ^ -((zigzag & 1).cast_signed());
+            sum.high[channel] = i64::try_from(fixed >> LOW).ok()?;
+            sum.low[channel] = fixed as i64 & ((1 << LOW) - 1);
+        }
+        Some(sum)
     }
 
     /// Makes high units of low ones. Equal sums then have equal bits.
@@ -184,7 +190,7 @@ impl AddAssign for Sum {
 }
 
 /// The sums of some samples of each pixel, row by row.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct PixelSums {
     pub filtered: Vec<Sum>,
     /// The sums of the samples in each pixel itself, without the filter. Empty if the filter makes no difference.
@@ -209,14 +215,6 @@ impl PixelSums {
     /// Sets all sums to 0.
     pub fn clear(&mut self) {
         self.kinds_mut().into_iter().for_each(|sums| sums.fill(Sum::default()));
-    }
-
-    /// Adds the sums of other samples of the same pixels.
-    pub fn add(&mut self, other: &PixelSums) {
-        for (own, more) in self.kinds_mut().into_iter().zip(other.kinds()) {
-            own.resize(own.len().max(more.len()), Sum::default());
-            own.iter_mut().zip(more).for_each(|(own, more)| *own += *more);
-        }
     }
 }
 
@@ -246,6 +244,22 @@ mod tests {
             let expected = f64::from(1e-8_f32) * unit;
             assert!((all.weighted(scale).x / expected - 1.0).abs() < 1e-6, "{brightness}");
         }
+    }
+
+    #[test]
+    fn words_are_those_of_the_sum() {
+        let edges = [i64::MIN, i64::MIN + 1, -1, 0, 1, 4000, i64::MAX];
+        for high in edges {
+            for low in [0, 1, 1 << 31, (1 << LOW) - 1] {
+                let sum = Sum { high: [high, 0, -high.max(-i64::MAX), 7], low: [low; 4] };
+                assert_eq!(Sum::from_words(from_fn(|channel| sum.words(channel))), Some(sum));
+            }
+        }
+        // Small ones of both signs have few words.
+        for value in [-900.0, 900.0] {
+            assert_eq!(sum(value, 1.0, Scale::ONE).words(0)[2..], [0, 0]);
+        }
+        assert_eq!(Sum::from_words([[u32::MAX; 4]; 4]), None);
     }
 
     #[test]

@@ -1,15 +1,13 @@
 //! Rectangles of the picture that threads render one at a time.
 
-use serde::{Deserialize, Serialize};
-
 use super::Keeps;
-use super::area::Area;
+use super::area::{Area, copy};
 use super::spread::{Spread, Spreads};
 use super::sum::{PixelSums, Scale, Sum};
 use crate::film::REPLICATES;
 
-/// A rectangle of the picture that one thread renders at a time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A rectangle of the picture that one thread renders at a time, or the whole picture: all that samples have brought to it.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Tile {
     /// The pixels: none in tiles beyond the crop window.
     pub bounds: Area,
@@ -94,32 +92,44 @@ impl Tile {
         self.pass.clear();
     }
 
-    /// True if it is a later state of another tile without samples.
-    pub fn continues(&self, empty: &Tile) -> bool {
-        let lengths = |tile: &Tile| {
-            let [filtered, unfiltered] = tile.pass.kinds().map(Vec::len);
-            let [spreads, own_spreads] = [&tile.spreads, &tile.unfiltered].map(Vec::len);
-            let [counts, sums] = [tile.counts.len(), tile.sums.len()];
-            [counts, sums, filtered, unfiltered, tile.replicates.len(), spreads, own_spreads]
+    /// All sums, in a fixed order.
+    pub fn all_sums(&self) -> impl Iterator<Item = &Vec<Sum>> {
+        let kinds = std::iter::once(&self.pass).chain(&self.replicates).flat_map(PixelSums::kinds);
+        [&self.sums, &self.splats].into_iter().chain(kinds)
+    }
+
+    /// As [`Tile::all_sums`].
+    pub fn all_sums_mut(&mut self) -> impl Iterator<Item = &mut Vec<Sum>> {
+        let kinds =
+            std::iter::once(&mut self.pass).chain(&mut self.replicates).flat_map(PixelSums::kinds_mut);
+        [&mut self.sums, &mut self.splats].into_iter().chain(kinds)
+    }
+
+    /// Takes over what another tile of the same film has of the pixels of both.
+    pub fn copy_from(&mut self, other: &Tile) {
+        let (areas, sources) = ([self.bounds, other.bounds], [self.sources, other.sources]);
+        copy(&other.counts, &mut self.counts, sources);
+        self.all_sums_mut().zip(other.all_sums()).for_each(|(own, sums)| copy(sums, own, areas));
+        copy(&other.spreads, &mut self.spreads, areas);
+        copy(&other.unfiltered, &mut self.unfiltered, areas);
+    }
+
+    /// True if both keep the same data. Tiles without pixels keep none.
+    pub fn is_like(&self, other: &Tile) -> bool {
+        let kept = |tile: &Tile| {
+            let spreads = [&tile.spreads, &tile.unfiltered].map(Vec::is_empty);
+            (tile.pass.kinds().map(Vec::is_empty), spreads, tile.replicates.len())
         };
-        (self.bounds, self.sources) == (empty.bounds, empty.sources) && lengths(self) == lengths(empty)
+        self.bounds.size() == 0 || kept(self) == kept(other)
     }
 
-    /// True if it can be a tile of a crop window, and its sums can be added up.
-    pub fn is_sound(&self, crop: Area) -> bool {
-        let all = std::iter::once(&self.pass).chain(&self.replicates).flat_map(PixelSums::kinds);
-        self.bounds.intersection(crop) == self.bounds
-            && self.sums.len() == self.bounds.size()
-            && all.chain([&self.sums, &self.splats]).all(|sums| {
-                (sums.is_empty() || sums.len() == self.bounds.size()) && sums.iter().all(Sum::is_carried)
-            })
-    }
-
-    /// Bytes of its memory, about.
-    pub fn bytes(&self) -> usize {
-        let sums = std::iter::once(&self.pass).chain(&self.replicates).flat_map(PixelSums::kinds);
-        let sums: usize = sums.chain([&self.sums, &self.splats]).map(|sums| size_of_val(&sums[..])).sum();
-        let spreads = size_of_val(&self.spreads[..]) + size_of_val(&self.unfiltered[..]);
-        sums + spreads + size_of_val(&self.counts[..]) + self.policy.len()
+    /// True if it has as many values as pixels.
+    pub fn is_sound(&self) -> bool {
+        let size = self.bounds.size();
+        let spreads = [&self.spreads, &self.unfiltered].map(Vec::len);
+        let mut lengths = self.all_sums().map(Vec::len).chain(spreads);
+        self.counts.len() == self.sources.size()
+            && self.sums.len() == size
+            && lengths.all(|length| [0, size].contains(&length))
     }
 }

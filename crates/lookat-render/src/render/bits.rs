@@ -108,7 +108,7 @@ fn hash(scene: &Scene, stop: Stop, level: Level, threads: usize) -> u64 {
     prepared.traceable.level = level;
     let settings = Settings { seed: 7, threads, stop, keep_sums: true, ..Settings::default() };
     let rendered = prepared.render(&scene.view, &settings, &|_| ControlFlow::Continue(()));
-    let (_, integers) = rendered.sums.unwrap().to_channels();
+    let (_, integers) = rendered.sums.unwrap().into_channels();
     let bytes =
         rendered.image.channels.iter().flat_map(|channel| &channel.samples).flat_map(|x| x.to_le_bytes());
     let sums = integers.iter().flat_map(|channel| &channel.samples).flat_map(|x| x.to_le_bytes());

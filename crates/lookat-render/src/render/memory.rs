@@ -7,8 +7,7 @@ use super::{adaptive, rounds, target};
 use crate::film::{FilmSums, Keeps, pixel_bytes};
 use crate::threads::threads;
 
-/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become. Writing the picture
-/// as EXR copies it, but the sums are gone then, which take more.
+/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become.
 pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
     let threads = settings.threads.max(threads());
     let policy = match settings.stop {
@@ -22,11 +21,11 @@ pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
         _ => 0,
     };
     let film = pixel_bytes(keeps, replicates, view.filter.shares_samples());
-    // The sums, the channels that they become, and the copy of these that is written.
+    // A copy of the film for a checkpoint, and the channels that it becomes.
     let sums = match (settings.keep_sums, keeps) {
         (false, _) => 0,
-        (true, Keeps::Sums) => 3 * FilmSums::PIXEL_BYTES,
-        (true, _) => 3 * (FilmSums::PIXEL_BYTES + film + policy),
+        (true, Keeps::Sums) => 2 * FilmSums::PIXEL_BYTES,
+        (true, _) => 2 * (film + policy),
     };
     let pixel = film + policy + settings.layers.pixel_bytes() + sums;
     view.film.crop.area() * pixel as u64

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use lookat_scene::Scene;
 
-use super::{Settings, on_threads, start};
+use super::{Settings, on_threads, run};
 use crate::integrator::{StageProfile, stage_profiles};
 use crate::prepare::Prepared;
 
@@ -17,7 +17,8 @@ pub fn profile(scene: &Scene) -> Vec<StageProfile> {
     on_threads(&settings, || {
         let (prepared, profilers) = (Prepared::new(scene), Mutex::default());
         let progress = |_: super::Progress| ControlFlow::Continue(());
-        start(&prepared, &scene.view, &settings, None, &progress, Some(&profilers));
+        run(&prepared, &scene.view, &settings, None, &progress, Some(&profilers), None)
+            .expect("an empty film is of any rendering");
         let profilers = profilers.into_inner().unwrap_or_else(PoisonError::into_inner);
         stage_profiles(&profilers, &prepared.traceable, &prepared.lights)
     })

@@ -163,9 +163,9 @@ impl Checkpoint {
         let (record, sums, statistics, whole) =
             (self.record.clone(), progress.sums(), progress.statistics, whole());
         let write = move || {
-            let file = record.file.clone();
-            let image = record.image(sums, &statistics, whole);
-            Ok(image.write_checkpoint(&file, &previous(&file))?)
+            let mut image = sums.image();
+            record.put_into(&mut image, sums, &statistics, whole);
+            Ok(image.write_checkpoint(&record.file, &previous(&record.file))?)
         };
         match std::thread::Builder::new().spawn(write) {
             Ok(writing) => state.writing = Some(writing),
@@ -173,15 +173,16 @@ impl Checkpoint {
         }
     }
 
-    /// Writes the last checkpoint of a rendering that is broken off: into another folder if its own fails.
+    /// Writes the last checkpoint of a rendering that is broken off, with its picture: into another folder if its own fails.
     pub fn write(
         &self,
+        image: &mut Image,
         sums: FilmSums,
         statistics: &Statistics,
         whole: String,
     ) -> Result<(PathBuf, Destination), Failure> {
         self.wait();
-        let image = self.record.image(sums, statistics, whole);
+        self.record.put_into(image, sums, statistics, whole);
         let file = self.file();
         let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
         let name = file.file_name().unwrap_or_default();
@@ -205,10 +206,9 @@ impl Checkpoint {
 }
 
 impl Record {
-    /// The picture so far, with the sums and the metadata of a checkpoint.
-    fn image(&self, sums: FilmSums, statistics: &Statistics, whole: String) -> Image {
+    /// Makes a checkpoint of the picture so far: gives it the sums and their metadata.
+    fn put_into(&self, image: &mut Image, sums: FilmSums, statistics: &Statistics, whole: String) {
         let work = self.earlier.and(self.started.elapsed().as_secs_f64(), statistics);
-        let mut image = sums.image();
         About {
             provenance: self.provenance.clone(),
             ranges: vec![self.range.clone()],
@@ -216,8 +216,7 @@ impl Record {
             whole,
             broken_off: Some(BrokenOff { invocation: self.invocation.clone(), work }),
         }
-        .put_into(&mut image, &sums);
-        image
+        .put_into(image, sums);
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use lookat_render::{FilmSums, Part, Prepared, Progress, Settings, Statistics};
+use lookat_render::{FilmSums, Part, Prepared, Progress, Statistics};
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, Scene, as_json};
 use lookat_sight::Numbered;
@@ -188,7 +188,6 @@ impl Rendering<'_> {
         let is_resumed = self.resumed.is_some_and(|resumed| resumed.broken_off.is_some());
         checkpoint::check(arguments, &files[0], size, &loaded.inputs, is_resumed)?;
         let settings = settings(arguments, &files[0]);
-        self.check_provenance(scene, &settings)?;
         if !arguments.force {
             part::check_kept_sums(&files[0], &settings)?;
         }
@@ -232,10 +231,9 @@ impl Rendering<'_> {
         Ok(true)
     }
 
-    /// Fails if the samples so far are not of this rendering.
-    fn check_provenance(&self, scene: &Scene, settings: &Settings) -> Result<(), Failure> {
+    /// Fails if the samples so far are of another rendering than this one.
+    fn check_provenance(&self, own: &Provenance) -> Result<(), Failure> {
         let Some(Resumed { file, provenance, broken_off, .. }) = self.resumed else { return Ok(()) };
-        let own = Provenance::new(self.loaded, &scene.view, settings)?;
         match (own.difference(provenance), broken_off) {
             (None, _) => Ok(()),
             (Some(difference), Some(_)) => {
@@ -263,21 +261,25 @@ impl Rendering<'_> {
         let (settings, crop) = (settings(arguments, &file), scene.view.film.crop);
         let is_told = !arguments.quiet && !arguments.report.json;
         let new = new_picture(scene, &settings);
+        let mut provenance = None;
+        if settings.keep_sums {
+            let own = Provenance::new(loaded, &scene.view, &settings)?;
+            self.check_provenance(&own)?;
+            provenance = Some(own);
+        }
         let _charge = charge_memory(scene, &settings, &loaded.memory)?;
         let started = Instant::now();
         let shown = Shown::new(arguments, crop.area());
         live.begin(&file, [crop.width(), crop.height()]);
-        let (mut provenance, mut checkpoint) = (None, None);
-        if settings.keep_sums {
-            let new = Provenance::new(loaded, &scene.view, &settings)?;
+        let mut checkpoint = None;
+        if let Some(provenance) = &provenance {
             let bytes = self.resumed.map_or(0, |resumed| resumed.bytes);
             reserve(bytes, &loaded.memory)?.keep();
             if let Some(Resumed { file, sums, .. }) = self.resumed.filter(|_| is_told) {
                 let samples = sums.borrow().as_ref().map_or(0.0, FilmSums::mean_samples);
                 say!("{}: {samples:.1} samples per pixel so far", file.display());
             }
-            checkpoint = Checkpoint::new(arguments, &new, self.resumed)?;
-            provenance = Some(new);
+            checkpoint = Checkpoint::new(arguments, provenance, self.resumed)?;
         }
         let camera = &scene.view.camera;
         let output =

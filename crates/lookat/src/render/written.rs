@@ -62,12 +62,13 @@ impl Output<'_> {
             && let Some(sums) = rendered.sums.take()
         {
             let whole = self.whole(numbered);
-            let (file, destination) = checkpoint.write(sums, &rendered.statistics, whole)?;
+            let (file, destination) =
+                checkpoint.write(&mut rendered.image, sums, &rendered.statistics, whole)?;
             return Ok(Kept { file, destination, kept: None, light: None, samples_per_pixel });
         }
         rendered.image.metadata = self.metadata(samples_per_pixel, rendered.complete, numbered.clone());
         let is_part = rendered.complete && (settings.part.is_some() || settings.is_extendable);
-        if let (Some(provenance), Some(sums), true) = (&self.provenance, &rendered.sums, is_part) {
+        if let (Some(provenance), Some(sums)) = (&self.provenance, rendered.sums.take().filter(|_| is_part)) {
             let all = provenance.samples_per_pixel;
             let ranges = vec![settings.part.map_or(0..all, |part| part.range(all))];
             // An extendable picture is whole by itself.

@@ -60,7 +60,7 @@ fn target(max_samples: u32) -> Stop {
 
 /// As a file keeps them.
 fn kept(sums: &FilmSums) -> FilmSums {
-    let (header, channels) = sums.to_channels();
+    let (header, channels) = sums.clone().into_channels();
     FilmSums::from_channels(header, &channels).unwrap()
 }
 
@@ -201,7 +201,7 @@ fn sums_of_other_renderings_are_refused() {
     assert_eq!(sums[2].clone().add(&sums[2]), Err(FilmSumsError::HasState));
     let mut random = Pcg64Mcg::seed_from_u64(1);
     for (own, sums) in sums.iter().enumerate() {
-        let (header, channels) = sums.to_channels();
+        let (header, channels) = sums.clone().into_channels();
         for _ in 0..100 {
             let mut channels = channels.clone();
             let at = random.random_range(0..channels.len());

@@ -1,0 +1,227 @@
+//! The sums of a film as channels of integers, which files hold without loss.
+
+use lookat_image::IntegerChannel;
+use lookat_scene::Filter;
+use serde::{Deserialize, Serialize};
+
+use super::REPLICATES;
+use super::area::Area;
+use super::film_sums::{FilmSums, FilmSumsError, PolicyState, sources};
+use super::spread::Spread;
+use super::sum::{PixelSums, Scale, Sum};
+use super::tile::Tile;
+
+/// Changes whenever the bytes of a header or of channels do.
+const FORMAT: u32 = 4;
+
+/// What [`FilmSums`] are made of beside their integers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SumsHeader {
+    /// See [`FilmSums::film`].
+    pub film: lookat_scene::Film,
+    /// See [`FilmSums::filter`].
+    pub filter: Filter,
+    /// See [`FilmSums::light_paths`].
+    pub light_paths: u64,
+    scale: Scale,
+    /// The samples taken in each source, as runs of equal numbers: how many, and the samples of each. Empty with a state, which has them.
+    runs: Vec<(u32, u32)>,
+    /// Channels of the sums.
+    channels: u64,
+    /// The number of replicates: 0 or [`REPLICATES`].
+    replicates: u32,
+    /// The bytes of the state in its channels; 0 without one.
+    state: u64,
+}
+
+impl SumsHeader {
+    /// The number of samples, if all pixels have as many. `None` with a state.
+    pub fn samples(&self) -> Option<u32> {
+        let samples = self.runs.first()?.1;
+        self.runs.iter().all(|run| run.1 == samples).then_some(samples)
+    }
+
+    /// The most samples of a pixel. 0 with a state.
+    pub fn most_samples(&self) -> u32 {
+        self.runs.iter().map(|run| run.1).max().unwrap_or(0)
+    }
+
+    /// As bytes, without loss.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        postcard::to_allocvec(&(FORMAT, self)).expect("plain data in memory can be written")
+    }
+
+    /// What [`SumsHeader::to_bytes`] has written.
+    pub fn from_bytes(bytes: &[u8]) -> Result<SumsHeader, FilmSumsError> {
+        let read: Result<(u32, SumsHeader), _> = postcard::from_bytes(bytes);
+        let read = read.ok().filter(|(format, header)| *format == FORMAT && header.is_sound());
+        read.map(|(_, header)| header).ok_or(FilmSumsError::Unreadable)
+    }
+
+    /// True if it can be the header of a film. Checked before memory is taken.
+    fn is_sound(&self) -> bool {
+        self.film.is_valid()
+            && self.filter.is_valid()
+            && self.scale.is_valid()
+            && [0, REPLICATES].contains(&self.replicates)
+            && self.runs.iter().map(|(length, _)| u64::from(*length)).sum::<u64>()
+                == if self.state == 0 { sources(&self.film, &self.filter).size() as u64 } else { 0 }
+    }
+
+    /// Bytes of the sums that it belongs to, about.
+    pub fn bytes(&self) -> u64 {
+        let counts = sources(&self.film, &self.filter).size() * size_of::<u32>();
+        // The words of a channel, and its share of the sums that they become.
+        let pixel = (size_of::<u32>() + size_of::<Sum>() / COLORS) as u64;
+        let sums = self.film.crop.area().saturating_mul(pixel).saturating_mul(self.channels);
+        // The bytes of a state, and what they become.
+        sums.saturating_add(counts as u64).saturating_add(self.state.saturating_mul(3))
+    }
+}
+
+/// What the names of all channels begin with.
+const PREFIX: &str = "sums";
+
+/// The colors of a sum, and its weight.
+const COLORS: usize = 4;
+
+/// The name of a channel with the words of a color, or of the weight.
+fn name(kind: &str, color: usize, word: usize) -> String {
+    format!("{PREFIX}{kind}.{}.{word}", ["R", "G", "B", "weight"][color])
+}
+
+/// The names of all sums, in the order of [`Tile::all_sums`].
+fn kinds(replicates: usize) -> impl Iterator<Item = String> {
+    let replicates =
+        (0..replicates).flat_map(|at| ["replicate", "unfiltered"].map(|kind| format!(".{kind}{at}")));
+    ["", ".splats", ".pass", ".unfiltered"].into_iter().map(String::from).chain(replicates)
+}
+
+/// The name of a channel with the bytes of a state.
+fn state_name(number: usize) -> String {
+    format!("{PREFIX}.state{number}")
+}
+
+/// A state with the numbers of samples and the spreads of a tile, as bytes hold them.
+type Stored = (PolicyState, Vec<u32>, Vec<Spread>, Vec<Spread>);
+
+impl FilmSums {
+    /// Bytes of a pixel.
+    pub(crate) const PIXEL_BYTES: usize = size_of::<Sum>() + size_of::<u32>();
+
+    /// True for the names of channels that [`FilmSums::into_channels`] gives.
+    pub fn is_channel(name: &str) -> bool {
+        name.split('.').next() == Some(PREFIX)
+    }
+
+    /// The sums as channels of integers, without loss, and what else they need.
+    pub fn into_channels(self) -> (SumsHeader, Vec<IntegerChannel>) {
+        let FilmSums { film, filter, light_paths, scale, mut all, state } = self;
+        let (size, replicates) = (all.bounds.size(), all.replicates.len());
+        let counts = std::mem::take(&mut all.counts);
+        let mut runs = Vec::new();
+        let mut bytes = Vec::new();
+        match state {
+            None => runs.extend(counts.chunk_by(|a, b| a == b).map(|run| (run.len() as u32, run[0]))),
+            Some(state) => {
+                let stored: Stored =
+                    (state, counts, std::mem::take(&mut all.spreads), std::mem::take(&mut all.unfiltered));
+                bytes = postcard::to_allocvec(&stored).expect("plain data in memory can be written");
+            }
+        }
+        let mut channels = Vec::new();
+        for (kind, sums) in kinds(replicates).zip(all.all_sums_mut()) {
+            channels.extend(to_channels(&kind, &std::mem::take(sums)));
+        }
+        let state = bytes.len() as u64;
+        bytes.resize(bytes.len().next_multiple_of(size_of::<u32>() * size), 0);
+        let bytes = bytes.as_chunks().0.chunks(size).enumerate();
+        channels.extend(bytes.map(|(number, bytes)| IntegerChannel {
+            name: state_name(number),
+            samples: bytes.iter().copied().map(u32::from_le_bytes).collect(),
+        }));
+        let (count, replicates) = (channels.len() as u64, replicates as u32);
+        let header =
+            SumsHeader { film, filter, light_paths, scale, runs, channels: count, replicates, state };
+        (header, channels)
+    }
+
+    /// The sums that [`FilmSums::into_channels`] has given.
+    pub fn from_channels(header: SumsHeader, channels: &[IntegerChannel]) -> Result<FilmSums, FilmSumsError> {
+        let SumsHeader { film, filter, light_paths, scale, runs, channels: count, replicates, state: bytes } =
+            header;
+        let (bounds, sources) = (Area::of(film.crop), sources(&film, &filter));
+        // Before memory is taken for as many.
+        let is_sized = |channel: &IntegerChannel| channel.samples.len() == bounds.size();
+        if channels.len() as u64 != count || !channels.iter().all(is_sized) {
+            return Err(FilmSumsError::Unreadable);
+        }
+        let mut all = Tile {
+            bounds,
+            sources,
+            replicates: vec![PixelSums::default(); replicates as usize],
+            ..Tile::default()
+        };
+        let find = |name: &str| channels.iter().find(|channel| channel.name == name);
+        for (kind, sums) in kinds(all.replicates.len()).zip(all.all_sums_mut()) {
+            *sums = from_channels(&kind, find).ok_or(FilmSumsError::Unreadable)?;
+        }
+        let mut state = None;
+        if bytes > 0 {
+            let channels = (0..).map_while(|number| find(&state_name(number)));
+            let words = channels.flat_map(|channel| &channel.samples);
+            let mut kept: Vec<u8> = words.flat_map(|word| word.to_le_bytes()).collect();
+            kept.truncate(usize::try_from(bytes).unwrap_or(usize::MAX));
+            let stored = postcard::from_bytes::<Stored>(&kept).map_err(|_| FilmSumsError::Unreadable)?;
+            state = Some(stored.0);
+            (all.counts, all.spreads, all.unfiltered) = (stored.1, stored.2, stored.3);
+        } else {
+            let run = |(length, count)| std::iter::repeat_n(count, length as usize);
+            all.counts.extend(runs.into_iter().flat_map(run));
+        }
+        let is_shared = |replicate: &PixelSums| {
+            replicate.unfiltered.is_empty() != (filter.shares_samples() && !replicate.filtered.is_empty())
+        };
+        if !all.is_sound() || !all.replicates.iter().all(is_shared) {
+            return Err(FilmSumsError::Unreadable);
+        }
+        Ok(FilmSums { film, filter, light_paths, scale, all, state })
+    }
+}
+
+/// The sums of one kind as channels, without the words that are 0 everywhere; but all of them have the lowest words.
+fn to_channels(kind: &str, sums: &[Sum]) -> Vec<IntegerChannel> {
+    let mut used = [[0; Sum::WORDS]; COLORS];
+    for sum in sums {
+        for (color, used) in used.iter_mut().enumerate() {
+            used.iter_mut().zip(sum.words(color)).for_each(|(used, word)| *used |= word);
+        }
+    }
+    let words = (0..COLORS).flat_map(|color| (0..Sum::WORDS).map(move |word| (color, word)));
+    let words: Vec<_> =
+        words.filter(|(color, word)| !sums.is_empty() && (*word == 0 || used[*color][*word] > 0)).collect();
+    let channel = |(color, word): &(usize, usize)| IntegerChannel {
+        name: name(kind, *color, *word),
+        samples: Vec::with_capacity(sums.len()),
+    };
+    let mut channels: Vec<_> = words.iter().map(channel).collect();
+    // So many at a time stay in the cache.
+    for sums in sums.chunks(1024) {
+        for (IntegerChannel { samples, .. }, (color, word)) in channels.iter_mut().zip(&words) {
+            samples.extend(sums.iter().map(|sum| sum.words(*color)[*word]));
+        }
+    }
+    channels
+}
+
+/// The sums of one kind: none without channels. `None` if these are none of [`to_channels`].
+fn from_channels<'c>(kind: &str, find: impl Fn(&str) -> Option<&'c IntegerChannel>) -> Option<Vec<Sum>> {
+    let words: [[Option<&IntegerChannel>; Sum::WORDS]; COLORS] =
+        std::array::from_fn(|color| std::array::from_fn(|word| find(&name(kind, color, word))));
+    let Some(first) = words[0][0] else { return Some(Vec::new()) };
+    let sum = |at: usize| {
+        let word = |channel: Option<&IntegerChannel>| channel.map_or(0, |channel| channel.samples[at]);
+        Sum::from_words(words.map(|words| words.map(word)))
+    };
+    (0..first.samples.len()).map(sum).collect()
+}
