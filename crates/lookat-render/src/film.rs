@@ -14,7 +14,7 @@ pub(crate) mod sum;
 pub(crate) mod tile;
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, RwLock, RwLockReadGuard};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock, RwLockReadGuard};
 
 use glam::{DVec2, DVec3, Vec3};
 use lookat_image::{Image, PixelError};
@@ -24,6 +24,7 @@ pub(crate) use crate::film::area::Area;
 pub use crate::film::channels::SumsHeader;
 use crate::film::develop::Developer;
 pub use crate::film::film_sums::{FilmSums, FilmSumsError};
+pub(crate) use crate::film::film_sums::{PolicyState, PolicyStates};
 pub(crate) use crate::film::image_block::ImageBlock;
 pub(crate) use crate::film::spread::Spread;
 use crate::film::sum::PixelSums;
@@ -50,8 +51,10 @@ pub(crate) struct Film<'v> {
     light_paths: AtomicU64,
     /// The replicate that samples belong to, if the film keeps sums of replicates.
     replicate: AtomicUsize,
-    /// What the policy plans for the round, in a form of its own, for going on after a break. `None` if nothing of the policy is kept.
-    pub plan: Option<Mutex<Vec<u8>>>,
+    /// True if sums are to hold what the policy knows, for going on after a break.
+    pub keeps_policy: bool,
+    /// What the policy knows, once it has begun.
+    pub policy: OnceLock<Arc<dyn PolicyStates>>,
     /// Held for reading while samples are added, and for writing while there must be none that is added by half.
     adding: RwLock<()>,
     /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
@@ -80,7 +83,7 @@ impl Keeps {
 }
 
 impl<'v> Film<'v> {
-    /// A film without samples: black. `keeps_policy`: see [`Film::plan`].
+    /// A film without samples: black. `keeps_policy`: see [`Film::keeps_policy`].
     pub fn new(view: &'v View, keeps: Keeps, keeps_policy: bool) -> Self {
         let filter = PixelFilter::new(&view.filter);
         let crop = Area::of(view.film.crop);
@@ -93,7 +96,8 @@ impl<'v> Film<'v> {
             scale: OnceLock::new(),
             light_paths: AtomicU64::new(0),
             replicate: AtomicUsize::new(0),
-            plan: keeps_policy.then(Mutex::default),
+            keeps_policy,
+            policy: OnceLock::new(),
             adding: RwLock::new(()),
             tiles: Vec::new(),
         };

@@ -25,7 +25,7 @@ use lookat_image::Image;
 use lookat_scene::{Scene, View};
 use serde::Serialize;
 
-use crate::film::{Film, FilmSums, FilmSumsError, Keeps, lock};
+use crate::film::{Film, FilmSums, FilmSumsError, Keeps, PolicyState, lock};
 use crate::integrator::Profiler;
 use crate::prepare::Prepared;
 pub use crate::render::part::Part;
@@ -255,36 +255,43 @@ fn run(
 ) -> Result<Rendered, FilmSumsError> {
     let film = Film::new(view, settings.keeps(), settings.keeps_policy());
     let is_new = so_far.is_none();
+    let mut state = None;
     if let Some(sums) = so_far {
-        film.restore(sums, most_samples(view, settings))?;
+        state = film.restore(sums, most_samples(view, settings))?;
     }
     let control = Control { deadline, profilers, ..Control::new(progress, &film) };
     let mut context = Context::new(prepared, view, settings, (&film, &control));
     if is_new {
         context.expose();
     }
-    let rendered = take_samples(&context, view, settings)?;
+    let rendered = take_samples(&context, view, settings, state)?;
     let sums = (settings.keep_sums && film.is_exposed()).then(|| film.into_sums());
     Ok(Rendered { sums, ..rendered })
 }
 
 /// Samples the film as the settings ask for, from where it is, and develops it.
-fn take_samples(context: &Context, view: &View, settings: &Settings) -> Result<Rendered, FilmSumsError> {
+fn take_samples(
+    context: &Context,
+    view: &View,
+    settings: &Settings,
+    state: Option<PolicyState>,
+) -> Result<Rendered, FilmSumsError> {
     let Settings { seed, stop, is_extendable, .. } = *settings;
     let (film, sampler) = (context.film, stop.sampler(view));
     let mut reached = None;
     match stop {
         Stop::TargetError { target, .. } => {
             let mut target = Target::new(sampler, seed, &target);
-            let states = Rounds::new(&mut target, film)?.render(context);
-            reached = Some(target.reached(context, &states));
+            let mut rounds = Rounds::new(&mut target, film, state)?;
+            rounds.render(context);
+            reached = Some(target::reached(context, rounds.states()));
         }
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => {
             let is_open = is_extendable || matches!(stop, Stop::Time { .. });
-            Rounds::new(&mut Adaptive::new(film, sampler, seed, is_open), film)?.render(context);
+            Rounds::new(&mut Adaptive::new(film, sampler, seed, is_open), film, state)?.render(context);
         }
         Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => {
-            Rounds::new(&mut Fixed::new(sampler, settings), film)?.render(context);
+            Rounds::new(&mut Fixed::new(sampler, settings), film, state)?.render(context);
         }
     }
     Ok(develop(context, view, settings, reached))

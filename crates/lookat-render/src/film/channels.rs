@@ -1,5 +1,7 @@
 //! The sums of a film as channels of integers, which files hold without loss.
 
+use std::array::from_fn;
+
 use lookat_image::IntegerChannel;
 use lookat_scene::Filter;
 use serde::{Deserialize, Serialize};
@@ -84,6 +86,9 @@ const PREFIX: &str = "sums";
 
 /// The colors of a sum, and its weight.
 const COLORS: usize = 4;
+
+/// The words of 32 bits of each, the lowest first: see [`Sum::zigzags`].
+const WORDS: usize = 4;
 
 /// The name of a channel with the words of a color, or of the weight.
 fn name(kind: &str, color: usize, word: usize) -> String {
@@ -191,24 +196,26 @@ impl FilmSums {
 
 /// The sums of one kind as channels, without the words that are 0 everywhere; but all of them have the lowest words.
 fn to_channels(kind: &str, sums: &[Sum]) -> Vec<IntegerChannel> {
-    let mut used = [[0; Sum::WORDS]; COLORS];
+    let word_of = |zigzag: u128, word: usize| (zigzag >> (32 * word)) as u32;
+    let mut used = [0; COLORS];
     for sum in sums {
-        for (color, used) in used.iter_mut().enumerate() {
-            used.iter_mut().zip(sum.words(color)).for_each(|(used, word)| *used |= word);
-        }
+        used.iter_mut().zip(sum.zigzags()).for_each(|(used, zigzag)| *used |= zigzag);
     }
-    let words = (0..COLORS).flat_map(|color| (0..Sum::WORDS).map(move |word| (color, word)));
-    let words: Vec<_> =
-        words.filter(|(color, word)| !sums.is_empty() && (*word == 0 || used[*color][*word] > 0)).collect();
+    let words = (0..COLORS).flat_map(|color| (0..WORDS).map(move |word| (color, word)));
+    let is_used = |(color, word): &(usize, usize)| *word == 0 || word_of(used[*color], *word) > 0;
+    let words: Vec<_> = words.filter(|at| !sums.is_empty() && is_used(at)).collect();
     let channel = |(color, word): &(usize, usize)| IntegerChannel {
         name: name(kind, *color, *word),
         samples: Vec::with_capacity(sums.len()),
     };
     let mut channels: Vec<_> = words.iter().map(channel).collect();
+    let mut zigzags = Vec::new();
     // So many at a time stay in the cache.
-    for sums in sums.chunks(1024) {
+    for sums in sums.chunks(512) {
+        zigzags.clear();
+        zigzags.extend(sums.iter().map(Sum::zigzags));
         for (IntegerChannel { samples, .. }, (color, word)) in channels.iter_mut().zip(&words) {
-            samples.extend(sums.iter().map(|sum| sum.words(*color)[*word]));
+            samples.extend(zigzags.iter().map(|zigzags| word_of(zigzags[*color], *word)));
         }
     }
     channels
@@ -216,12 +223,13 @@ fn to_channels(kind: &str, sums: &[Sum]) -> Vec<IntegerChannel> {
 
 /// The sums of one kind: none without channels. `None` if these are none of [`to_channels`].
 fn from_channels<'c>(kind: &str, find: impl Fn(&str) -> Option<&'c IntegerChannel>) -> Option<Vec<Sum>> {
-    let words: [[Option<&IntegerChannel>; Sum::WORDS]; COLORS] =
-        std::array::from_fn(|color| std::array::from_fn(|word| find(&name(kind, color, word))));
+    let words: [[Option<&IntegerChannel>; WORDS]; COLORS] =
+        from_fn(|color| from_fn(|word| find(&name(kind, color, word))));
     let Some(first) = words[0][0] else { return Some(Vec::new()) };
     let sum = |at: usize| {
         let word = |channel: Option<&IntegerChannel>| channel.map_or(0, |channel| channel.samples[at]);
-        Sum::from_words(words.map(|words| words.map(word)))
+        let joined = |all: u128, channel| all << 32 | u128::from(word(channel));
+        Sum::from_zigzags(words.map(|words| words.into_iter().rev().fold(0, joined)))
     };
     (0..first.samples.len()).map(sum).collect()
 }

@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod tests;
 
+use std::fmt::Debug;
 use std::sync::{Mutex, PoisonError};
 
 use lookat_image::Image;
@@ -34,13 +35,19 @@ pub struct FilmSums {
     pub(super) state: Option<PolicyState>,
 }
 
-/// The state of a rendering that has been broken off.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct PolicyState {
-    /// See [`Film::plan`].
-    plan: ByteBuf,
-    /// What it knows about each tile: see [`Tile::policy`].
-    tiles: Vec<ByteBuf>,
+/// What a policy knows about a rendering that has been broken off, in a form of its own.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct PolicyState {
+    /// What is planned for the round. Empty before the first.
+    pub plan: ByteBuf,
+    /// What it knows about each tile.
+    pub tiles: Vec<ByteBuf>,
+}
+
+/// What a policy knows while it renders.
+pub(crate) trait PolicyStates: Debug + Send + Sync {
+    /// The state now. While tiles are rendered, the caller holds [`Film::adding`] for writing.
+    fn state(&self) -> PolicyState;
 }
 
 /// Why sums do not add up, or cannot be read.
@@ -62,32 +69,25 @@ pub enum FilmSumsError {
 
 impl Film<'_> {
     /// Starts with sums, and takes their scale over. `most`: the samples that a pixel may have. Fails if they are of another picture or way to
-    /// render, have more samples, or are damaged.
-    pub fn restore(&self, so_far: FilmSums, most: u32) -> Result<(), FilmSumsError> {
+    /// render, have more samples, or are damaged. Returns what the policy knew.
+    pub fn restore(&self, so_far: FilmSums, most: u32) -> Result<Option<PolicyState>, FilmSumsError> {
         let FilmSums { film, filter, scale, all, state, .. } = so_far;
         // What is kept of passes or spreads alone does not tell where they end.
         let has_policy = matches!(self.keeps, Keeps::Passes | Keeps::Spreads);
         let is_own = (&film, filter) == (self.settings, self.view_filter)
             && all.splats.is_empty()
             && self.tiles.iter().all(|tile| lock(tile).is_like(&all))
-            && state.is_some() == self.plan.is_some()
-            && self.plan.is_some() == has_policy;
+            && state.is_some() == self.keeps_policy
+            && self.keeps_policy == has_policy;
         if !is_own {
             return Err(FilmSumsError::OtherPicture);
         }
         if all.counts.iter().any(|count| *count > most) {
             return Err(FilmSumsError::TooManySamples);
         }
-        if state.as_ref().is_some_and(|state| state.tiles.len() != self.tiles.len()) {
-            return Err(FilmSumsError::Unreadable);
-        }
         self.set_scale(scale);
         self.tiles.iter().for_each(|tile| lock(tile).copy_from(&all));
-        if let (Some(PolicyState { plan, tiles }), Some(own_plan)) = (state, &self.plan) {
-            *lock(own_plan) = plan.into_vec();
-            self.tiles.iter().zip(tiles).for_each(|(own, policy)| lock(own).policy = policy.into_vec());
-        }
-        Ok(())
+        Ok(state)
     }
 
     /// The sums so far: each sample is in all of the pixels that it counts for, or in none.
@@ -103,16 +103,11 @@ impl Film<'_> {
     /// The sums of all tiles, each as this function gives it.
     fn gathered(&self, of_tile: impl Fn(&Mutex<Tile>) -> Tile) -> FilmSums {
         let mut all = Tile::new(self.crop(), self.sources(), self.keeps, self.has_unfiltered());
-        let mut tiles = Vec::with_capacity(self.tiles.len());
         // Only now: other threads wait.
         let _whole = self.adding.write().unwrap_or_else(PoisonError::into_inner);
-        for tile in &self.tiles {
-            let tile = of_tile(tile);
-            all.copy_from(&tile);
-            tiles.push(ByteBuf::from(tile.policy));
-        }
-        let state =
-            self.plan.as_ref().map(|plan| PolicyState { plan: ByteBuf::from(lock(plan).clone()), tiles });
+        self.tiles.iter().for_each(|tile| all.copy_from(&of_tile(tile)));
+        let state = || self.policy.get().map(|policy| policy.state()).unwrap_or_default();
+        let state = self.keeps_policy.then(state);
         let (film, filter) = (self.settings.clone(), self.view_filter);
         let sums =
             FilmSums { film, filter, light_paths: self.light_paths(), scale: self.scale(), all, state };

@@ -114,21 +114,18 @@ impl Sum {
         if sum.w == 0.0 { DVec3::ZERO } else { sum.truncate() / sum.w }
     }
 
-    /// Words of 32 bits of a color, or of the weight.
-    pub const WORDS: usize = 4;
-
-    /// A color, or the weight, in words: the number of low units, the sign in the lowest bit. Small numbers have high words of 0.
-    pub fn words(&self, channel: usize) -> [u32; Self::WORDS] {
-        let fixed = self.fixed(channel);
-        let zigzag = (fixed << 1 ^ fixed >> 127).cast_unsigned();
-        from_fn(|word| (zigzag >> (32 * word)) as u32)
+    /// The numbers of low units of the colors and the weight, with the sign in the lowest bit: small numbers of both signs have high bits of 0.
+    pub fn zigzags(&self) -> [u128; 4] {
+        from_fn(|channel| {
+            let fixed = self.fixed(channel);
+            (fixed << 1 ^ fixed >> 127).cast_unsigned()
+        })
     }
 
-    /// The sum with these [words](Sum::words). `None` if no sum is that large.
-    pub fn from_words(words: [[u32; Self::WORDS]; 4]) -> Option<Sum> {
+    /// The sum with these [numbers](Sum::zigzags). `None` if no sum is that large.
+    pub fn from_zigzags(zigzags: [u128; 4]) -> Option<Sum> {
         let mut sum = Sum::default();
-        for (channel, words) in words.into_iter().enumerate() {
-            let zigzag = words.into_iter().rev().fold(0, |all, word| all << 32 | u128::from(word));
+        for (channel, zigzag) in zigzags.into_iter().enumerate() {
             let fixed = (zigzag >> 1).cast_signed() ^ -((zigzag & 1).cast_signed());
             sum.high[channel] = i64::try_from(fixed >> LOW).ok()?;
             sum.low[channel] = fixed as i64 & ((1 << LOW) - 1);
@@ -247,19 +244,17 @@ mod tests {
     }
 
     #[test]
-    fn words_are_those_of_the_sum() {
-        let edges = [i64::MIN, i64::MIN + 1, -1, 0, 1, 4000, i64::MAX];
-        for high in edges {
+    fn zigzags_are_those_of_the_sum() {
+        for high in [i64::MIN, i64::MIN + 1, -1, 0, 1, 4000, i64::MAX] {
             for low in [0, 1, 1 << 31, (1 << LOW) - 1] {
                 let sum = Sum { high: [high, 0, -high.max(-i64::MAX), 7], low: [low; 4] };
-                assert_eq!(Sum::from_words(from_fn(|channel| sum.words(channel))), Some(sum));
+                assert_eq!(Sum::from_zigzags(sum.zigzags()), Some(sum));
             }
         }
-        // Small ones of both signs have few words.
         for value in [-900.0, 900.0] {
-            assert_eq!(sum(value, 1.0, Scale::ONE).words(0)[2..], [0, 0]);
+            assert!(sum(value, 1.0, Scale::ONE).zigzags().iter().all(|zigzag| *zigzag < 1 << 64));
         }
-        assert_eq!(Sum::from_words([[u32::MAX; 4]; 4]), None);
+        assert_eq!(Sum::from_zigzags([u128::MAX; 4]), None);
     }
 
     #[test]

@@ -27,8 +27,6 @@ pub(crate) struct Tile {
     /// The spread of the replicates of each pixel, with and without the filter. Empty unless the film keeps them.
     pub spreads: Vec<Spread>,
     pub unfiltered: Vec<Spread>,
-    /// What the policy knows about the tile, in a form of its own, for going on after a break.
-    pub policy: Vec<u8>,
 }
 
 impl Tile {
@@ -48,7 +46,6 @@ impl Tile {
             splats: Vec::new(),
             spreads: vec![Spread::default(); of(keeps == Keeps::Spreads)],
             unfiltered: vec![Spread::default(); of(keeps == Keeps::Spreads && has_unfiltered)],
-            policy: Vec::new(),
         }
     }
 

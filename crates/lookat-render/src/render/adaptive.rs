@@ -5,6 +5,8 @@
 //! pixels would be too dark on average. Noise is measured once: if it were measured again, a pixel would decide about itself by way of
 //! its neighbors, which see the more, the more samples it has brought them.
 
+use std::sync::Mutex;
+
 use glam::DVec3;
 use lookat_scene::Sampler;
 use rayon::prelude::*;
@@ -47,7 +49,7 @@ pub(super) struct Plan {
 }
 
 /// The moments of the samples of a source.
-#[derive(Default, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Moments {
     sum: DVec3,
     /// The sum of squared lengths.
@@ -127,7 +129,7 @@ impl Policy for Adaptive {
         vec![Moments::default(); tile.sources.size()]
     }
 
-    fn next(&mut self, film: &Film, states: &mut [Vec<Moments>]) -> bool {
+    fn next(&mut self, film: &Film, states: &[Mutex<Vec<Moments>>]) -> bool {
         let Some(Pass { mean, is_alike }) = self.passes.get(self.plan.begun as usize) else { return false };
         let Plan { begun, variances, counts, goals } = &mut self.plan;
         *begun += 1;
@@ -148,7 +150,7 @@ impl Policy for Adaptive {
         true
     }
 
-    fn expect(&self, _film: &Film, _states: &[Vec<Moments>], control: &Control) {
+    fn expect(&self, _film: &Film, _states: &[Mutex<Vec<Moments>>], control: &Control) {
         control.expect(self.sources.size() as u64 * u64::from(self.samples_per_pixel));
     }
 
@@ -164,14 +166,14 @@ impl Policy for Adaptive {
         tile.sources.pixels().zip(&tile.counts).map(job).collect()
     }
 
-    fn note(&self, jobs: &[Job], _tile: &Tile, moments: &mut Vec<Moments>) {
+    fn note(&self, jobs: &[Job], moments: &mut Vec<Moments>) {
         for (Job { samples, .. }, moments) in jobs.iter().zip(moments) {
             moments.sum += samples.sum;
             moments.squares += samples.squares;
         }
     }
 
-    fn end(&mut self, film: &Film, _states: &mut [Vec<Moments>], _is_whole: bool) {
+    fn end(&mut self, film: &Film, _states: &[Mutex<Vec<Moments>>], _is_whole: bool) {
         let (counts, is_by_need) = (counts(film, self.sources), self.is_by_need());
         film.tiles.par_iter().for_each(|tile| {
             let Tile { bounds, sums, pass, .. } = &mut *lock(tile);
@@ -191,7 +193,7 @@ impl Policy for Adaptive {
         &self.plan
     }
 
-    fn resume(&mut self, plan: Plan, film: &Film, states: &[Vec<Moments>], is_begun: bool) -> bool {
+    fn resume(&mut self, plan: Plan, film: &Film, states: &[Mutex<Vec<Moments>>], is_begun: bool) -> bool {
         self.plan = plan;
         let Plan { begun, variances, counts, goals } = &self.plan;
         let size = self.sources.size();
@@ -201,7 +203,10 @@ impl Policy for Adaptive {
             && goals.iter().all(|goal| *goal <= most(self.samples_per_pixel))
             && *begun as usize <= self.passes.len()
             && (*begun > 0 || !is_begun)
-            && states.iter().zip(&film.tiles).all(|(state, tile)| state.len() == lock(tile).sources.size())
+            && states
+                .iter()
+                .zip(&film.tiles)
+                .all(|(state, tile)| lock(state).len() == lock(tile).sources.size())
     }
 }
 
@@ -218,11 +223,11 @@ fn counts(film: &Film, sources: Area) -> Vec<u32> {
 }
 
 /// The variance of the samples of each source, row by row.
-fn variances(film: &Film, sources: Area, states: &[Vec<Moments>]) -> Vec<f64> {
+fn variances(film: &Film, sources: Area, states: &[Mutex<Vec<Moments>>]) -> Vec<f64> {
     let mut variances = vec![0.0; sources.size()];
     for (tile, moments) in film.tiles.iter().zip(states) {
-        let tile = lock(tile);
-        for ((pixel, count), moments) in tile.sources.pixels().zip(&tile.counts).zip(moments) {
+        let (tile, moments) = (lock(tile), lock(moments));
+        for ((pixel, count), moments) in tile.sources.pixels().zip(&tile.counts).zip(&*moments) {
             variances[sources.index(pixel)] = moments.variance(*count);
         }
     }

@@ -4,26 +4,28 @@
 #[cfg(test)]
 mod tests;
 
+use std::fmt::Debug;
 use std::ops::Range;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use lookat_scene::Sampler;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_bytes::ByteBuf;
 
 use super::control::{Control, Meter};
 use super::sample::{Context, Job, Pattern, Worker};
 use super::{Progress, Settings};
-use crate::film::{Film, FilmSumsError, Keeps, REPLICATES, Tile, lock};
+use crate::film::{Film, FilmSumsError, Keeps, PolicyState, PolicyStates, REPLICATES, Tile, lock};
 use crate::sampler::{of_single_pixels, replicate_seed};
 
 /// Decides where the next samples go, and when there are enough.
 pub(super) trait Policy: Sync {
     /// The state of a tile that is kept beside the film.
-    type State: Send + Sync + Serialize + DeserializeOwned;
+    type State: Debug + Send + Serialize + DeserializeOwned + 'static;
     /// What is planned, beside the states of tiles.
     type Plan: Serialize + DeserializeOwned;
 
@@ -31,100 +33,137 @@ pub(super) trait Policy: Sync {
     fn begin(&self, tile: &Tile) -> Self::State;
 
     /// Plans the next round from the film so far. False if the rendering is finished.
-    fn next(&mut self, film: &Film, states: &mut [Self::State]) -> bool;
+    fn next(&mut self, film: &Film, states: &[Mutex<Self::State>]) -> bool;
 
     /// Tells how many samples there are to be in all, in this round or after it.
-    fn expect(&self, film: &Film, states: &[Self::State], control: &Control);
+    fn expect(&self, film: &Film, states: &[Mutex<Self::State>], control: &Control);
 
     /// The samples of a tile in this round that it does not have yet.
     fn jobs(&self, tile: &Tile, state: &Self::State) -> Vec<Job>;
 
     /// Looks at the samples of a tile. Jobs may lack some if the rendering has been stopped.
-    fn note(&self, _jobs: &[Job], _tile: &Tile, _state: &mut Self::State) {}
+    fn note(&self, _jobs: &[Job], _state: &mut Self::State) {}
 
     /// Merges the pass of the film after a round. `is_whole`: no samples are missing.
-    fn end(&mut self, _film: &Film, _states: &mut [Self::State], _is_whole: bool) {}
+    fn end(&mut self, _film: &Film, _states: &[Mutex<Self::State>], _is_whole: bool) {}
 
     /// The plan, to go on with after a break.
     fn plan(&self) -> &Self::Plan;
 
     /// Goes on with a plan, in the middle of a round if that is begun. False if no plan of this rendering can be like that, or if one of
     /// the states cannot.
-    fn resume(&mut self, plan: Self::Plan, film: &Film, states: &[Self::State], is_begun: bool) -> bool;
+    fn resume(
+        &mut self,
+        plan: Self::Plan,
+        film: &Film,
+        states: &[Mutex<Self::State>],
+        is_begun: bool,
+    ) -> bool;
+}
+
+/// What a policy knows, as it is kept beside the film.
+#[derive(Debug)]
+struct States<S> {
+    /// The plan, and whether its round has begun, in the form of [`PolicyState`].
+    plan: Mutex<Vec<u8>>,
+    tiles: Vec<Mutex<S>>,
+}
+
+impl<S: Debug + Send + Serialize> PolicyStates for States<S> {
+    fn state(&self) -> PolicyState {
+        let tile = |state: &Mutex<S>| ByteBuf::from(encoded(&*lock(state)));
+        let plan = ByteBuf::from(lock(&self.plan).clone());
+        PolicyState { plan, tiles: self.tiles.iter().map(tile).collect() }
+    }
+}
+
+fn encoded(value: &impl Serialize) -> Vec<u8> {
+    postcard::to_allocvec(value).expect("plain data in memory can be written")
 }
 
 /// A rendering by a policy, round after round.
 pub(super) struct Rounds<'p, P: Policy> {
     policy: &'p mut P,
-    states: Vec<P::State>,
+    states: Arc<States<P::State>>,
     /// True in the middle of a round.
     is_begun: bool,
 }
 
 impl<'p, P: Policy> Rounds<'p, P> {
     /// Begins, or goes on where the film has stopped. Fails if nothing of this policy can be like that.
-    pub fn new(policy: &'p mut P, film: &Film) -> Result<Self, FilmSumsError> {
-        let plan = film.plan.as_ref().map(|plan| lock(plan).clone()).filter(|plan| !plan.is_empty());
-        let Some(plan) = plan else {
-            let states = film.tiles.iter().map(|tile| policy.begin(&lock(tile))).collect();
-            return Ok(Rounds { policy, states, is_begun: false });
+    pub fn new(policy: &'p mut P, film: &Film, so_far: Option<PolicyState>) -> Result<Self, FilmSumsError> {
+        let mut is_begun = false;
+        let tiles: Vec<_> = match so_far.filter(|state| !state.plan.is_empty()) {
+            None => film.tiles.iter().map(|tile| Mutex::new(policy.begin(&lock(tile)))).collect(),
+            Some(PolicyState { plan, tiles }) => {
+                let state = |state: &ByteBuf| postcard::from_bytes(state).ok().map(Mutex::new);
+                let states: Option<Vec<_>> = tiles.iter().map(state).collect();
+                let read = states.zip(postcard::from_bytes::<(bool, P::Plan)>(&plan).ok());
+                let (states, (begun, plan)) = read.ok_or(FilmSumsError::Unreadable)?;
+                if states.len() != film.tiles.len() || !policy.resume(plan, film, &states, begun) {
+                    return Err(FilmSumsError::Unreadable);
+                }
+                is_begun = begun;
+                states
+            }
         };
-        let state = |tile: &Mutex<Tile>| postcard::from_bytes(&lock(tile).policy).ok();
-        let states: Option<Vec<P::State>> = film.tiles.iter().map(state).collect();
-        let read = states.zip(postcard::from_bytes::<(bool, P::Plan)>(&plan).ok());
-        let (states, (is_begun, plan)) = read.ok_or(FilmSumsError::Unreadable)?;
-        if !policy.resume(plan, film, &states, is_begun) {
-            return Err(FilmSumsError::Unreadable);
+        let states = Arc::new(States { plan: Mutex::default(), tiles });
+        let rounds = Rounds { policy, states, is_begun };
+        if film.keeps_policy {
+            rounds.keep_plan();
+            let _ = film.policy.set(rounds.states.clone());
         }
-        Ok(Rounds { policy, states, is_begun })
+        Ok(rounds)
     }
 
-    /// Renders to the end, or until the rendering stops. Returns what the policy has kept of each tile.
-    pub fn render(mut self, context: &Context) -> Vec<P::State> {
+    /// Keeps the plan, for going on after a break.
+    fn keep_plan(&self) {
+        *lock(&self.states.plan) = encoded(&(self.is_begun, self.policy.plan()));
+    }
+
+    /// Renders to the end, or until the rendering stops.
+    pub fn render(&mut self, context: &Context) {
         let Context { film, control, .. } = context;
+        let states = &*self.states.clone().tiles;
         let counts =
             |tile: &Mutex<Tile>| lock(tile).counts.iter().map(|count| u64::from(*count)).sum::<u64>();
         control.state().done = film.tiles.iter().map(counts).sum();
-        self.policy.expect(film, &self.states, control);
+        self.policy.expect(film, states, control);
         loop {
             if !self.is_begun {
-                self.is_begun = self.policy.next(film, &mut self.states);
-                self.keep(film);
+                self.is_begun = self.policy.next(film, states);
+                if film.keeps_policy {
+                    self.keep_plan();
+                }
             }
             control.state().is_finished = !self.is_begun;
             if !self.is_begun || control.is_stopped() {
                 break;
             }
-            self.policy.expect(film, &self.states, control);
+            self.policy.expect(film, states, control);
             let is_whole = self.sample(context);
             // Where it is to go on, a round that is broken off stays as it is.
-            if is_whole || film.plan.is_none() {
-                self.policy.end(film, &mut self.states, is_whole);
+            if is_whole || !film.keeps_policy {
+                self.policy.end(film, states, is_whole);
             }
             if !is_whole {
                 break;
             }
             self.is_begun = false;
         }
-        self.states
     }
 
-    /// Puts what the policy knows into the film, if that is kept.
-    fn keep(&self, film: &Film) {
-        let Some(plan) = &film.plan else { return };
-        const PLAIN: &str = "plain data in memory can be written";
-        *lock(plan) = postcard::to_allocvec(&(self.is_begun, self.policy.plan())).expect(PLAIN);
-        film.tiles.par_iter().zip(&self.states).for_each(|(tile, state)| {
-            lock(tile).policy = postcard::to_allocvec(state).expect(PLAIN);
-        });
+    /// What the policy knows about each tile.
+    pub fn states(&self) -> &[Mutex<P::State>] {
+        &self.states.tiles
     }
 
     /// Takes the samples of a round. True if none is missing.
-    fn sample(&mut self, context: &Context) -> bool {
+    fn sample(&self, context: &Context) -> bool {
         let Context { film, control, .. } = context;
         let whole_tiles = AtomicUsize::new(0);
         let policy = &*self.policy;
-        film.tiles.par_iter().zip(&mut self.states).for_each_init(
+        film.tiles.par_iter().zip(&self.states.tiles).for_each_init(
             || Worker::new(context),
             |worker, (tile, state)| {
                 if control.is_stopped() {
@@ -135,7 +174,7 @@ impl<'p, P: Policy> Rounds<'p, P> {
                 worker.tracer.profiler = control.profiler();
                 let (sources, mut jobs) = {
                     let tile = lock(tile);
-                    (tile.sources, policy.jobs(&tile, state))
+                    (tile.sources, policy.jobs(&tile, &lock(state)))
                 };
                 worker.block.get_or_insert_default().restart(film, sources);
                 // Not locked meanwhile: another thread may take a snapshot.
@@ -144,14 +183,10 @@ impl<'p, P: Policy> Rounds<'p, P> {
                 drop(meter);
                 let is_whole = jobs.iter().all(Job::is_whole);
                 // What the policy knows about a tile is of whole rounds.
-                if let Some(block) = worker.block.as_mut().filter(|_| is_whole || film.plan.is_none()) {
+                if let Some(block) = worker.block.as_mut().filter(|_| is_whole || !film.keeps_policy) {
                     let adding = film.adding();
                     film.add(block, &adding);
-                    let tile = &mut *lock(tile);
-                    policy.note(&jobs, tile, state);
-                    if film.plan.is_some() {
-                        tile.policy = postcard::to_allocvec(state).unwrap_or_default();
-                    }
+                    policy.note(&jobs, &mut lock(state));
                 }
                 whole_tiles.fetch_add(usize::from(is_whole), Ordering::Relaxed);
                 let mut state = control.state();
@@ -332,14 +367,14 @@ impl Policy for Fixed {
 
     fn begin(&self, _tile: &Tile) {}
 
-    fn next(&mut self, film: &Film, _states: &mut [()]) -> bool {
+    fn next(&mut self, film: &Film, _states: &[Mutex<()>]) -> bool {
         let Some(pass) = self.passes.get(self.begun as usize) else { return false };
         film.begin_replicate(pass.replicate as usize);
         self.begun += 1;
         true
     }
 
-    fn expect(&self, film: &Film, _states: &[()], control: &Control) {
+    fn expect(&self, film: &Film, _states: &[Mutex<()>], control: &Control) {
         control.expect(film.sources().size() as u64 * u64::from(self.samples_per_pixel));
     }
 
@@ -353,7 +388,7 @@ impl Policy for Fixed {
         jobs
     }
 
-    fn end(&mut self, film: &Film, _states: &mut [()], is_whole: bool) {
+    fn end(&mut self, film: &Film, _states: &[Mutex<()>], is_whole: bool) {
         if film.keeps != Keeps::Spreads {
             return;
         }
@@ -367,7 +402,7 @@ impl Policy for Fixed {
         &self.begun
     }
 
-    fn resume(&mut self, plan: u32, _film: &Film, _states: &[()], is_begun: bool) -> bool {
+    fn resume(&mut self, plan: u32, _film: &Film, _states: &[Mutex<()>], is_begun: bool) -> bool {
         self.begun = plan;
         plan as usize <= self.passes.len() && (plan > 0 || !is_begun)
     }

@@ -36,7 +36,7 @@ pub(super) const PIXEL_BYTES: usize = 340;
 const POWERS: [f64; 2] = [0.75, 0.45];
 
 /// The state of the pixels of a tile.
-#[derive(Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct TileState {
     /// The bounds of the samples of each source.
     sample_bounds: Vec<SampleBounds>,
@@ -47,7 +47,7 @@ pub(super) struct TileState {
 }
 
 /// The replicates of an unfinished pixel.
-#[derive(Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Active {
     /// The index of the pixel in its tile.
     at: u32,
@@ -98,21 +98,11 @@ impl Target {
         Pattern { sampler: self.sampler, seed, is_watched: true }
     }
 
-    /// Counts the pixels by whether they reached the target error.
-    pub fn reached(&self, context: &Context, states: &[TileState]) -> Reached {
-        let film = context.film;
-        settle(film, states);
-        let active = states.iter().map(|state| state.active.len() as u64).sum::<u64>();
-        let is_at_cap = context.control.state().is_finished;
-        let (at_cap, out_of_time) = if is_at_cap { (active, 0) } else { (0, active) };
-        let outliers = count_outliers(film, states);
-        Reached { within: film.settings.crop.area() - active, at_cap, out_of_time, outliers }
-    }
-
     /// The samples left, at the fastest and at the slowest convergence.
-    fn left(&self, states: &[TileState]) -> [u64; 2] {
+    fn left(&self, states: &[Mutex<TileState>]) -> [u64; 2] {
         POWERS.map(|power| {
-            let of_part = |state: &TileState| {
+            let of_part = |state: &Mutex<TileState>| {
+                let state = lock(state);
                 let excess = state.active.iter().map(|active| active.excess).fold(0.0, f64::max);
                 let all = f64::from(self.round.before) * libm::pow(excess, power.recip());
                 let most = f64::from(self.most);
@@ -139,7 +129,7 @@ impl Policy for Target {
         }
     }
 
-    fn next(&mut self, film: &Film, states: &mut [TileState]) -> bool {
+    fn next(&mut self, film: &Film, states: &[Mutex<TileState>]) -> bool {
         if self.round.replicate + 1 < REPLICATES {
             self.round.replicate += 1;
             return true;
@@ -155,7 +145,7 @@ impl Policy for Target {
             }
             settle(film, states);
             judge(film, states, &self.rule, self.round.count);
-            let is_done = states.iter().all(|state| state.active.is_empty());
+            let is_done = states.iter().all(|state| lock(state).active.is_empty());
             if is_done || self.round.count >= self.most {
                 return false;
             }
@@ -167,15 +157,15 @@ impl Policy for Target {
         true
     }
 
-    fn expect(&self, film: &Film, states: &[TileState], control: &Control) {
+    fn expect(&self, film: &Film, states: &[Mutex<TileState>], control: &Control) {
         let Round { replicate, before, count, .. } = self.round;
         if before == 0 {
             control.expect(film.sources().size() as u64 * u64::from(FIRST));
             control.state().bounds = None;
             return;
         }
-        let active = states.iter().map(|state| state.active.len() as u64).sum::<u64>();
-        let sources = states.iter().map(|state| state.sources.len() as u64).sum::<u64>();
+        let active = states.iter().map(|state| lock(state).active.len() as u64).sum::<u64>();
+        let sources = states.iter().map(|state| lock(state).sources.len() as u64).sum::<u64>();
         // Before the round.
         let done = control.state().done.saturating_sub(sources * u64::from(replicate * (count - before)));
         let totals = self.left(states).map(|left| done + left);
@@ -196,19 +186,19 @@ impl Policy for Target {
         state.sources.iter().map(job).collect()
     }
 
-    fn note(&self, jobs: &[Job], _tile: &Tile, state: &mut TileState) {
+    fn note(&self, jobs: &[Job], state: &mut TileState) {
         for (source, job) in state.sources.iter().zip(jobs) {
             let seen = &mut state.sample_bounds[*source as usize];
             *seen = seen.union(job.samples.sample_bounds);
         }
     }
 
-    fn end(&mut self, film: &Film, states: &mut [TileState], is_whole: bool) {
+    fn end(&mut self, film: &Film, states: &[Mutex<TileState>], is_whole: bool) {
         // Before there is a picture, a part of it is better than none.
         let is_merged = is_whole || (self.round.before, self.round.replicate) == (0, 0);
         film.tiles.par_iter().zip(states).for_each(|(tile, state)| {
             let Tile { sums, pass, unfiltered, .. } = &mut *lock(tile);
-            for active in state.active.iter_mut().filter(|_| is_merged) {
+            for active in lock(state).active.iter_mut().filter(|_| is_merged) {
                 let at = active.at as usize;
                 sums[at] += pass.filtered[at];
                 if is_whole {
@@ -226,12 +216,12 @@ impl Policy for Target {
         &self.round
     }
 
-    fn resume(&mut self, plan: Round, film: &Film, states: &[TileState], is_begun: bool) -> bool {
+    fn resume(&mut self, plan: Round, film: &Film, states: &[Mutex<TileState>], is_begun: bool) -> bool {
         self.round = plan;
         let Round { replicate, before, count, brightness } = self.round;
         self.rule = self.rule.with_brightness(brightness);
-        let is_sound = |(state, tile): (&TileState, &Mutex<Tile>)| {
-            let tile = lock(tile);
+        let is_sound = |(state, tile): (&Mutex<TileState>, &Mutex<Tile>)| {
+            let (state, tile) = (lock(state), lock(tile));
             let [sources, pixels] = [tile.sources, tile.bounds].map(|area| area.size() as u32);
             state.sample_bounds.len() == sources as usize
                 && state.sources.iter().all(|source| *source < sources)
@@ -245,11 +235,22 @@ impl Policy for Target {
     }
 }
 
+/// Counts the pixels by whether they reached the target error.
+pub(super) fn reached(context: &Context, states: &[Mutex<TileState>]) -> Reached {
+    let film = context.film;
+    settle(film, states);
+    let active = states.iter().map(|state| lock(state).active.len() as u64).sum::<u64>();
+    let is_at_cap = context.control.state().is_finished;
+    let (at_cap, out_of_time) = if is_at_cap { (active, 0) } else { (0, active) };
+    let outliers = count_outliers(film, states);
+    Reached { within: film.settings.crop.area() - active, at_cap, out_of_time, outliers }
+}
+
 /// Tells the film how far the replicates of the unfinished pixels lie apart.
-fn settle(film: &Film, states: &[TileState]) {
+fn settle(film: &Film, states: &[Mutex<TileState>]) {
     film.tiles.par_iter().zip(states).for_each(|(tile, state)| {
         let tile = &mut *lock(tile);
-        for active in &state.active {
+        for active in &lock(state).active {
             let mut spread = Spread::default();
             let sampled = active.replicates.iter().filter(|replicate| **replicate != Vec4::ZERO);
             sampled.for_each(|replicate| spread.add(replicate.as_dvec4()));
@@ -264,11 +265,11 @@ const OUTLIER: f64 = 20.0;
 
 /// Judges all unfinished pixels, which have `count` samples in each replicate, removes those that are done, and the sources that no
 /// unfinished pixel asks for.
-fn judge(film: &Film, states: &mut [TileState], rule: &StopRule, count: u32) {
+fn judge(film: &Film, states: &[Mutex<TileState>], rule: &StopRule, count: u32) {
     let (reach, sources) = (film.filter.reach(), film.sources());
     let seen = around(&all_sample_bounds(film, states), sources, reach.map(|reach| reach + 1));
-    film.tiles.par_iter().zip(&mut *states).for_each(|(tile, state)| {
-        let tile = lock(tile);
+    film.tiles.par_iter().zip(states).for_each(|(tile, state)| {
+        let (tile, state) = (lock(tile), &mut *lock(state));
         for active in &mut state.active {
             let at = active.at as usize;
             let standard_error = tile.spreads[at].standard_error();
@@ -280,9 +281,9 @@ fn judge(film: &Film, states: &mut [TileState], rule: &StopRule, count: u32) {
         state.active.shrink_to_fit();
     });
     let mut is_asked = vec![SampleBounds::EMPTY; sources.size()];
-    for (tile, state) in film.tiles.iter().zip(&*states) {
+    for (tile, state) in film.tiles.iter().zip(states) {
         let bounds = lock(tile).bounds;
-        for active in &state.active {
+        for active in &lock(state).active {
             is_asked[sources.index(bounds.pixel(active.at as usize))] =
                 SampleBounds { least: Vec3::ZERO, most: Vec3::ZERO };
         }
@@ -291,17 +292,17 @@ fn judge(film: &Film, states: &mut [TileState], rule: &StopRule, count: u32) {
     film.tiles.par_iter().zip(states).for_each(|(tile, state)| {
         let own = lock(tile).sources;
         let is_asked = |at: &u32| is_asked[sources.index(own.pixel(*at as usize))] != SampleBounds::EMPTY;
-        state.sources.retain(is_asked);
+        lock(state).sources.retain(is_asked);
     });
 }
 
 /// The bounds of the samples of all sources, row by row.
-fn all_sample_bounds(film: &Film, states: &[TileState]) -> Vec<SampleBounds> {
+fn all_sample_bounds(film: &Film, states: &[Mutex<TileState>]) -> Vec<SampleBounds> {
     let mut all = vec![SampleBounds::EMPTY; film.sources().size()];
     for (tile, state) in film.tiles.iter().zip(states) {
         let own = lock(tile).sources;
         own.pixels()
-            .zip(&state.sample_bounds)
+            .zip(&lock(state).sample_bounds)
             .for_each(|(pixel, sample_bounds)| all[film.sources().index(pixel)] = *sample_bounds);
     }
     all
@@ -325,7 +326,7 @@ fn around(sample_bounds: &[SampleBounds], area: Area, [across, down]: [u32; 2]) 
 }
 
 /// Counts the pixels that had a sample much brighter than the pixels around.
-fn count_outliers(film: &Film, states: &[TileState]) -> u64 {
+fn count_outliers(film: &Film, states: &[Mutex<TileState>]) -> u64 {
     let (crop, sources, sample_bounds) = (film.crop(), film.sources(), all_sample_bounds(film, states));
     let bright = |rgb: Vec3| if rgb.is_finite() { luminance(rgb) } else { 0.0 };
     let mut pixels = vec![SampleBounds::EMPTY; crop.size()];
