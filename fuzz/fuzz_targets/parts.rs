@@ -66,9 +66,9 @@ fuzz_target!(|data: &[u8]| {
     }
     let Ok(header) = SumsHeader::from_bytes(&header) else { return };
     let Ok(sums) = FilmSums::from_channels(header, &channels) else { return };
-    sums.image();
+    sums.image(true);
     let _ = sums.clone().add(&sums);
-    sums.into_channels();
+    sums.clone().into_channels();
     let (scene, prepared) = &*SCENE;
     let calls = AtomicU32::new(0);
     let few = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) {

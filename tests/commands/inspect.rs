@@ -39,8 +39,8 @@ fn lacks(needs: &Value, what: &str) -> bool {
 fn a_lens_and_instances_are_seen() {
     let first = needs("first");
     assert_eq!(first["film"]["samples"], 640 * 360 * 64);
-    // In each pixel the sums of three channels and of weights, a count, and red, green and blue twice.
-    assert_eq!(first["memory"]["film"], 640 * 360 * (4 * 16 + 4 + 2 * 3 * 4));
+    // In each pixel the sums of three channels and of weights, a count, and red, green and blue.
+    assert_eq!(first["memory"]["film"], 640 * 360 * (4 * 16 + 4 + 3 * 4));
     assert_eq!(first["camera"]["lens"]["focal_distance"], 6.0);
     assert_eq!(first["world"]["triangles"], 2306);
     assert_eq!((&first["world"]["quadrics"], &first["world"]["instances"]), (&3.into(), &26.into()));

@@ -54,7 +54,7 @@ pub(crate) struct Film<'v> {
     /// True if sums are to hold what the policy knows, for going on after a break.
     pub keeps_policy: bool,
     /// What the policy knows, once it has begun.
-    pub policy: OnceLock<Arc<dyn PolicyStates>>,
+    pub policy_states: OnceLock<Arc<dyn PolicyStates>>,
     /// Held for reading while samples are added, and for writing while there must be none that is added by half.
     adding: RwLock<()>,
     /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
@@ -97,7 +97,7 @@ impl<'v> Film<'v> {
             light_paths: AtomicU64::new(0),
             replicate: AtomicUsize::new(0),
             keeps_policy,
-            policy: OnceLock::new(),
+            policy_states: OnceLock::new(),
             adding: RwLock::new(()),
             tiles: Vec::new(),
         };

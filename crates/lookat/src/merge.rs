@@ -60,7 +60,7 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
         let memory = &MemoryBudget::new(memory.left());
         sums.add(&file.read(memory)?).map_err(|error| format!("{}: {error}", file.path.display()))?;
     }
-    let mut image = sums.image();
+    let mut image = sums.image(true);
     // The layers are in the part with the first samples.
     if let Some(layers) = files.iter().find(|file| file.metadata.part.ranges[0].start == 0) {
         add_layers(&mut image, layers, &sums, memory)?;

@@ -265,10 +265,7 @@ impl Provenance {
             };
             files.push(hashed(path, read().map_err(|error| Failure::io("read", path, &error))?));
         }
-        let View { camera, film, filter, sampler, integrator } = view;
-        // The number of samples stands by itself.
-        let of_view: [&dyn Debug; 5] = [camera, film, filter, &sampler.with_samples(1), integrator];
-        Ok(Provenance {
+        let provenance = Provenance {
             version: env!("CARGO_PKG_VERSION").into(),
             samples_per_pixel: most_samples(settings, view),
             parts: part.map_or(1, |part| part.of),
@@ -283,8 +280,17 @@ impl Provenance {
             },
             is_extendable,
             files,
-            view: of_view.map(|part| hash(format!("{part:?}").as_bytes())),
-        })
+            view: Default::default(),
+        };
+        Ok(provenance.with_view(view))
+    }
+
+    /// The rendering of another view of the scene.
+    pub fn with_view(self, view: &View) -> Provenance {
+        let View { camera, film, filter, sampler, integrator } = view;
+        // The number of samples stands by itself.
+        let of_view: [&dyn Debug; 5] = [camera, film, filter, &sampler.with_samples(1), integrator];
+        Provenance { view: of_view.map(|part| hash(format!("{part:?}").as_bytes())), ..self }
     }
 
     /// True if pixels have different numbers of samples.

@@ -1,6 +1,7 @@
 //! The sums of a film as channels of integers, which files hold without loss.
 
 use std::array::from_fn;
+use std::collections::HashMap;
 
 use lookat_image::IntegerChannel;
 use lookat_scene::Filter;
@@ -28,12 +29,12 @@ pub struct SumsHeader {
     scale: Scale,
     /// The samples taken in each source, as runs of equal numbers: how many, and the samples of each. Empty with a state, which has them.
     runs: Vec<(u32, u32)>,
-    /// Channels of the sums.
+    /// The number of all channels.
     channels: u64,
     /// The number of replicates: 0 or [`REPLICATES`].
     replicates: u32,
     /// The bytes of the state in its channels; 0 without one.
-    state: u64,
+    state_bytes: u64,
 }
 
 impl SumsHeader {
@@ -66,18 +67,27 @@ impl SumsHeader {
             && self.filter.is_valid()
             && self.scale.is_valid()
             && [0, REPLICATES].contains(&self.replicates)
+            && self.state_channels() <= self.channels
             && self.runs.iter().map(|(length, _)| u64::from(*length)).sum::<u64>()
-                == if self.state == 0 { sources(&self.film, &self.filter).size() as u64 } else { 0 }
+                == if self.state_bytes == 0 { sources(&self.film, &self.filter).size() as u64 } else { 0 }
+    }
+
+    /// The number of channels with bytes of the state.
+    fn state_channels(&self) -> u64 {
+        self.state_bytes.div_ceil((size_of::<u32>() as u64).saturating_mul(self.film.crop.area()).max(1))
     }
 
     /// Bytes of the sums that it belongs to, about.
     pub fn bytes(&self) -> u64 {
         let counts = sources(&self.film, &self.filter).size() * size_of::<u32>();
-        // The words of a channel, and its share of the sums that they become.
-        let pixel = (size_of::<u32>() + size_of::<Sum>() / COLORS) as u64;
-        let sums = self.film.crop.area().saturating_mul(pixel).saturating_mul(self.channels);
-        // The bytes of a state, and what they become.
-        sums.saturating_add(counts as u64).saturating_add(self.state.saturating_mul(3))
+        // Each kind of sums has a channel for each color at least.
+        let words = self.channels.saturating_sub(self.state_channels());
+        let kinds = (words / COLORS as u64).min(kinds(self.replicates as usize).count() as u64);
+        let pixel =
+            words.saturating_mul(size_of::<u32>() as u64).saturating_add(kinds * size_of::<Sum>() as u64);
+        let sums = self.film.crop.area().saturating_mul(pixel);
+        // The channels of a state, its bytes, and what they become.
+        sums.saturating_add(counts as u64).saturating_add(self.state_bytes.saturating_mul(4))
     }
 }
 
@@ -98,8 +108,8 @@ fn name(kind: &str, color: usize, word: usize) -> String {
 /// The names of all sums, in the order of [`Tile::all_sums`].
 fn kinds(replicates: usize) -> impl Iterator<Item = String> {
     let replicates =
-        (0..replicates).flat_map(|at| ["replicate", "unfiltered"].map(|kind| format!(".{kind}{at}")));
-    ["", ".splats", ".pass", ".unfiltered"].into_iter().map(String::from).chain(replicates)
+        (0..replicates).flat_map(|at| ["", "-unfiltered"].map(|kind| format!(".replicate{at}{kind}")));
+    ["", ".splats", ".pass", ".pass-unfiltered"].into_iter().map(String::from).chain(replicates)
 }
 
 /// The name of a channel with the bytes of a state.
@@ -108,7 +118,13 @@ fn state_name(number: usize) -> String {
 }
 
 /// A state with the numbers of samples and the spreads of a tile, as bytes hold them.
-type Stored = (PolicyState, Vec<u32>, Vec<Spread>, Vec<Spread>);
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    policy: PolicyState,
+    counts: Vec<u32>,
+    spreads: Vec<Spread>,
+    unfiltered: Vec<Spread>,
+}
 
 impl FilmSums {
     /// Bytes of a pixel.
@@ -128,9 +144,9 @@ impl FilmSums {
         let mut bytes = Vec::new();
         match state {
             None => runs.extend(counts.chunk_by(|a, b| a == b).map(|run| (run.len() as u32, run[0]))),
-            Some(state) => {
-                let stored: Stored =
-                    (state, counts, std::mem::take(&mut all.spreads), std::mem::take(&mut all.unfiltered));
+            Some(policy) => {
+                let [spreads, unfiltered] = [&mut all.spreads, &mut all.unfiltered].map(std::mem::take);
+                let stored = Stored { policy, counts, spreads, unfiltered };
                 bytes = postcard::to_allocvec(&stored).expect("plain data in memory can be written");
             }
         }
@@ -138,7 +154,7 @@ impl FilmSums {
         for (kind, sums) in kinds(replicates).zip(all.all_sums_mut()) {
             channels.extend(to_channels(&kind, &std::mem::take(sums)));
         }
-        let state = bytes.len() as u64;
+        let state_bytes = bytes.len() as u64;
         bytes.resize(bytes.len().next_multiple_of(size_of::<u32>() * size), 0);
         let bytes = bytes.as_chunks().0.chunks(size).enumerate();
         channels.extend(bytes.map(|(number, bytes)| IntegerChannel {
@@ -147,39 +163,42 @@ impl FilmSums {
         }));
         let (count, replicates) = (channels.len() as u64, replicates as u32);
         let header =
-            SumsHeader { film, filter, light_paths, scale, runs, channels: count, replicates, state };
+            SumsHeader { film, filter, light_paths, scale, runs, channels: count, replicates, state_bytes };
         (header, channels)
     }
 
     /// The sums that [`FilmSums::into_channels`] has given.
     pub fn from_channels(header: SumsHeader, channels: &[IntegerChannel]) -> Result<FilmSums, FilmSumsError> {
-        let SumsHeader { film, filter, light_paths, scale, runs, channels: count, replicates, state: bytes } =
-            header;
-        let (bounds, sources) = (Area::of(film.crop), sources(&film, &filter));
         // Before memory is taken for as many.
-        let is_sized = |channel: &IntegerChannel| channel.samples.len() == bounds.size();
-        if channels.len() as u64 != count || !channels.iter().all(is_sized) {
+        let is_sized = |channel: &IntegerChannel| channel.samples.len() as u64 == header.film.crop.area();
+        if channels.len() as u64 != header.channels || !channels.iter().all(is_sized) {
             return Err(FilmSumsError::Unreadable);
         }
+        let state_channels = header.state_channels();
+        let SumsHeader { film, filter, light_paths, scale, runs, replicates, state_bytes, .. } = header;
+        let (bounds, sources) = (Area::of(film.crop), sources(&film, &filter));
         let mut all = Tile {
             bounds,
             sources,
             replicates: vec![PixelSums::default(); replicates as usize],
             ..Tile::default()
         };
-        let find = |name: &str| channels.iter().find(|channel| channel.name == name);
+        let by_name: HashMap<_, _> = channels.iter().map(|channel| (&*channel.name, channel)).collect();
+        let find = |name: &str| by_name.get(name).copied();
         for (kind, sums) in kinds(all.replicates.len()).zip(all.all_sums_mut()) {
             *sums = from_channels(&kind, find).ok_or(FilmSumsError::Unreadable)?;
         }
         let mut state = None;
-        if bytes > 0 {
-            let channels = (0..).map_while(|number| find(&state_name(number)));
-            let words = channels.flat_map(|channel| &channel.samples);
-            let mut kept: Vec<u8> = words.flat_map(|word| word.to_le_bytes()).collect();
-            kept.truncate(usize::try_from(bytes).unwrap_or(usize::MAX));
-            let stored = postcard::from_bytes::<Stored>(&kept).map_err(|_| FilmSumsError::Unreadable)?;
-            state = Some(stored.0);
-            (all.counts, all.spreads, all.unfiltered) = (stored.1, stored.2, stored.3);
+        if state_bytes > 0 {
+            let mut bytes = Vec::with_capacity(state_channels as usize * size_of::<u32>() * bounds.size());
+            for number in 0..state_channels as usize {
+                let channel = find(&state_name(number)).ok_or(FilmSumsError::Unreadable)?;
+                bytes.extend(channel.samples.iter().flat_map(|word| word.to_le_bytes()));
+            }
+            bytes.truncate(state_bytes as usize);
+            let stored: Stored = postcard::from_bytes(&bytes).map_err(|_| FilmSumsError::Unreadable)?;
+            let Stored { policy, counts, spreads, unfiltered } = stored;
+            (state, all) = (Some(policy), Tile { counts, spreads, unfiltered, ..all });
         } else {
             let run = |(length, count)| std::iter::repeat_n(count, length as usize);
             all.counts.extend(runs.into_iter().flat_map(run));
@@ -225,7 +244,10 @@ fn to_channels(kind: &str, sums: &[Sum]) -> Vec<IntegerChannel> {
 fn from_channels<'c>(kind: &str, find: impl Fn(&str) -> Option<&'c IntegerChannel>) -> Option<Vec<Sum>> {
     let words: [[Option<&IntegerChannel>; WORDS]; COLORS] =
         from_fn(|color| from_fn(|word| find(&name(kind, color, word))));
-    let Some(first) = words[0][0] else { return Some(Vec::new()) };
+    if words.iter().flatten().all(Option::is_none) {
+        return Some(Vec::new());
+    }
+    let [Some(first), Some(_), Some(_), Some(_)] = words.map(|words| words[0]) else { return None };
     let sum = |at: usize| {
         let word = |channel: Option<&IntegerChannel>| channel.map_or(0, |channel| channel.samples[at]);
         let joined = |all: u128, channel| all << 32 | u128::from(word(channel));

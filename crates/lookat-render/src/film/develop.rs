@@ -44,7 +44,7 @@ impl Developer<'_> {
                 for (plane, value) in planes.iter_mut().zip(value.as_vec3().to_array()) {
                     plane[at] = value;
                 }
-                if let Some(spreads) = tile.spreads(own, self.scale).filter(|_| with_errors) {
+                if with_errors && let Some(spreads) = tile.spreads(own, self.scale) {
                     errors.resize(crop.size(), PixelError::default());
                     errors[at] = spreads.error(film, self.noise_area);
                 }

@@ -4,6 +4,7 @@
 mod tests;
 
 use std::fmt::Debug;
+use std::ops::Deref;
 use std::sync::{Mutex, PoisonError};
 
 use lookat_image::Image;
@@ -40,14 +41,14 @@ pub struct FilmSums {
 pub(crate) struct PolicyState {
     /// What is planned for the round. Empty before the first.
     pub plan: ByteBuf,
-    /// What it knows about each tile.
-    pub tiles: Vec<ByteBuf>,
+    /// What it knows about all tiles, one after the other.
+    pub tiles: ByteBuf,
 }
 
 /// What a policy knows while it renders.
 pub(crate) trait PolicyStates: Debug + Send + Sync {
-    /// The state now. While tiles are rendered, the caller holds [`Film::adding`] for writing.
-    fn state(&self) -> PolicyState;
+    /// The states now. While tiles are rendered, the caller keeps threads from adding samples.
+    fn encoded(&self) -> PolicyState;
 }
 
 /// Why sums do not add up, or cannot be read.
@@ -92,22 +93,23 @@ impl Film<'_> {
 
     /// The sums so far: each sample is in all of the pixels that it counts for, or in none.
     pub fn sums(&self) -> FilmSums {
-        self.gathered(|tile| lock(tile).clone())
+        self.gathered(lock)
     }
 
-    /// As [`Film::sums`], with little more memory than the film has.
+    /// As [`Film::sums`]. Each tile is given back once it is copied.
     pub fn into_sums(self) -> FilmSums {
-        self.gathered(|tile| std::mem::take(&mut *lock(tile)))
+        self.gathered(|tile| Box::new(std::mem::take(&mut *lock(tile))))
     }
 
     /// The sums of all tiles, each as this function gives it.
-    fn gathered(&self, of_tile: impl Fn(&Mutex<Tile>) -> Tile) -> FilmSums {
+    fn gathered<'f, T: Deref<Target = Tile>>(&'f self, of_tile: impl Fn(&'f Mutex<Tile>) -> T) -> FilmSums {
         let mut all = Tile::new(self.crop(), self.sources(), self.keeps, self.has_unfiltered());
         // Only now: other threads wait.
-        let _whole = self.adding.write().unwrap_or_else(PoisonError::into_inner);
+        let whole = self.adding.write().unwrap_or_else(PoisonError::into_inner);
         self.tiles.iter().for_each(|tile| all.copy_from(&of_tile(tile)));
-        let state = || self.policy.get().map(|policy| policy.state()).unwrap_or_default();
+        let state = || self.policy_states.get().map(|states| states.encoded()).unwrap_or_default();
         let state = self.keeps_policy.then(state);
+        drop(whole);
         let (film, filter) = (self.settings.clone(), self.view_filter);
         let sums =
             FilmSums { film, filter, light_paths: self.light_paths(), scale: self.scale(), all, state };
@@ -156,13 +158,13 @@ impl FilmSums {
         self.film == other.film && of(self) == of(other)
     }
 
-    /// The picture: linear RGB, with the crop window as data window, and with error layers if there are replicates. Pixels without
-    /// samples are black.
-    pub fn image(&self) -> Image {
+    /// The picture: linear RGB, with the crop window as data window. Pixels without samples are black. `with_errors` adds the error layers
+    /// if there are replicates.
+    pub fn image(&self, with_errors: bool) -> Image {
         let FilmSums { film, light_paths, scale, .. } = self;
         let noise_area = super::noise_area(&self.filter, &PixelFilter::new(&self.filter));
         let developer = Developer { film, noise_area, light_paths: *light_paths, scale: *scale };
-        developer.image(std::iter::once(&self.all), true)
+        developer.image(std::iter::once(&self.all), with_errors)
     }
 
     /// The samples of each pixel of the picture, row by row.

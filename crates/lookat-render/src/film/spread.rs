@@ -44,7 +44,7 @@ impl Spread {
         self.squares += off * off;
         self.products += off * weight;
         self.weights += weight * weight;
-        self.replicates += 1;
+        self.replicates = self.replicates.saturating_add(1);
     }
 
     /// The standard error of the weighted mean of all replicates together; infinite for less than two, and where it is not known.

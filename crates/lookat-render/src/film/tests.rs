@@ -105,7 +105,7 @@ fn splats_keep_their_energy() {
             film.sums()
         });
         assert_eq!(sums[0], sums[1]);
-        let image = sums[0].image();
+        let image = sums[0].image(true);
         let total =
             |channel: usize| image.channels[channel].samples.iter().copied().map(f64::from).sum::<f64>();
         // What is below black is written as black.

@@ -82,7 +82,7 @@ impl Tile {
         for (spreads, sums) in [(&mut self.spreads, &*filtered), (&mut self.unfiltered, &*unfiltered)] {
             for (spread, sum) in spreads.iter_mut().zip(sums).filter(|_| samples.is_some()) {
                 spread.add_sum(sum, scale);
-                spread.samples += samples.unwrap_or_default();
+                spread.samples = spread.samples.saturating_add(samples.unwrap_or_default());
             }
         }
         self.sums.iter_mut().zip(&*filtered).for_each(|(all, sum)| *all += *sum);

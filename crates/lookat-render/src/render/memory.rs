@@ -7,7 +7,8 @@ use super::{adaptive, rounds, target};
 use crate::film::{FilmSums, Keeps, pixel_bytes};
 use crate::threads::threads;
 
-/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become.
+/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become; with
+/// [`Settings::keep_sums`], also the copy that [`Progress::sums`](super::Progress::sums) gives, and its channels.
 pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
     let threads = settings.threads.max(threads());
     let policy = match settings.stop {
@@ -25,7 +26,8 @@ pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
     let sums = match (settings.keep_sums, keeps) {
         (false, _) => 0,
         (true, Keeps::Sums) => 2 * FilmSums::PIXEL_BYTES,
-        (true, _) => 2 * (film + policy),
+        // The states of a policy are encoded, and joined with spreads in a vector that grows.
+        (true, _) => 2 * film + 4 * policy,
     };
     let pixel = film + policy + settings.layers.pixel_bytes() + sums;
     view.film.crop.area() * pixel as u64

@@ -70,15 +70,16 @@ struct States<S> {
 }
 
 impl<S: Debug + Send + Serialize> PolicyStates for States<S> {
-    fn state(&self) -> PolicyState {
-        let tile = |state: &Mutex<S>| ByteBuf::from(encoded(&*lock(state)));
+    fn encoded(&self) -> PolicyState {
         let plan = ByteBuf::from(lock(&self.plan).clone());
-        PolicyState { plan, tiles: self.tiles.iter().map(tile).collect() }
+        let all = self.tiles.iter().fold(Vec::new(), |all, state| encoded(&*lock(state), all));
+        PolicyState { plan, tiles: ByteBuf::from(all) }
     }
 }
 
-fn encoded(value: &impl Serialize) -> Vec<u8> {
-    postcard::to_allocvec(value).expect("plain data in memory can be written")
+/// Bytes, with those of a value behind them.
+fn encoded(value: &impl Serialize, before: Vec<u8>) -> Vec<u8> {
+    postcard::to_extend(value, before).expect("plain data in memory can be written")
 }
 
 /// A rendering by a policy, round after round.
@@ -96,11 +97,16 @@ impl<'p, P: Policy> Rounds<'p, P> {
         let tiles: Vec<_> = match so_far.filter(|state| !state.plan.is_empty()) {
             None => film.tiles.iter().map(|tile| Mutex::new(policy.begin(&lock(tile)))).collect(),
             Some(PolicyState { plan, tiles }) => {
-                let state = |state: &ByteBuf| postcard::from_bytes(state).ok().map(Mutex::new);
-                let states: Option<Vec<_>> = tiles.iter().map(state).collect();
+                let mut left = &tiles[..];
+                let mut state = |_: &Mutex<Tile>| {
+                    let (state, rest) = postcard::take_from_bytes(left).ok()?;
+                    left = rest;
+                    Some(Mutex::new(state))
+                };
+                let states: Option<Vec<_>> = film.tiles.iter().map(&mut state).collect();
                 let read = states.zip(postcard::from_bytes::<(bool, P::Plan)>(&plan).ok());
                 let (states, (begun, plan)) = read.ok_or(FilmSumsError::Unreadable)?;
-                if states.len() != film.tiles.len() || !policy.resume(plan, film, &states, begun) {
+                if !left.is_empty() || !policy.resume(plan, film, &states, begun) {
                     return Err(FilmSumsError::Unreadable);
                 }
                 is_begun = begun;
@@ -111,14 +117,14 @@ impl<'p, P: Policy> Rounds<'p, P> {
         let rounds = Rounds { policy, states, is_begun };
         if film.keeps_policy {
             rounds.keep_plan();
-            let _ = film.policy.set(rounds.states.clone());
+            let _ = film.policy_states.set(rounds.states.clone());
         }
         Ok(rounds)
     }
 
     /// Keeps the plan, for going on after a break.
     fn keep_plan(&self) {
-        *lock(&self.states.plan) = encoded(&(self.is_begun, self.policy.plan()));
+        *lock(&self.states.plan) = encoded(&(self.is_begun, self.policy.plan()), Vec::new());
     }
 
     /// Renders to the end, or until the rendering stops.

@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use lookat_image::{Format, Image, MemoryBudget, io_reason, remove_leftovers};
-use lookat_render::{FilmSums, Progress, Statistics};
+use lookat_render::{FilmSums, Progress, Settings, Statistics};
 use lookat_scene::MAX_SAMPLES;
 
 use crate::args::Render;
@@ -110,6 +110,8 @@ struct Record {
     provenance: Provenance,
     /// The samples of each pixel that the rendering is to take.
     range: Range<u32>,
+    /// True if the picture has error layers.
+    has_errors: bool,
 }
 
 struct State {
@@ -122,6 +124,7 @@ impl Checkpoint {
     /// The one that the arguments ask for. Fails if another program writes it.
     pub fn new(
         arguments: &Render,
+        settings: &Settings,
         provenance: &Provenance,
         resumed: Option<&Resumed>,
     ) -> Result<Option<Checkpoint>, Failure> {
@@ -132,7 +135,7 @@ impl Checkpoint {
             "a checkpoint holds the command line and the working folder, but one of them has a name that is not Unicode: rename it",
         )?;
         let all = provenance.samples_per_pixel;
-        let range = arguments.part.map_or(0..all, |part| part.range(all));
+        let range = settings.part.map_or(0..all, |part| part.range(all));
         let record = Record {
             file: file.clone(),
             invocation,
@@ -140,6 +143,7 @@ impl Checkpoint {
             started: Instant::now(),
             provenance: provenance.clone(),
             range,
+            has_errors: settings.stop.has_error_layers(),
         };
         let state = Mutex::new(State { last: Instant::now(), writing: None });
         let every = arguments.every.unwrap_or(EVERY);
@@ -163,7 +167,7 @@ impl Checkpoint {
         let (record, sums, statistics, whole) =
             (self.record.clone(), progress.sums(), progress.statistics, whole());
         let write = move || {
-            let mut image = sums.image();
+            let mut image = sums.image(record.has_errors);
             record.put_into(&mut image, sums, &statistics, whole);
             Ok(image.write_checkpoint(&record.file, &previous(&record.file))?)
         };

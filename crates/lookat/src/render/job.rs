@@ -188,6 +188,14 @@ impl Rendering<'_> {
         let is_resumed = self.resumed.is_some_and(|resumed| resumed.broken_off.is_some());
         checkpoint::check(arguments, &files[0], size, &loaded.inputs, is_resumed)?;
         let settings = settings(arguments, &files[0]);
+        let mut provenance = None;
+        if settings.keep_sums {
+            let own = Provenance::new(loaded, &scene.view, &settings)?;
+            if arguments.focus.is_none() {
+                self.check_provenance(&own)?;
+            }
+            provenance = Some(own);
+        }
         if !arguments.force {
             part::check_kept_sums(&files[0], &settings)?;
         }
@@ -220,7 +228,10 @@ impl Rendering<'_> {
             self.check_unfinished(&scene, &file)?;
             // Without a picture, the files of the scene have changed meanwhile.
             prepared.look(&scene.view.camera);
-            let Some((picture, written)) = self.picture(&scene, &prepared, file)? else { continue };
+            let provenance = provenance.clone().map(|own| own.with_view(&scene.view));
+            let Some((picture, written)) = self.picture(&scene, &prepared, file, provenance)? else {
+                continue;
+            };
             let is_complete = picture.complete;
             done.push(picture);
             written?;
@@ -256,17 +267,19 @@ impl Rendering<'_> {
     }
 
     /// Renders and writes a picture. `None` if the files of the scene have changed meanwhile.
-    fn picture(&self, scene: &Scene, prepared: &Prepared, file: PathBuf) -> Result<Option<Written>, Failure> {
+    fn picture(
+        &self,
+        scene: &Scene,
+        prepared: &Prepared,
+        file: PathBuf,
+        provenance: Option<Provenance>,
+    ) -> Result<Option<Written>, Failure> {
         let Rendering { arguments, loaded, live, .. } = *self;
         let (settings, crop) = (settings(arguments, &file), scene.view.film.crop);
         let is_told = !arguments.quiet && !arguments.report.json;
         let new = new_picture(scene, &settings);
-        let mut provenance = None;
-        if settings.keep_sums {
-            let own = Provenance::new(loaded, &scene.view, &settings)?;
-            self.check_provenance(&own)?;
-            provenance = Some(own);
-        }
+        // Only now where the lens has been focused.
+        provenance.as_ref().map_or(Ok(()), |own| self.check_provenance(own))?;
         let _charge = charge_memory(scene, &settings, &loaded.memory)?;
         let started = Instant::now();
         let shown = Shown::new(arguments, crop.area());
@@ -279,7 +292,7 @@ impl Rendering<'_> {
                 let samples = sums.borrow().as_ref().map_or(0.0, FilmSums::mean_samples);
                 say!("{}: {samples:.1} samples per pixel so far", file.display());
             }
-            checkpoint = Checkpoint::new(arguments, provenance, self.resumed)?;
+            checkpoint = Checkpoint::new(arguments, &settings, provenance, self.resumed)?;
         }
         let camera = &scene.view.camera;
         let output =
