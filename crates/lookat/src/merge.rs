@@ -162,7 +162,7 @@ fn listed(missing: &[Range<u32>], file: &PartFile) -> String {
     }
 }
 
-/// Copies the layers of a part, except error layers: the picture has those of all parts already.
+/// Copies the layers of a part except its error layers: the picture already has those of all parts.
 fn add_layers(
     image: &mut Image,
     file: &PartFile,

@@ -99,7 +99,7 @@ pub(super) fn tiles(area: Area, side: i32) -> impl Iterator<Item = Area> {
     area.squares(side).map(move |square| square.intersection(area))
 }
 
-/// Copies the values of the pixels that are in both of two areas: that of `into`, and that of `from`. Does nothing if `from` has no values.
+/// Copies the values of the pixels that two areas share, from `other` into `own`. Does nothing if `from` is empty.
 pub(super) fn copy<T: Copy + Default>(from: &[T], into: &mut Vec<T>, [own, other]: [Area; 2]) {
     if from.is_empty() {
         return;

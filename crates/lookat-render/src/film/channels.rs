@@ -117,7 +117,7 @@ fn state_name(number: usize) -> String {
     format!("{PREFIX}.state{number}")
 }
 
-/// A state with the numbers of samples and the spreads of a tile, as bytes hold them.
+/// A state with the numbers of samples and the spreads of the film, as its channels hold them.
 #[derive(Serialize, Deserialize)]
 struct Stored {
     policy: PolicyState,

@@ -77,7 +77,7 @@ impl<S: Debug + Send + Serialize> PolicyStates for States<S> {
     }
 }
 
-/// Bytes, with those of a value behind them.
+/// Appends the encoded value to bytes.
 fn encoded(value: &impl Serialize, before: Vec<u8>) -> Vec<u8> {
     postcard::to_extend(value, before).expect("plain data in memory can be written")
 }
@@ -332,7 +332,7 @@ fn replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
     (0..count).map(replicate).collect()
 }
 
-/// Rounds in which each replicate doubles its samples. A picture with more samples begins with those of one with fewer.
+/// Each round doubles the samples of every replicate, so that a longer rendering begins with the samples of a shorter one.
 fn extendable_replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
     let of_pattern = of_single_pixels(sampler.jittered());
     let (mut from, mut passes) = (0, Vec::new());

@@ -46,7 +46,7 @@ fn sums_give_the_picture_and_add_up_in_any_order() {
     assert!((means(&all.image(true)) / mean - 1.0).abs() < 1e-3);
 }
 
-/// The sums of all parts add up to those of the whole, in every bit, however many parts there are.
+/// The sums of any number of parts add up to those of the whole, bit for bit.
 #[test]
 fn parts_add_up_to_the_sums_of_the_whole() {
     for filter in ["box", "triangle", "gaussian", "mitchell", "sinc"] {
