@@ -66,7 +66,7 @@ pub fn chart(
     let (name, scene) = {
         let scene = scene.borrow();
         let file = scene.sources.files.first();
-        (file.map(|file| file.path.display().to_string()), scene.scene.clone())
+        (file.map(|file| file.path.display().to_string()), scene.scene())
     };
     let film = &scene.view.film;
     let given = reference.map(|reference| {

@@ -11,6 +11,7 @@ mod mesh;
 mod picture;
 mod rendering;
 mod scene;
+mod view;
 
 use lookat_image::{Charge, MemoryBudget};
 use pyo3::prelude::*;

@@ -86,7 +86,7 @@ pub fn render(
     start_threads()?;
     let (mut own, prepared, memory, sources) = {
         let scene = scene.borrow();
-        (scene.scene.clone(), scene.prepared(), scene.memory.clone(), scene.sources.clone())
+        (scene.scene(), scene.prepared(), scene.memory.clone(), scene.sources.clone())
     };
     if let Some(samples) = spp.filter(|_| matches!(settings.stop, Stop::Samples { .. } | Stop::Adaptive)) {
         own.view.sampler = own.view.sampler.with_samples(samples);

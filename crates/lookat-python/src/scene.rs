@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lookat_image::MemoryBudget;
 use lookat_render::{Prepared, preparation_bytes};
 use lookat_scene::syntax::{Diagnostic, Severity};
-use lookat_scene::{CameraPlacement, LoadOptions, Loaded, Place, Shape, Sources, as_json, load_opened};
+use lookat_scene::{LoadOptions, Loaded, Place, Shape, Sources, World, as_json, load_opened};
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -14,6 +14,7 @@ use pyo3::prelude::*;
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::mesh::Mesh;
+use crate::view::{PlacedView, SharedView};
 use crate::{as_python, reserve, start_threads, value_error};
 
 create_exception!(lookat, SceneError, PyValueError, "A scene has errors. `diagnostics` lists them.");
@@ -21,8 +22,8 @@ create_exception!(lookat, SceneError, PyValueError, "A scene has errors. `diagno
 /// A scene. `camera`, `film` and the number of samples can be changed.
 #[pyclass(module = "lookat")]
 pub struct Scene {
-    pub scene: lookat_scene::Scene,
-    pub placement: Option<CameraPlacement>,
+    view: SharedView,
+    world: Arc<World>,
     /// The world as the renderer needs it. `None` before the first picture, and after a change.
     pub prepared: Option<Arc<Prepared>>,
     pub sources: Arc<Sources>,
@@ -30,32 +31,32 @@ pub struct Scene {
     pub memory: MemoryBudget,
     diagnostics: Vec<Diagnostic>,
     output: PathBuf,
-    world_follows_camera: bool,
 }
 
 #[pymethods]
 impl Scene {
     #[getter]
-    fn camera(own: Bound<'_, Self>) -> Camera {
-        Camera { scene: own.unbind() }
+    fn camera(&self) -> Camera {
+        Camera { view: self.view.clone() }
     }
 
     #[getter]
-    fn film(own: Bound<'_, Self>) -> Film {
-        Film { scene: own.unbind() }
+    fn film(&self) -> Film {
+        Film { view: self.view.clone() }
     }
 
     #[getter]
     fn spp(&self) -> u32 {
-        self.scene.view.sampler.samples_per_pixel
+        self.view.lock().view.sampler.samples_per_pixel
     }
 
     #[setter]
-    fn set_spp(&mut self, samples: u32) -> PyResult<()> {
+    fn set_spp(&self, samples: u32) -> PyResult<()> {
         if !(1..=lookat_scene::MAX_SAMPLES).contains(&samples) {
             return Err(value_error(format!("spp must be from 1 to {}", lookat_scene::MAX_SAMPLES)));
         }
-        self.scene.view.sampler = self.scene.view.sampler.with_samples(samples);
+        let sampler = &mut self.view.lock().view.sampler;
+        *sampler = sampler.with_samples(samples);
         Ok(())
     }
 
@@ -82,21 +83,26 @@ impl Scene {
         let at = found.ok_or_else(|| {
             pyo3::exceptions::PyIndexError::new_err(format!("the scene has no mesh {index}"))
         })?;
-        Arc::make_mut(&mut self.scene.world).primitives[at].shape = Shape::TriangleMesh(mesh.mesh.clone());
+        Arc::make_mut(&mut self.world).primitives[at].shape = Shape::TriangleMesh(mesh.mesh.clone());
         self.prepared = None;
         Ok(())
     }
 
     fn __repr__(&self) -> String {
-        let [width, height] = self.scene.view.film.resolution;
+        let [width, height] = self.view.lock().view.film.resolution;
         let name = self.sources.files.first().map(|file| file.path.display().to_string());
         format!("<lookat.Scene {} {width}x{height}, {} spp>", name.unwrap_or_default(), self.spp())
     }
 }
 
 impl Scene {
+    /// The scene as it is now.
+    pub fn scene(&self) -> lookat_scene::Scene {
+        lookat_scene::Scene { view: self.view.lock().view.clone(), world: self.world.clone() }
+    }
+
     fn meshes_in_world(&self) -> impl Iterator<Item = (usize, &Arc<lookat_scene::Mesh>)> {
-        self.scene.world.primitives.iter().enumerate().filter_map(|(at, primitive)| match &primitive.shape {
+        self.world.primitives.iter().enumerate().filter_map(|(at, primitive)| match &primitive.shape {
             Shape::TriangleMesh(mesh) => Some((at, mesh)),
             _ => None,
         })
@@ -104,24 +110,14 @@ impl Scene {
 
     /// The world as the renderer needs it, if it is prepared near the eye.
     pub fn prepared(&self) -> Option<Arc<Prepared>> {
-        self.prepared.clone().filter(|prepared| prepared.is_near(&self.scene.view.camera))
+        self.prepared.clone().filter(|prepared| prepared.is_near(&self.view.lock().view.camera))
     }
 
     /// Keeps a world that has been prepared, unless the scene has another one by now.
     pub fn keep(&mut self, prepared: Arc<Prepared>) {
-        if Arc::ptr_eq(prepared.world(), &self.scene.world) {
+        if Arc::ptr_eq(prepared.world(), &self.world) {
             self.prepared = Some(prepared);
         }
-    }
-
-    /// Fails if another place of the camera would change the world.
-    pub fn check_placed_freely(&self) -> PyResult<()> {
-        if self.world_follows_camera {
-            return Err(value_error(
-                "CoordSysTransform \"camera\" places a part of this world relative to the camera: change the camera in the text",
-            ));
-        }
-        Ok(())
     }
 }
 
@@ -149,15 +145,14 @@ pub fn load(path_or_text: &Bound<'_, PyAny>) -> PyResult<Scene> {
     let Loaded { scene, sources, diagnostics, placement, output, memory, world_follows_camera, .. } =
         read(path_or_text)?;
     match scene {
-        Some(scene) => Ok(Scene {
-            scene,
-            placement,
+        Some(lookat_scene::Scene { view, world }) => Ok(Scene {
+            view: SharedView::new(PlacedView { view, placement, world_follows_camera }),
+            world,
             prepared: None,
             sources: Arc::new(sources),
             memory,
             diagnostics,
             output,
-            world_follows_camera,
         }),
         None => {
             let error = PyErr::new::<SceneError, _>(message(&diagnostics, &sources));
