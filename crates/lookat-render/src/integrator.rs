@@ -11,6 +11,7 @@ pub(crate) mod path_record;
 mod profiler;
 mod receiver_columns;
 mod replay;
+mod subsurface;
 mod vertices;
 pub(crate) mod world;
 

@@ -2,8 +2,9 @@
 
 mod checkerboard;
 mod ellipse;
-pub(crate) mod imagemap;
+mod imagemap;
 mod noise;
+pub(crate) mod trilinear;
 
 use std::f64::consts::{PI, TAU};
 use std::ops::{Add, Mul};

@@ -8,7 +8,8 @@ use std::ops::Range;
 use fearless_simd::{Simd, mask64x8};
 use lookat_scene::LightChoice;
 
-use super::{SampleDimensions, bodies};
+use super::SampleDimensions;
+use super::bodies::PROBE_NUMBERS;
 use crate::bsdf::LobeFilter;
 use crate::camera::Viewer;
 use crate::integrator::lighting::{Illumination, Lighting};
@@ -47,7 +48,7 @@ pub(crate) fn dimensions(
         let count = if has_bodies { 2 * count } else { count };
         needed.then_some(SampleDimensions { purpose, count, surfaces })
     };
-    let probe = SampleDimensions { purpose: "probe", count: bodies::PROBE_NUMBERS, surfaces: 0..max_depth };
+    let probe = SampleDimensions { purpose: "probe", count: PROBE_NUMBERS, surfaces: 0..max_depth };
     let all = 0..max_depth;
     // Where no light is sampled, another direction takes its numbers.
     let is_sampled = lights.has_extended() && !lights.leaves_all_to_directions(false);
@@ -72,7 +73,7 @@ impl Paths<'_> {
     /// The number of sample dimensions at a surface. Bodies have a second vertex there, where light leaves them.
     pub(super) fn numbers(&self) -> u32 {
         let own = numbers(self.max_depth);
-        if self.lighting.bodies.is_some() { 2 * own + bodies::PROBE_NUMBERS } else { own }
+        if self.lighting.bodies.is_some() { 2 * own + PROBE_NUMBERS } else { own }
     }
 
     /// Adds direct light to the paths of a batch at a surface, and continues the paths. First all are shaded, then all shadow rays are
@@ -99,10 +100,23 @@ impl Paths<'_> {
             if let Some(media) = &world.media {
                 self.scatter_in_media(simd, tracer, streams, media, at, batch);
             }
-            if let Some(bodies) = &self.lighting.bodies {
-                let probes =
-                    BatchSurface { dimension: at.dimension.wrapping_add(numbers(self.max_depth)), ..at };
-                self.leave_bodies(simd, tracer, streams, bodies, probes, batch);
+            if self.lighting.bodies.is_some() {
+                let probes = at.dimension.wrapping_add(numbers(self.max_depth));
+                self.lighting.leave_bodies(
+                    simd,
+                    tracer,
+                    streams,
+                    probes,
+                    batch,
+                    #[inline(always)]
+                    |tracer: &mut Tracer,
+                     streams: &mut Streams,
+                     vertices: &Vertices<S>,
+                     batch: &mut PathBatch| {
+                        let all = vertices.paths.active;
+                        self.scatter(tracer, streams, vertices, (all, all), at.depth, batch);
+                    },
+                );
             }
             if tracer.is_stopped {
                 return;
@@ -315,7 +329,7 @@ mod tests {
                 all.iter().map(|used| used.count).sum()
             };
             assert_eq!((drawn(false), numbers(max_depth)), (expected, expected));
-            assert_eq!(drawn(true), 2 * expected + bodies::PROBE_NUMBERS);
+            assert_eq!(drawn(true), 2 * expected + PROBE_NUMBERS);
         }
     }
 }

@@ -90,7 +90,7 @@ impl Lighting<'_> {
         let views = camera.map(|of| paths.views(of, &batch.camera_samples));
         let mut shaded = self.world.shaded(simd, tracer, paths, views.as_ref(), &mut slots);
         let bodies = if self.bodies.is_some() {
-            self.entrances(simd, paths, &mut shaded, slots.inside())
+            Entrances::new(simd, &self.world.materials, paths, &mut shaded, slots.inside())
         } else {
             None
         };

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::lune::Lunes;
 use crate::number::{LANES, V3, Vec3fx8, Vec3x8, bits, luminance, narrow, splat_f32, to_f32, vectorized};
-use crate::texture::imagemap::bilinear;
+use crate::texture::trilinear::bilinear;
 use crate::warp::{angle, at_turn, longitude_latitude, sample_discrete};
 
 /// An infinite light with a picture.

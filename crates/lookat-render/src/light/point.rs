@@ -12,7 +12,7 @@ use crate::light::LightSample;
 use crate::light::Receivers;
 use crate::number::strength;
 use crate::number::{LANES, V3, Vec3fx8, Vec3x8, bits, splat_f32, to_f32, to_f64, vectorized};
-use crate::texture::imagemap::bilinear;
+use crate::texture::trilinear::bilinear;
 use crate::trace::rays::{POINT_LIGHT, Rays};
 use crate::warp::longitude_latitude;
 

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f32x8, i32x8, mask32x8, mask64x8, prelude::*};
 use lookat_image::{Level, MipMap, Wrap};
 
 use super::Values;
-use super::imagemap::{Versions, place, sizes};
+use super::trilinear::{Versions, place, sizes};
 use crate::number::{LANES, Vec2x8, narrow, splat_f32, to_f32, vectorized};
 
 /// The weighted means over the ellipses around `st` with the axes `ends`. If an axis is more than `max_anisotropy` times as long

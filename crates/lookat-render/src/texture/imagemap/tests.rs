@@ -1,12 +1,13 @@
 use std::array::from_fn;
 use std::sync::Arc;
 
+use fearless_simd::f64x8;
 use glam::{DVec2, DVec3, Vec3};
-use lookat_image::Wrap;
+use lookat_image::{MipMap, Wrap};
 use lookat_scene::Mapping;
 
 use super::*;
-use crate::number::{Vec3x8, bits, side_by_side};
+use crate::number::{LANES, Vec3x8, bits, side_by_side};
 use crate::testing::{baseline, levels, noise};
 use crate::texture::Footprint;
 
