@@ -3,7 +3,9 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use tempfile::TempPath;
 
@@ -79,13 +81,31 @@ pub(crate) fn fill(
     file: &mut File,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), ImageFault>,
 ) -> Result<(), ImageFault> {
-    let mut out = BufWriter::new(&mut *file);
-    write(&mut out)?;
-    out.flush()?;
-    drop(out);
+    let own = file.try_clone()?;
+    let synced = std::thread::scope(|scope| -> Result<_, ImageFault> {
+        let (is_writing, waits) = mpsc::channel::<()>();
+        // The disk begins with what is written while more is encoded.
+        let sync = move || -> io::Result<()> {
+            while waits.recv_timeout(SYNC_STEP) == Err(RecvTimeoutError::Timeout) {
+                own.sync_data()?;
+            }
+            Ok(())
+        };
+        let early = std::thread::Builder::new().spawn_scoped(scope, sync);
+        let mut out = BufWriter::new(&mut *file);
+        write(&mut out)?;
+        out.flush()?;
+        drop((out, is_writing));
+        // Each failure of a disk is told once.
+        Ok(early.map_or(Ok(()), |early| early.join().unwrap_or(Ok(()))))
+    })?;
+    synced?;
     // Some file systems only now say that they are full.
     Ok(file.sync_data()?)
 }
+
+/// The time after which a file is synced that is still being written.
+const SYNC_STEP: Duration = Duration::from_millis(50);
 
 /// The temporary files of this process.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());

@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use lookat_image::IntegerChannel;
 use lookat_scene::Filter;
 use serde::{Deserialize, Serialize};
+use serde_bytes::ByteBuf;
 
 use super::REPLICATES;
 use super::area::Area;
@@ -15,7 +16,7 @@ use super::sum::{PixelSums, Scale, Sum};
 use super::tile::Tile;
 
 /// Changes whenever the bytes of a header or of channels do.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 /// What [`FilmSums`] are made of beside their integers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,6 +36,8 @@ pub struct SumsHeader {
     replicates: u32,
     /// The bytes of the state in its channels; 0 without one.
     state_bytes: u64,
+    /// How many of these are the states of tiles.
+    tile_bytes: u64,
 }
 
 impl SumsHeader {
@@ -68,6 +71,7 @@ impl SumsHeader {
             && self.scale.is_valid()
             && [0, REPLICATES].contains(&self.replicates)
             && self.state_channels() <= self.channels
+            && self.tile_bytes <= self.state_bytes
             && self.runs.iter().map(|(length, _)| u64::from(*length)).sum::<u64>()
                 == if self.state_bytes == 0 { sources(&self.film, &self.filter).size() as u64 } else { 0 }
     }
@@ -117,10 +121,10 @@ fn state_name(number: usize) -> String {
     format!("{PREFIX}.state{number}")
 }
 
-/// A state with the numbers of samples and the spreads of the film, as its channels hold them.
+/// What the channels of a state hold behind the states of tiles, which are not copied.
 #[derive(Serialize, Deserialize)]
 struct Stored {
-    policy: PolicyState,
+    plan: ByteBuf,
     counts: Vec<u32>,
     spreads: Vec<Spread>,
     unfiltered: Vec<Spread>,
@@ -140,14 +144,15 @@ impl FilmSums {
         let FilmSums { film, filter, light_paths, scale, mut all, state } = self;
         let (size, replicates) = (all.bounds.size(), all.replicates.len());
         let counts = std::mem::take(&mut all.counts);
-        let mut runs = Vec::new();
-        let mut bytes = Vec::new();
+        let (mut runs, mut bytes, mut tile_bytes) = (Vec::new(), Vec::new(), 0);
         match state {
             None => runs.extend(counts.chunk_by(|a, b| a == b).map(|run| (run.len() as u32, run[0]))),
             Some(policy) => {
                 let [spreads, unfiltered] = [&mut all.spreads, &mut all.unfiltered].map(std::mem::take);
-                let stored = Stored { policy, counts, spreads, unfiltered };
-                bytes = postcard::to_allocvec(&stored).expect("plain data in memory can be written");
+                let PolicyState { plan, tiles } = policy;
+                tile_bytes = tiles.len() as u64;
+                let stored = Stored { plan, counts, spreads, unfiltered };
+                bytes = postcard::to_extend(&stored, tiles).expect("plain data in memory can be written");
             }
         }
         let mut channels = Vec::new();
@@ -161,9 +166,17 @@ impl FilmSums {
             name: state_name(number),
             samples: bytes.iter().copied().map(u32::from_le_bytes).collect(),
         }));
-        let (count, replicates) = (channels.len() as u64, replicates as u32);
-        let header =
-            SumsHeader { film, filter, light_paths, scale, runs, channels: count, replicates, state_bytes };
+        let header = SumsHeader {
+            film,
+            filter,
+            light_paths,
+            scale,
+            runs,
+            channels: channels.len() as u64,
+            replicates: replicates as u32,
+            state_bytes,
+            tile_bytes,
+        };
         (header, channels)
     }
 
@@ -175,7 +188,9 @@ impl FilmSums {
             return Err(FilmSumsError::Unreadable);
         }
         let state_channels = header.state_channels();
-        let SumsHeader { film, filter, light_paths, scale, runs, replicates, state_bytes, .. } = header;
+        let SumsHeader {
+            film, filter, light_paths, scale, runs, replicates, state_bytes, tile_bytes, ..
+        } = header;
         let (bounds, sources) = (Area::of(film.crop), sources(&film, &filter));
         let mut all = Tile {
             bounds,
@@ -196,9 +211,12 @@ impl FilmSums {
                 bytes.extend(channel.samples.iter().flat_map(|word| word.to_le_bytes()));
             }
             bytes.truncate(state_bytes as usize);
-            let stored: Stored = postcard::from_bytes(&bytes).map_err(|_| FilmSumsError::Unreadable)?;
-            let Stored { policy, counts, spreads, unfiltered } = stored;
-            (state, all) = (Some(policy), Tile { counts, spreads, unfiltered, ..all });
+            let stored = postcard::from_bytes(&bytes[tile_bytes as usize..]);
+            let stored: Stored = stored.map_err(|_| FilmSumsError::Unreadable)?;
+            bytes.truncate(tile_bytes as usize);
+            let Stored { plan, counts, spreads, unfiltered } = stored;
+            state = Some(PolicyState { plan, tiles: bytes });
+            all = Tile { counts, spreads, unfiltered, ..all };
         } else {
             let run = |(length, count)| std::iter::repeat_n(count, length as usize);
             all.counts.extend(runs.into_iter().flat_map(run));

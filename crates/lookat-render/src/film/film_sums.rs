@@ -9,7 +9,6 @@ use std::sync::{Mutex, PoisonError};
 
 use lookat_image::Image;
 use lookat_scene::Filter;
-use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 
 use super::area::Area;
@@ -37,12 +36,12 @@ pub struct FilmSums {
 }
 
 /// What a policy knows about a rendering that has been broken off, in a form of its own.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct PolicyState {
     /// What is planned for the round. Empty before the first.
     pub plan: ByteBuf,
     /// What it knows about all tiles, one after the other.
-    pub tiles: ByteBuf,
+    pub tiles: Vec<u8>,
 }
 
 /// What a policy knows while it renders.

@@ -72,8 +72,8 @@ struct States<S> {
 impl<S: Debug + Send + Serialize> PolicyStates for States<S> {
     fn encoded(&self) -> PolicyState {
         let plan = ByteBuf::from(lock(&self.plan).clone());
-        let all = self.tiles.iter().fold(Vec::new(), |all, state| encoded(&*lock(state), all));
-        PolicyState { plan, tiles: ByteBuf::from(all) }
+        let tiles = self.tiles.iter().fold(Vec::new(), |all, state| encoded(&*lock(state), all));
+        PolicyState { plan, tiles }
     }
 }
 
