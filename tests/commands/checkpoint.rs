@@ -105,7 +105,7 @@ fn an_interruption_writes_a_checkpoint() {
         let [so_far, merged] = ["a b.exr", "c.exr"].map(|name| Image::read(&folder.path(name)).unwrap());
         assert_eq!(so_far.rgb(), merged.rgb());
         let again = folder.run(&long);
-        assert!(again.err.contains("or go on with `lookat resume a b.exr`"), "{}", again.err);
+        assert!(again.err.contains("or go on with `lookat resume 'a b.exr'`"), "{}", again.err);
         // Finished, it has the bits of one that was never broken off, and its layers.
         let resume = folder.command(&["resume", "a b.exr", "--quiet"]).output().unwrap();
         assert!(resume.status.success(), "{}", String::from_utf8_lossy(&resume.stderr));
@@ -153,7 +153,7 @@ fn checkpoints_destroy_nothing() {
     let longer: Vec<&str> = LONG.iter().map(|word| if *word == "2000" { "1000000" } else { word }).collect();
     let mut child = folder.command(&[&longer, &own[..]].concat()).spawn().unwrap();
     wait_for(&folder, "a.exr", &mut child);
-    let expected = "another rendering writes the checkpoint a.exr";
+    let expected = "another rendering writes a.exr";
     for arguments in [&["resume", "a.exr"][..], &[LONG, &own[..]].concat()] {
         let run = Run::of(folder.command(arguments).output().unwrap());
         assert!(run.status == 2 && run.err.contains(expected), "{arguments:?}: {}", run.err);
@@ -208,25 +208,25 @@ fn what_cannot_be_resumed_is_refused() {
     child.wait().unwrap();
     let _ = std::fs::remove_file(folder.path("a.previous.exr"));
     let bytes = std::fs::read(folder.path("a.exr")).unwrap();
-    let refused = |expected: &str| {
+    let refused = |status: i32, expected: &str| {
         let run = folder.run(&["resume", "a.exr"]);
-        assert_eq!(run.status, 2, "{}", run.err);
+        assert_eq!(run.status, status, "{}", run.err);
         assert!(run.err.contains(expected), "{}", run.err);
         assert!(!folder.path("b.exr").exists());
     };
     folder.write("fine.pbrt", &FINE.replace("[3 4 -5]", "[3 4 -6]"));
-    refused("a.exr cannot be resumed: the file fine.pbrt of the scene differs");
+    refused(2, "a.exr cannot be resumed: the file fine.pbrt of the scene differs");
     std::fs::remove_file(folder.path("fine.pbrt")).unwrap();
-    refused("there is no scene fine.pbrt, neither in");
+    refused(2, "there is no scene fine.pbrt, neither in");
     folder.write("fine.pbrt", FINE);
     for length in [0, 100, bytes.len() / 2, bytes.len() - 1] {
         std::fs::write(folder.path("a.exr"), &bytes[..length]).unwrap();
-        refused("a.exr");
+        refused(66, "a.exr");
     }
     folder.run(&["render", "fine.pbrt", "-q", "-o", "a.exr", "--force"]);
-    refused("a.exr is no part of a rendering");
+    refused(66, "a.exr is no part of a rendering");
     folder.run(&["render", "fine.pbrt", "-q", "-o", "a.exr", "--part", "0/2", "--force"]);
-    refused("a.exr is no checkpoint");
+    refused(66, "a.exr is no checkpoint");
     // Elsewhere, with a copy of the scene.
     std::fs::write(folder.path("a.exr"), &bytes).unwrap();
     let other = Folder::new();
@@ -242,6 +242,65 @@ fn what_cannot_be_resumed_is_refused() {
     assert_eq!(files(&other), ["b.exr"]);
 }
 
+/// A rendering of absolute paths, which are gone, and a checkpoint behind a link.
+#[cfg(unix)]
+#[test]
+fn what_was_moved_is_found_where_it_is_resumed() {
+    let folder = Folder::new();
+    folder.run(&[LONG, &["-o", "whole.exr"]].concat());
+    let whole = std::fs::read(folder.path("whole.exr")).unwrap();
+    for output in [None, Some("named.exr")] {
+        let old = Folder::new();
+        let [scene, picture] = ["fine.pbrt", "b.exr"].map(|name| old.path(name).display().to_string());
+        std::fs::create_dir(old.path("disk")).unwrap();
+        std::os::unix::fs::symlink("disk/real.exr", old.path("a.exr")).unwrap();
+        let begun =
+            ["render", &scene, "--spp", "2000", "-o", &picture, "--checkpoint", "a.exr", "--every", "0.05"];
+        let mut child = old.command(&begun).stderr(Stdio::null()).spawn().unwrap();
+        wait_for(&old, "disk/real.exr", &mut child);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let new = Folder::new();
+        std::fs::create_dir(new.path("disk")).unwrap();
+        std::fs::copy(old.path("disk/real.exr"), new.path("disk/-real.exr")).unwrap();
+        std::os::unix::fs::symlink("disk/-real.exr", new.path("a.exr")).unwrap();
+        drop(old);
+        let more: Vec<_> = output.iter().flat_map(|name| ["-o", *name]).collect();
+        let run = new.run(&[&["resume", "a.exr"], &more[..]].concat());
+        assert_eq!(run.status, 0, "{}", run.err);
+        assert!(run.err.contains("going on with fine.pbrt here"), "{}", run.err);
+        let name = output.unwrap_or("b.exr");
+        assert!(std::fs::read(new.path(name)).unwrap() == whole);
+        // The link stays, and what it led to is gone.
+        let mut left = ["a.exr", name, "disk"];
+        left.sort();
+        assert_eq!(files(&new), left);
+        assert_eq!(std::fs::read_dir(new.path("disk")).unwrap().count(), 0);
+    }
+}
+
+/// Where nothing can be written any more, the last checkpoint stays, and the message says how to go on.
+#[cfg(unix)]
+#[test]
+fn the_last_checkpoint_outlives_a_full_disk() {
+    let folder = Folder::new();
+    let long = ["render", "fine.pbrt", "--spp", "200", "--resolution", "100x80", "-q"];
+    let own = ["-o", "b.exr", "--checkpoint=-a 1.exr", "--every", "0.05"];
+    let mut child = folder.command(&[&long[..], &own].concat()).spawn().unwrap();
+    wait_for(&folder, "-a 1.exr", &mut child);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let run = folder.run_within("-f 5", &["resume", "--force", "./-a 1.exr"]);
+    let last = run.err.lines().last().unwrap_or_default();
+    let command = last.split_once("; to go on from the last checkpoint: lookat ").map(|(_, command)| command);
+    assert_eq!((run.status, command), (2, Some("resume './-a 1.exr'")), "{}", run.err);
+    let run = folder.run(&["resume", "./-a 1.exr", "-q"]);
+    assert_eq!((run.status, &*run.err), (0, ""));
+    folder.run(&[&long[..], &["-o", "whole.exr"]].concat());
+    let [resumed, whole] = ["b.exr", "whole.exr"].map(|name| std::fs::read(folder.path(name)).unwrap());
+    assert!(resumed == whole);
+}
+
 #[test]
 fn checkpoints_that_cannot_be_written_are_refused_before_rendering() {
     let folder = Folder::new();
@@ -255,7 +314,10 @@ fn checkpoints_that_cannot_be_written_are_refused_before_rendering() {
             "b.exr would be a picture and a checkpoint: choose another name for the checkpoint",
         ),
         (&["--checkpoint", "picture.exr"], "picture.exr is no checkpoint: choose another name"),
-        (&["--checkpoint", "held.exr"], "held.lock.exr is in the way of a checkpoint"),
+        (
+            &["--checkpoint", "held.exr"],
+            "held.lock.exr is in the way: lookat locks it while it writes held.exr",
+        ),
         (&["--checkpoint", "a.exr", "--time", "1"], "cannot be used with"),
         (&["--checkpoint", "a.exr", "warns.pbrt"], "--checkpoint takes one scene"),
         (&["--every", "5"], "--checkpoint <FILE>"),

@@ -79,6 +79,8 @@ fn a_part_is_a_picture() {
     let run = folder.run(&["compare", "part.exr", "whole.exr", "--max", "rmse=0.05"]);
     assert_eq!(run.status, 0, "{}{}", run.out, run.err);
     assert_eq!(folder.run(&["convert", "part.exr", "part.png"]).status, 0);
+    // Again: it is a picture of lookat.
+    assert_eq!(folder.run(&["convert", "part.exr", "part.png"]).status, 0);
     // Converted, it is a picture and no part.
     assert_eq!(folder.run(&["convert", "part.exr", "copy.exr"]).status, 0);
     let copy = Image::read(&folder.path("copy.exr")).unwrap();
@@ -261,6 +263,10 @@ echo 17
         (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--turntable", "4"], "but not both"),
         (&["fine.pbrt", "--parts", "2", "-o", "a.exr", "--", "--ssp", "8"], "'--ssp'"),
         (&["fine.pbrt", "--parts", "2", "-o", "other.exr"], "other.exr is not replaced"),
+        (
+            &["fine.pbrt", "-o", "frame.exr", "--", "--turntable", "3", "--spp", "64", "--resolution", "8x6"],
+            "frame.0001.exr is not replaced: it has 120 samples per pixel, and the new picture 64",
+        ),
         (&["-", "--parts", "2", "-o", "a.exr"], "- can be read only once, and each job reads the scene"),
         (&["fine.pbrt", "--parts", "2", "-o", "none/a.exr"], "there is no folder"),
         (&["none.pbrt", "--parts", "2", "-o", "a.exr"], "none.pbrt"),
@@ -337,6 +343,49 @@ fn more_samples_are_added_to_a_picture() {
     }
 }
 
+/// Of two renderings that add samples to one picture, the second does not begin.
+#[test]
+fn samples_are_added_by_one_rendering_at_a_time() {
+    let folder = Folder::new();
+    folder.run(&["render", "fine.pbrt", "-q", "-o", "a.exr", "--keep-sums"]);
+    let more = ["render", "fine.pbrt", "-q", "-o", "a.exr", "--more", "100000"];
+    let mut child = folder.command(&more).spawn().unwrap();
+    while !folder.path("a.lock.exr").exists() {
+        assert_eq!(child.try_wait().unwrap(), None);
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let run = folder.run(&more);
+    assert_eq!((run.status, &*run.err), (2, "error: another rendering writes a.exr\n"));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let run = folder.run(&["render", "fine.pbrt", "-q", "-o", "a.exr", "--more", "4"]);
+    assert_eq!((run.status, &*run.err), (0, ""));
+    assert!(!folder.path("a.lock.exr").exists());
+}
+
+/// What an interruption left of a part is no part, and does not stop `merge part-*.exr`.
+#[cfg(unix)]
+#[test]
+fn interrupted_parts_are_left_out() {
+    let folder = Folder::new();
+    let long = ["render", "fine.pbrt", "-o", "part-0.exr", "--part", "0/2", "--spp", "100000"];
+    let mut child = folder.command(&long).stderr(Stdio::null()).spawn().unwrap();
+    // Until it listens, the signal would end it.
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    for part in ["0", "1"] {
+        let (name, part) = (format!("part-{part}.exr"), format!("{part}/2"));
+        folder.run(&["render", "fine.pbrt", "-q", "-o", &name, "--part", &part]);
+    }
+    let run = folder.run(&["merge", "part-0.exr", "part-0.partial.exr", "part-1.exr", "-o", "a.exr"]);
+    assert_eq!(run.status, 0, "{}", run.err);
+    assert!(run.err.contains("part-0.partial.exr is left out: it is not finished"), "{}", run.err);
+    folder.run(&["render", "fine.pbrt", "-q", "-o", "whole.exr"]);
+    let [merged, whole] = ["a.exr", "whole.exr"].map(|name| std::fs::read(folder.path(name)).unwrap());
+    assert!(merged == whole);
+}
+
 #[test]
 fn what_cannot_have_more_samples_is_refused() {
     let folder = Folder::new();
@@ -370,6 +419,14 @@ fn what_cannot_have_more_samples_is_refused() {
         (
             &["fine.pbrt", "-o", "a.exr", "--keep-sums", "--adaptive", "--spp", "24"],
             "pictures of 16, 32, 64, 128 and so on samples per pixel, and this one would have 24: write such a number",
+        ),
+        (
+            &["fine.pbrt", "-o", "kept.exr", "--more", "4", "--target-error", "0.1"],
+            "one is rendered with --target-error 0.1 --confidence 0.95, and one without",
+        ),
+        (
+            &["fine.pbrt", "-o", "kept.exr", "--more", "3", "--error-layers"],
+            "one is rendered with --error-layers, and one without",
         ),
         (&["fine.pbrt", "-o", "kept.exr"], "kept.exr is not replaced: it has the sums of other samples"),
         (&["fine.pbrt", "-o", "kept.exr", "--part", "0/2"], "kept.exr is not replaced"),

@@ -313,11 +313,14 @@ pub struct Convert {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "It repeats the command that was broken off, in the folder where it was started, or here if this machine has no such folder. The picture has the bits of a rendering without a break."
+    after_help = "It repeats the command that was broken off, in the folder where it was started, or here if the scene is not there. The picture has the bits of a rendering without a break.\n\nExit status: 66 there is no checkpoint that can be read; otherwise as lookat render"
 )]
 pub struct Resume {
     /// The checkpoint, from `lookat render --checkpoint`
     pub file: PathBuf,
+    /// The picture file [default: that of the command]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
     /// Number of threads [default: that of the command]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
@@ -349,7 +352,7 @@ pub struct Merge {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Send the script to a shell where the engine's programs are: lookat farm slurm scene.pbrt --parts 16 -o scene.exr -- --spp 4096 | sh"
+    after_help = "Send the script to a shell where the engine's programs are:\n\n    lookat farm slurm scene.pbrt --parts 16 -o scene.exr -- --spp 4096 | sh"
 )]
 pub struct Farm {
     /// The engine that runs the jobs

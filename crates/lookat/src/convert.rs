@@ -90,9 +90,10 @@ fn cropped(placement: Placement, edges: [f64; 4]) -> Result<Window, Failure> {
 
 /// Makes a picture of a part: as float, sums are of no use.
 fn drop_sums(image: &mut Image) {
-    if image.metadata.as_ref().is_some_and(|text| serde_json::from_str::<PartMetadata>(text).is_ok()) {
+    let part = image.metadata.as_deref().and_then(|text| serde_json::from_str::<PartMetadata>(text).ok());
+    if let Some(part) = part {
         image.channels.retain(|channel| !FilmSums::is_channel(&channel.name));
-        image.metadata = None;
+        image.metadata = part.of_picture();
     }
 }
 

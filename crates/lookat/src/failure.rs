@@ -23,6 +23,9 @@ macro_rules! say {
 /// The exit status for a scene with errors.
 pub const SCENE_FAULT: u8 = 1;
 
+/// The exit status of `lookat resume` without a checkpoint that can be read; `EX_NOINPUT` of sysexits.h.
+const NO_CHECKPOINT: u8 = 66;
+
 /// Why a command ends without its result. Its text is fit to be shown to the user.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Failure {
@@ -32,6 +35,9 @@ pub enum Failure {
     /// The scene does not fit the memory limit.
     #[error("{0}")]
     TooLarge(String),
+    /// There is no checkpoint that can be read.
+    #[error("{0}")]
+    NoCheckpoint(String),
     /// A file or folder cannot be read or written.
     #[error("cannot {doing} {}: {reason}", path.display())]
     File { doing: &'static str, path: PathBuf, reason: String },
@@ -59,6 +65,7 @@ impl Failure {
     pub fn status(&self) -> u8 {
         match self {
             Failure::TooLarge(_) => SCENE_FAULT,
+            Failure::NoCheckpoint(_) => NO_CHECKPOINT,
             _ => crate::TROUBLE,
         }
     }

@@ -8,9 +8,10 @@ use lookat_image::Format;
 
 use crate::args::{Arguments, Command, Engine, Farm, Render};
 use crate::failure::{Failure, SCENE_FAULT};
-use crate::output::{NewPicture, check_inputs, check_output, check_unfinished};
+use crate::output::{check_inputs, check_output, check_unfinished};
 use crate::readable::quoted;
-use crate::render::job::load_options;
+use crate::render::job::{load_options, numbered};
+use crate::render::settings::{new_picture, settings};
 use crate::source::{is_read_once, load_scene, replace_samples};
 use crate::{report, usage};
 
@@ -77,17 +78,19 @@ fn run(arguments: &Farm, render: &Render) -> Result<u8, Failure> {
         bail!("{}: only an .exr file can store layers; choose one with -o", output.display());
     }
     let crop = found.view.film.crop;
-    check_output(&output, [crop.width(), crop.height()])?;
-    check_inputs(&output, &loaded.inputs)?;
-    if parts.is_some() && !render.force {
-        let size = [crop.width(), crop.height()];
-        let samples_per_pixel = Some(samples.into());
-        let new = NewPicture { size, samples_per_pixel, is_adaptive: false, is_partial: false };
-        check_unfinished(
-            &output,
-            new,
-            "choose another name with -o, or write lookat render --force behind --",
-        )?;
+    let files = frames.map_or_else(|| vec![output.clone()], |count| numbered(&output, count as usize));
+    for file in &files {
+        check_output(file, [crop.width(), crop.height()])?;
+        check_inputs(file, &loaded.inputs)?;
+        if !render.force {
+            let whole = Render { part: None, ..render.clone() };
+            let new = new_picture(found, &settings(&whole, file));
+            check_unfinished(
+                file,
+                new,
+                "choose another name with -o, or write lookat render --force behind --",
+            )?;
+        }
     }
     // The jobs have these anyway.
     let options = options.iter().filter(|option| !["--force", "--quiet", "-q"].contains(&option.as_str()));

@@ -9,8 +9,9 @@ use lookat_render::{FilmSums, Layer};
 use crate::args::{Merge, Writing};
 use crate::failure::Failure;
 use crate::light::{map_tones, note_linear};
-use crate::output::{check_inputs, check_output, check_replaced, write_result};
+use crate::output::{check_inputs, check_output, check_replaced, is_interrupted, write_result};
 use crate::part::{About, PartFile};
+use crate::readable::quoted_file;
 
 /// Runs the command.
 pub fn merge(arguments: &Merge) -> ExitCode {
@@ -20,7 +21,19 @@ pub fn merge(arguments: &Merge) -> ExitCode {
 fn run(arguments: &Merge) -> Result<(), Failure> {
     let Merge { parts, output, partial, writing } = arguments;
     let Writing { tone, force, quiet, memory } = *writing;
-    let files = parts.iter().map(|path| PartFile::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let mut files = Vec::new();
+    for path in parts {
+        match PartFile::open(path) {
+            Ok(file) => files.push(file),
+            Err(_) if is_interrupted(path) && parts.len() > 1 => {
+                say!("{} is left out: it is not finished, and has no sums", path.display());
+            }
+            Err(failure) => return Err(failure),
+        }
+    }
+    if files.is_empty() {
+        bail!("none of these files has sums: render the parts again");
+    }
     let ranges = check_alike(&files)?;
     let missing = missing(&files[0], &ranges);
     let unfinished = files.iter().find(|file| !file.metadata.complete);
@@ -28,7 +41,7 @@ fn run(arguments: &Merge) -> Result<(), Failure> {
     if let Some(file) = unfinished.filter(|_| !partial) {
         let name = file.path.display();
         let way_out = match file.metadata.broken_off {
-            Some(_) => format!(", or finish it with `lookat resume {name}`"),
+            Some(_) => format!(", or finish it with `lookat resume {}`", quoted_file(file.path)),
             None => String::new(),
         };
         bail!("{name} is not finished: add up what there is with --partial{way_out}");

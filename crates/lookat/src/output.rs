@@ -282,6 +282,14 @@ fn why_kept(file: &Path, new: NewPicture) -> Option<String> {
     }
 }
 
+/// True for a picture of lookat that an interruption left.
+pub fn is_interrupted(file: &Path) -> bool {
+    let opened = PictureFile::open(file, &MemoryBudget::default());
+    let text = opened.ok().and_then(|opened| opened.metadata());
+    let made = text.and_then(|text| serde_json::from_str::<Made>(&text).ok());
+    made.is_some_and(|made| !made.complete)
+}
+
 /// A number of samples with two decimals.
 fn rounded(samples: f64) -> f64 {
     (100.0 * samples).round() / 100.0

@@ -10,6 +10,7 @@ use lookat_image::{Image, IntegerChannel, MemoryBudget, PictureFile, open_file, 
 use lookat_render::{FilmSums, Settings, Statistics, Stop, SumsHeader, TargetError};
 use lookat_scene::{Loaded, MAX_SAMPLES, View};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use crate::args::{MOST_PARTS, way_out};
@@ -97,6 +98,17 @@ impl About {
         let metadata = PartMetadata { samples_per_pixel, complete, part, whole, broken_off };
         image.metadata = serde_json::to_string(&metadata).ok();
         image.integers = channels;
+    }
+}
+
+impl PartMetadata {
+    /// The metadata of its picture without the sums. `None` if nothing is kept of it.
+    pub fn of_picture(&self) -> Option<String> {
+        let mut picture: Value = serde_json::from_str(&self.whole).ok()?;
+        let is_whole = self.part.samples() == self.part.provenance.samples_per_pixel;
+        picture["samples_per_pixel"] = self.samples_per_pixel.into();
+        picture["complete"] = (self.complete && is_whole).into();
+        Some(picture.to_string())
     }
 }
 
@@ -270,14 +282,7 @@ impl Provenance {
             samples_per_pixel: most_samples(settings, view),
             parts: part.map_or(1, |part| part.of),
             seed,
-            stop: match stop {
-                Stop::Samples { error_layers: true } => "--error-layers".into(),
-                Stop::Samples { error_layers: false } | Stop::Time { .. } => String::new(),
-                Stop::Adaptive => "--adaptive".into(),
-                Stop::TargetError { target: TargetError { relative, confidence }, .. } => {
-                    format!("--target-error {relative} --confidence {confidence}")
-                }
-            },
+            stop: stop_options(&stop),
             is_extendable,
             files,
             view: Default::default(),
@@ -313,13 +318,8 @@ impl Provenance {
             Some("the scenes have other files".into())
         } else if self.seed != other.seed {
             Some(format!("the seeds {} and {} differ", self.seed, other.seed))
-        } else if self.stop != other.stop {
-            let with = |stop: &str| match stop {
-                "" => "without --error-layers, --adaptive and --target-error".into(),
-                stop => format!("with {stop}"),
-            };
-            let [a, b] = [self, other].map(|of| with(&of.stop));
-            Some(format!("one is rendered {a}, and one {b}"))
+        } else if let Some(difference) = stops_differ(&self.stop, &other.stop) {
+            Some(difference)
         } else if self.samples_per_pixel != other.samples_per_pixel {
             let [a, b] = [self, other].map(|of| of.samples_per_pixel);
             Some(format!("their pictures have {a} and {b} samples per pixel"))
@@ -330,6 +330,27 @@ impl Provenance {
             views.find(|(_, (own, other))| own != other).map(|(name, _)| format!("the {name} differ"))
         }
     }
+}
+
+/// As [`Provenance::stop`].
+pub fn stop_options(stop: &Stop) -> String {
+    match *stop {
+        Stop::Samples { error_layers: true } => "--error-layers".into(),
+        Stop::Samples { error_layers: false } | Stop::Time { .. } => String::new(),
+        Stop::Adaptive => "--adaptive".into(),
+        Stop::TargetError { target: TargetError { relative, confidence }, .. } => {
+            format!("--target-error {relative} --confidence {confidence}")
+        }
+    }
+}
+
+/// How two of them differ. `None` if they do not.
+pub fn stops_differ(own: &str, other: &str) -> Option<String> {
+    let with = |stop: &str| match stop {
+        "" => "without --error-layers, --adaptive and --target-error".into(),
+        stop => format!("with {stop}"),
+    };
+    (own != other).then(|| format!("one is rendered {}, and one {}", with(own), with(other)))
 }
 
 fn hashed(path: &Path, hash: String) -> HashedFile {

@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fmt::Write;
+use std::path::Path;
 
 /// Replaces each character that controls a terminal, including line ends, by one visible character. Columns stay the
 /// same.
@@ -64,11 +65,22 @@ pub fn repeated_command() -> String {
 
 /// An argument as one word of a POSIX shell.
 pub fn quoted(argument: &OsStr) -> String {
-    let text = argument.to_str().and_then(|text| shlex::try_quote(text).ok());
+    // Line ends at the end of what a shell's command prints are lost.
+    let text = argument.to_str().filter(|text| !text.contains(is_active) || text.ends_with('\n'));
+    let text = text.and_then(|text| shlex::try_quote(text).ok());
     text.map_or_else(|| printed(argument.as_encoded_bytes()), |text| text.into_owned())
 }
 
-/// A word that is not UTF-8, which a web page cannot hold, as its bytes in octal.
+/// A file as one word of a POSIX shell, which no program takes for an option.
+pub fn quoted_file(file: &Path) -> String {
+    if file.as_os_str().as_encoded_bytes().starts_with(b"-") {
+        quoted(Path::new(".").join(file).as_os_str())
+    } else {
+        quoted(file.as_os_str())
+    }
+}
+
+/// A word that is not UTF-8, which a web page cannot hold, or not visible, as its bytes in octal.
 fn printed(bytes: &[u8]) -> String {
     let octal: String = bytes.iter().map(|byte| format!("\\{byte:03o}")).collect();
     format!("\"$(printf '{octal}')\"")
@@ -137,12 +149,24 @@ mod tests {
     fn a_shell_reads_the_same_word() {
         use std::os::unix::ffi::OsStrExt;
 
-        for word in [&b"plain"[..], b"", b"a b", b"it's", b"$HOME `x` \"y\" \\ \n!*~", b"caf\xe9 %s"] {
+        let words = [
+            &b"plain"[..],
+            b"",
+            b"a b",
+            b"it's",
+            b"$HOME `x` \"y\" \\ \n!*~",
+            b"caf\xe9 %s",
+            b"a\tb",
+            b"a\n",
+        ];
+        for word in words {
             let quoted = quoted(OsStr::from_bytes(word));
             let script = format!("printf %s {quoted}");
             let output = Command::new("sh").args(["-c", &script]).output().unwrap();
             assert_eq!(output.stdout, word, "{quoted}");
         }
+        assert_eq!(quoted(OsStr::new("a\tb")), r#""$(printf '\141\011\142')""#);
+        assert_eq!(["-a b", "a-b"].map(|name| quoted_file(Path::new(name))), ["'./-a b'", "a-b"]);
     }
 
     #[test]

@@ -19,7 +19,7 @@ use crate::args::{Animation, Parameter, Render, crop_edges};
 use crate::failure::Failure;
 use crate::live::Live;
 use crate::render::batch::{jobs, render_again, render_each};
-pub use crate::render::checkpoint::Resumed;
+pub use crate::render::checkpoint::{Resumed, linked};
 use crate::render::job::{fail, finish};
 pub use crate::render::progress::progress_bar;
 use crate::scene_result::SceneResult;

@@ -1,6 +1,6 @@
 //! `lookat resume`: goes on with a rendering that was broken off.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser as _;
@@ -9,7 +9,7 @@ use crate::args::{Arguments, Command, Render, Resume};
 use crate::failure::Failure;
 use crate::part::Invocation;
 use crate::readable::quoted;
-use crate::render::{Resumed, render};
+use crate::render::{Resumed, linked, render};
 
 /// Runs the command.
 pub fn resume(arguments: &Resume) -> ExitCode {
@@ -19,10 +19,13 @@ pub fn resume(arguments: &Resume) -> ExitCode {
     }
 }
 
-/// The command that was broken off, with the checkpoint. Goes to its folder, if this machine has it.
-fn read(Resume { file, threads, force, quiet }: &Resume) -> Result<(Box<Render>, Resumed), Failure> {
-    let absolute = std::path::absolute(file).map_err(|error| Failure::io("find", file, &error))?;
-    let resumed = Resumed::read(&absolute)?;
+/// The command that was broken off, with the checkpoint. Goes to its folder, if the scene is there.
+fn read(arguments: &Resume) -> Result<(Box<Render>, Resumed), Failure> {
+    let Resume { file, output, threads, force, quiet } = arguments;
+    let full = |file: &Path| std::path::absolute(file).map_err(|error| Failure::io("find", file, &error));
+    let checkpoint = full(&linked(file)?)?;
+    let output = output.as_deref().map(full).transpose()?;
+    let resumed = Resumed::read(&checkpoint)?;
     let Some(Invocation { folder, words }) = resumed.broken_off.as_ref().map(|it| it.invocation.clone())
     else {
         bail!("{} is no checkpoint", file.display());
@@ -32,27 +35,49 @@ fn read(Resume { file, threads, force, quiet }: &Resume) -> Result<(Box<Render>,
         Ok(Command::Render(render)) => render,
         _ => bail!("{} is damaged, or of another version of lookat", file.display()),
     };
-    let folder = Path::new(&folder);
-    render.checkpoint = Some(file.clone());
-    if render.scenes.iter().all(|scene| folder.is_dir() && folder.join(scene).is_file()) {
-        let here = std::env::current_dir().unwrap_or_default();
-        std::env::set_current_dir(folder).map_err(|error| Failure::io("enter", folder, &error))?;
-        if std::env::current_dir().unwrap_or_default() != here {
-            render.checkpoint = Some(absolute);
-        }
-    } else if let Some(scene) = render.scenes.iter().find(|scene| !scene.is_file()) {
-        bail!(
-            "there is no scene {}, neither in {} nor here: go to the folder that has it, and resume there",
-            scene.display(),
-            folder.display()
-        );
-    }
     render.threads = threads.or(render.threads);
     render.quiet |= quiet;
     render.force |= force;
-    if !render.quiet && !render.report.json {
+    let is_told = !render.quiet && !render.report.json;
+    let (folder, here) = (Path::new(&folder), std::env::current_dir().unwrap_or_default());
+    render.checkpoint = Some(file.clone());
+    if folder.is_dir() && folder.join(&render.scenes[0]).is_file() {
+        std::env::set_current_dir(folder).map_err(|error| Failure::io("enter", folder, &error))?;
+        if std::env::current_dir().unwrap_or_default() != here {
+            render.checkpoint = Some(checkpoint);
+        }
+    } else {
+        let scene = &mut render.scenes[0];
+        if !scene.is_file() {
+            let own = named(scene);
+            if !own.is_file() {
+                bail!(
+                    "there is no scene {}, neither in {} nor here: go to the folder that has it, and resume there",
+                    scene.display(),
+                    folder.display()
+                );
+            }
+            if is_told {
+                say!("there is no {}: going on with {} here", scene.display(), own.display());
+            }
+            *scene = own;
+        }
+        if let Some(output) = render.output.as_mut().filter(|_| output.is_none()) {
+            let has_folder = output.parent().is_none_or(|it| it == Path::new("") || it.is_dir());
+            if !has_folder {
+                *output = named(output);
+            }
+        }
+    }
+    render.output = output.or(render.output);
+    if is_told {
         let words: Vec<String> = words.iter().map(|word| quoted(word.as_ref())).collect();
         say!("in {}: lookat {}", std::env::current_dir().unwrap_or_default().display(), words.join(" "));
     }
     Ok((render, resumed))
+}
+
+/// A file of this name in the working folder.
+fn named(file: &Path) -> PathBuf {
+    file.file_name().unwrap_or_default().into()
 }

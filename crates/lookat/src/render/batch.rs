@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::live::{Live, Watch};
 use crate::output::{check_inputs, check_new_folder, make_folder, marked, place};
+use crate::render::checkpoint::linked;
 use crate::render::job::{Job, load_options, render_scene};
 use crate::source::{is_read_once, load_scene};
 use crate::usage::tip_for_render;
@@ -42,7 +43,9 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Job>, Failure> {
         {
             bail!("cannot watch {}: there is no folder {}", scene.display(), folder.display());
         }
-        return Ok(vec![Job { arguments: arguments.clone(), inputs: Rc::default(), resumed: None }]);
+        let checkpoint = arguments.checkpoint.as_deref().map(linked).transpose()?;
+        let arguments = Render { checkpoint, ..arguments.clone() };
+        return Ok(vec![Job { arguments, inputs: Rc::default(), resumed: None }]);
     }
     if arguments.live.watch {
         bail!("--watch takes one scene");

@@ -8,14 +8,15 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use lookat_image::{Format, Image, MemoryBudget, io_reason, remove_leftovers};
-use lookat_render::{FilmSums, Progress, Settings, Statistics};
+use lookat_image::{Format, Image, MemoryBudget, io_reason, remove_leftovers, write_target};
+use lookat_render::{FilmSums, Progress, Settings, Statistics, Stop};
 use lookat_scene::MAX_SAMPLES;
 
 use crate::args::Render;
 use crate::failure::Failure;
 use crate::output::{Destination, PARTIAL, check_inputs, check_output, marked, place};
-use crate::part::{About, BrokenOff, Invocation, PartFile, Provenance, Work};
+use crate::part::{About, BrokenOff, Invocation, PartFile, Provenance, Work, stop_options, stops_differ};
+use crate::readable::quoted_file;
 use crate::writer::lock;
 
 /// The time between two checkpoints, unless it is given.
@@ -32,6 +33,8 @@ pub struct Resumed {
     pub bytes: u64,
     /// Its sums, until the rendering takes them.
     pub sums: RefCell<Option<FilmSums>>,
+    /// That of a picture.
+    _lock: Option<Lock>,
 }
 
 impl Resumed {
@@ -44,11 +47,12 @@ impl Resumed {
             };
             let sums = RefCell::new(Some(opened.read(&MemoryBudget::default())?));
             let (provenance, bytes) = (opened.metadata.part.provenance, opened.sums.bytes());
-            Ok(Resumed { bytes, file: file.into(), broken_off: Some(broken_off), provenance, sums })
+            let (file, broken_off) = (file.into(), Some(broken_off));
+            Ok(Resumed { bytes, file, broken_off, provenance, sums, _lock: None })
         };
         read(file).or_else(|error: Failure| {
             let previous = previous(file);
-            let resumed = read(&previous).map_err(|_| error.clone())?;
+            let resumed = read(&previous).map_err(|_| Failure::NoCheckpoint(error.to_string()))?;
             say!("{error}; going on from {}", previous.display());
             std::fs::rename(&previous, file).map_err(|error| Failure::io("rename", &previous, &error))?;
             Ok(resumed)
@@ -60,15 +64,21 @@ impl Resumed {
         self.broken_off.as_ref().map(|it| it.work).unwrap_or_default()
     }
 
-    /// Reads a picture that `more` samples per pixel are added to.
-    pub fn extended(file: &Path, more: u32) -> Result<Resumed, Failure> {
+    /// Reads a picture that `more` samples per pixel are added to, by this rule.
+    pub fn extended(file: &Path, more: u32, stop: &Stop) -> Result<Resumed, Failure> {
         let name = file.display();
-        let opened = PartFile::open(file).map_err(|_| match file.exists() {
-            true => format!("nothing can be added to {name}: only lookat render --keep-sums keeps what it needs"),
-            false => {
-                format!("there is no picture {name} to add samples to: render it with --keep-sums, and name it with -o")
-            }
+        if !file.exists() {
+            bail!(
+                "there is no picture {name} to add samples to: render it with --keep-sums, and name it with -o"
+            );
+        }
+        let lock = Lock::new(&linked(file)?)?;
+        let opened = PartFile::open(file).map_err(|_| {
+            format!("nothing can be added to {name}: only lookat render --keep-sums keeps what it needs")
         })?;
+        if let Some(difference) = stops_differ(&stop_options(stop), &opened.metadata.part.provenance.stop) {
+            bail!("nothing can be added to {name}: {difference}; repeat the options of its rendering");
+        }
         let sums = RefCell::new(Some(opened.read(&MemoryBudget::default())?));
         let mut provenance = opened.metadata.part.provenance;
         if !provenance.is_extendable || !opened.metadata.complete {
@@ -78,7 +88,7 @@ impl Resumed {
         provenance.samples_per_pixel =
             samples.ok_or_else(|| format!("a picture has at most {MAX_SAMPLES} samples per pixel"))?;
         let bytes = opened.sums.bytes();
-        Ok(Resumed { file: file.into(), broken_off: None, provenance, bytes, sums })
+        Ok(Resumed { file: file.into(), broken_off: None, provenance, bytes, sums, _lock: Some(lock) })
     }
 }
 
@@ -87,9 +97,12 @@ fn previous(file: &Path) -> PathBuf {
     marked(file, "previous")
 }
 
-/// The name of the file that is locked while a checkpoint is in use: empty.
-fn lock_of(file: &Path) -> PathBuf {
-    marked(file, "lock")
+/// The file that a name stands for: links are followed.
+pub fn linked(file: &Path) -> Result<PathBuf, Failure> {
+    if !file.is_symlink() {
+        return Ok(file.into());
+    }
+    Ok(write_target(file).map_err(|error| Failure::io("find", file, &error))?.0)
 }
 
 /// The checkpoint file of a rendering, which no other rendering uses at the same time.
@@ -194,6 +207,12 @@ impl Checkpoint {
         Ok((file, destination))
     }
 
+    /// True if there is a checkpoint to go on from.
+    pub fn is_left(&self) -> bool {
+        let file = self.file();
+        [file, &previous(file)].into_iter().any(Path::exists)
+    }
+
     /// Removes the checkpoints of a rendering that is finished.
     pub fn remove(&self) {
         self.wait();
@@ -224,21 +243,34 @@ impl Record {
     }
 }
 
-/// A file beside a checkpoint that is locked while its rendering runs. What a program that was killed leaves is taken over.
+/// A file beside a checkpoint, or beside a picture that grows, that is locked while the rendering runs: empty. What a program that was
+/// killed leaves is taken over.
 struct Lock {
     path: PathBuf,
     _file: File,
 }
 
 impl Lock {
-    fn new(checkpoint: &Path) -> Result<Lock, Failure> {
-        let path = lock_of(checkpoint);
+    fn new(file: &Path) -> Result<Lock, Failure> {
+        let path = Lock::path(file)?;
         let options = File::options().write(true).create(true).truncate(false).clone();
-        let file = options.open(&path).map_err(|error| Failure::io("write", &path, &error))?;
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            bail!("another rendering writes the checkpoint {}", checkpoint.display());
+        let opened = options.open(&path).map_err(|error| Failure::io("write", &path, &error))?;
+        if let Err(TryLockError::WouldBlock) = opened.try_lock() {
+            bail!("another rendering writes {}", file.display());
         }
-        Ok(Lock { path, _file: file })
+        Ok(Lock { path, _file: opened })
+    }
+
+    /// Its name. Fails if that is a file of somebody else.
+    fn path(file: &Path) -> Result<PathBuf, Failure> {
+        let path = marked(file, "lock");
+        if std::fs::metadata(&path).is_ok_and(|found| found.len() > 0) {
+            let [path, file] = [&path, file].map(Path::display);
+            bail!(
+                "{path} is in the way: lookat locks it while it writes {file}; choose another name, or move it"
+            );
+        }
+        Ok(path)
     }
 }
 
@@ -266,15 +298,12 @@ pub fn check<'i>(
     is_resumed: bool,
 ) -> Result<(), Failure> {
     let Some(file) = &arguments.checkpoint else { return Ok(()) };
-    let name = file.display();
     if Format::from_path(file) != Some(Format::Exr) {
+        let name = file.display();
         bail!("{name}: only an .exr file can store a checkpoint; choose another name");
     }
     check_output(file, size)?;
-    let lock = lock_of(file);
-    if std::fs::metadata(&lock).is_ok_and(|found| found.len() > 0) {
-        bail!("{} is in the way of a checkpoint: choose another name for that, or move it", lock.display());
-    }
+    Lock::path(file)?;
     let own = [file.clone(), previous(file)];
     let partial = marked(picture, PARTIAL);
     for own in &own {
@@ -291,7 +320,8 @@ pub fn check<'i>(
     let is_checkpoint = PartFile::open(found).is_ok_and(|part| part.metadata.broken_off.is_some());
     let found = found.display();
     if is_checkpoint {
-        bail!("{found} is a checkpoint: start again with --force, or go on with `lookat resume {name}`");
+        let word = quoted_file(file);
+        bail!("{found} is a checkpoint: start again with --force, or go on with `lookat resume {word}`");
     }
     bail!("{found} is no checkpoint: choose another name, or replace it with --force");
 }

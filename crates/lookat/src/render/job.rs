@@ -18,12 +18,14 @@ use crate::light::note_linear;
 use crate::live::Live;
 use crate::output::{PARTIAL, check_inputs, check_output, check_unfinished, marked};
 use crate::part::{Provenance, Work};
-use crate::readable::quoted;
+use crate::readable::quoted_file;
 use crate::render::checkpoint::{self, Checkpoint, Resumed};
 use crate::render::fireflies::{self, Fireflies};
 use crate::render::frames::{cameras, focus};
 use crate::render::progress::Shown;
-use crate::render::settings::{charge_memory, check_settings, new_picture, note_sampler, reserve, settings};
+use crate::render::settings::{
+    charge_memory, check_settings, new_picture, note_sampler, reserve, settings, stop,
+};
 use crate::render::summary::{self, JsonPicture, JsonTarget, explain_black, narrow_filter, summarize};
 use crate::render::written::{Kept, Output, SoFar};
 use crate::scene_result::SceneResult;
@@ -80,7 +82,8 @@ pub fn render_scene(Job { arguments, inputs, resumed }: &Job, live: &Live) -> u8
     let mut extended = None;
     // A checkpoint of this command has what it needs of the picture.
     if let (Some(more), Some(_), None) = (arguments.more, &loaded.scene, resumed) {
-        extended = Some(Resumed::extended(&picture_file(arguments, &loaded.output), more));
+        let stop = stop(arguments).unwrap_or_default();
+        extended = Some(Resumed::extended(&picture_file(arguments, &loaded.output), more, &stop));
     }
     let earlier = resumed.as_ref().or(extended.as_ref().and_then(|extended| extended.as_ref().ok()));
     let total = earlier.filter(|_| arguments.more.is_some()).map(|it| it.provenance.samples_per_pixel);
@@ -100,7 +103,8 @@ pub fn render_scene(Job { arguments, inputs, resumed }: &Job, live: &Live) -> u8
     let status = match (&loaded.scene, &loaded.override_error) {
         (None, Some(message)) if !report::has_errors(&loaded) => fail(&message.clone().into(), &mut result),
         (None, _) => {
-            if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {
+            // Resume repeats the options as they were.
+            if loaded.can_keep_going && resumed.is_none() && !arguments.report.json && !arguments.quiet {
                 say!("not rendered; to skip directives with errors, use --keep-going");
             }
             report::failure(&loaded)
@@ -334,7 +338,13 @@ impl Rendering<'_> {
         let work = earlier.and(started.elapsed().as_secs_f64(), &rendered.statistics);
         let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
         let Kept { file, destination, kept, light, samples_per_pixel } =
-            output.write(&mut rendered, numbered.clone())?;
+            output.write(&mut rendered, numbered.clone()).map_err(|failure| {
+                let left = output.checkpoint.as_ref().filter(|checkpoint| checkpoint.is_left());
+                left.map_or(failure.clone(), |left| {
+                    let file = quoted_file(left.file());
+                    format!("{failure}; to go on from the last checkpoint: lookat resume {file}").into()
+                })
+            })?;
         if rendered.complete {
             so_far.into_inner().unwrap_or_else(PoisonError::into_inner).remove();
             if let (Some(checkpoint), Ok(())) = (&output.checkpoint, destination.result()) {
@@ -399,7 +409,7 @@ impl Rendering<'_> {
         }
         if output.checkpoint.is_some() && !picture.complete {
             // Where the checkpoint is, also if that is another folder.
-            say!("to go on: lookat resume {}", quoted(file.as_os_str()));
+            say!("to go on: lookat resume {}", quoted_file(&file));
         }
         live.wait();
         Ok(Some((picture, destination.result())))
@@ -417,7 +427,7 @@ pub fn picture_file(arguments: &Render, film_name: &Path) -> PathBuf {
 }
 
 /// The files of several pictures.
-fn numbered(file: &Path, count: usize) -> Vec<PathBuf> {
+pub fn numbered(file: &Path, count: usize) -> Vec<PathBuf> {
     let digits = count.to_string().len().max(4);
     (1..=count).map(|number| marked(file, &format!("{number:0digits$}"))).collect()
 }
