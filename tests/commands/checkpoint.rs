@@ -224,9 +224,16 @@ fn what_cannot_be_resumed_is_refused() {
         refused(66, "a.exr");
     }
     folder.run(&["render", "fine.pbrt", "-q", "-o", "a.exr", "--force"]);
-    refused(66, "a.exr is no part of a rendering");
+    refused(2, "a.exr is no part of a rendering");
     folder.run(&["render", "fine.pbrt", "-q", "-o", "a.exr", "--part", "0/2", "--force"]);
-    refused(66, "a.exr is no checkpoint");
+    refused(2, "a.exr is no checkpoint");
+    // Nor does anything else take it for an interrupted picture.
+    let mut bad = bytes.clone();
+    let sums = bad.windows(8).position(|window| window == b"\"sums\":\"").unwrap();
+    bad[sums + 8] = b'!';
+    std::fs::write(folder.path("bad.exr"), bad).unwrap();
+    let run = folder.run(&["merge", "bad.exr", "bad.exr", "--partial", "-o", "m.exr"]);
+    assert_eq!((run.status, run.err.contains("bad.exr is damaged")), (2, true), "{}", run.err);
     // Elsewhere, with a copy of the scene.
     std::fs::write(folder.path("a.exr"), &bytes).unwrap();
     let other = Folder::new();
@@ -256,7 +263,8 @@ fn what_was_moved_is_found_where_it_is_resumed() {
         std::os::unix::fs::symlink("disk/real.exr", old.path("a.exr")).unwrap();
         let begun =
             ["render", &scene, "--spp", "2000", "-o", &picture, "--checkpoint", "a.exr", "--every", "0.05"];
-        let mut child = old.command(&begun).stderr(Stdio::null()).spawn().unwrap();
+        let mut child =
+            old.command(&[&begun[..], &["--force"]].concat()).stderr(Stdio::null()).spawn().unwrap();
         wait_for(&old, "disk/real.exr", &mut child);
         child.kill().unwrap();
         child.wait().unwrap();
@@ -266,10 +274,16 @@ fn what_was_moved_is_found_where_it_is_resumed() {
         std::os::unix::fs::symlink("disk/-real.exr", new.path("a.exr")).unwrap();
         drop(old);
         let more: Vec<_> = output.iter().flat_map(|name| ["-o", *name]).collect();
+        // The command's --force was for another file.
+        let name = output.unwrap_or("b.exr");
+        new.run(&["render", "fine.pbrt", "-q", "-o", name, "--spp", "3000"]);
+        let run = new.run(&[&["resume", "a.exr"], &more[..]].concat());
+        assert!(run.status == 2 && run.err.contains("is not replaced"), "{}", run.err);
+        std::fs::remove_file(new.path(name)).unwrap();
         let run = new.run(&[&["resume", "a.exr"], &more[..]].concat());
         assert_eq!(run.status, 0, "{}", run.err);
         assert!(run.err.contains("going on with fine.pbrt here"), "{}", run.err);
-        let name = output.unwrap_or("b.exr");
+        assert!(run.err.contains("the picture goes to ") && run.err.contains(name), "{}", run.err);
         assert!(std::fs::read(new.path(name)).unwrap() == whole);
         // The link stays, and what it led to is gone.
         let mut left = ["a.exr", name, "disk"];

@@ -81,11 +81,13 @@ pub(crate) fn fill(
     file: &mut File,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), ImageFault>,
 ) -> Result<(), ImageFault> {
-    let own = file.try_clone()?;
+    let own = file.try_clone();
     let synced = std::thread::scope(|scope| -> Result<_, ImageFault> {
         let (is_writing, waits) = mpsc::channel::<()>();
         // The disk begins with what is written while more is encoded.
         let sync = move || -> io::Result<()> {
+            // Without a second handle, all is synced at the end.
+            let Ok(own) = own else { return Ok(()) };
             while waits.recv_timeout(SYNC_STEP) == Err(RecvTimeoutError::Timeout) {
                 own.sync_data()?;
             }

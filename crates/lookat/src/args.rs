@@ -313,7 +313,7 @@ pub struct Convert {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "It repeats the command that was broken off, in the folder where it was started, or here if the scene is not there. The picture has the bits of a rendering without a break.\n\nExit status: 66 there is no checkpoint that can be read; otherwise as lookat render"
+    after_help = "It repeats the command that was broken off, in the folder where it was started, or here if the scene is not there. The picture has the bits of a rendering without a break.\n\nExit status: 66 there is no checkpoint, or none that is whole; otherwise as lookat render"
 )]
 pub struct Resume {
     /// The checkpoint, from `lookat render --checkpoint`

@@ -23,7 +23,7 @@ macro_rules! say {
 /// The exit status for a scene with errors.
 pub const SCENE_FAULT: u8 = 1;
 
-/// The exit status of `lookat resume` without a checkpoint that can be read; `EX_NOINPUT` of sysexits.h.
+/// The exit status of `lookat resume` where there is no checkpoint, or none that is whole; `EX_NOINPUT` of sysexits.h.
 const NO_CHECKPOINT: u8 = 66;
 
 /// Why a command ends without its result. Its text is fit to be shown to the user.
@@ -35,7 +35,10 @@ pub enum Failure {
     /// The scene does not fit the memory limit.
     #[error("{0}")]
     TooLarge(String),
-    /// There is no checkpoint that can be read.
+    /// The contents of a file are wrong, and will be when it is read again.
+    #[error("{0}")]
+    Damaged(String),
+    /// There is no checkpoint, or all that there is is damaged.
     #[error("{0}")]
     NoCheckpoint(String),
     /// A file or folder cannot be read or written.

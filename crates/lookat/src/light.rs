@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::Tone;
-use crate::readable::{percent, plural, quoted};
+use crate::readable::{percent, plural, quoted_file};
 use lookat_sight::digits;
 
 /// The light of a picture and its tone mapping, as JSON.
@@ -105,7 +105,7 @@ impl JsonLight {
         crate::say(&if is_eight_bit(file) {
             format!("the picture is {state}: try --exposure {stops}")
         } else {
-            let [from, to] = [file, &file.with_extension("png")].map(|path| quoted(path.as_os_str()));
+            let [from, to] = [file, &file.with_extension("png")].map(quoted_file);
             format!(
                 "saved unchanged; the picture is {state}: try lookat convert {from} {to} --exposure {stops}"
             )

@@ -3,12 +3,13 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
-use std::fs::OpenOptions;
+use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use lookat_image::{Format, ImageError, MemoryBudget, PictureFile, Window, io_reason, write_target};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use crate::failure::Failure;
 
@@ -67,6 +68,20 @@ impl Identity {
     #[cfg(not(unix))]
     pub fn of(file: &Path) -> Option<Identity> {
         file.canonicalize().ok().map(Identity)
+    }
+
+    /// That of an open file, which had this name when it was opened.
+    #[cfg(unix)]
+    pub fn of_open(file: &File, _name: &Path) -> Option<Identity> {
+        use std::os::unix::fs::MetadataExt;
+
+        let found = file.metadata().ok()?;
+        Some(Identity([found.dev(), found.ino()]))
+    }
+
+    #[cfg(not(unix))]
+    pub fn of_open(_file: &File, name: &Path) -> Option<Identity> {
+        Identity::of(name)
     }
 }
 
@@ -220,6 +235,9 @@ const SLACK: f64 = 0.05;
 struct Made {
     samples_per_pixel: f64,
     complete: bool,
+    /// Its sums, which the metadata of parts describe.
+    #[serde(default)]
+    part: Option<IgnoredAny>,
 }
 
 /// Fails if the file is a finished picture and stays.
@@ -282,12 +300,12 @@ fn why_kept(file: &Path, new: NewPicture) -> Option<String> {
     }
 }
 
-/// True for a picture of lookat that an interruption left.
+/// True for a picture of lookat that lacks samples, and has no sums.
 pub fn is_interrupted(file: &Path) -> bool {
     let opened = PictureFile::open(file, &MemoryBudget::default());
     let text = opened.ok().and_then(|opened| opened.metadata());
     let made = text.and_then(|text| serde_json::from_str::<Made>(&text).ok());
-    made.is_some_and(|made| !made.complete)
+    made.is_some_and(|made| !made.complete && made.part.is_none())
 }
 
 /// A number of samples with two decimals.

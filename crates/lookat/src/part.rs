@@ -10,7 +10,7 @@ use lookat_image::{Image, IntegerChannel, MemoryBudget, PictureFile, open_file, 
 use lookat_render::{FilmSums, Settings, Statistics, Stop, SumsHeader, TargetError};
 use lookat_scene::{Loaded, MAX_SAMPLES, View};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
 use crate::args::{MOST_PARTS, way_out};
@@ -104,11 +104,11 @@ impl About {
 impl PartMetadata {
     /// The metadata of its picture without the sums. `None` if nothing is kept of it.
     pub fn of_picture(&self) -> Option<String> {
-        let mut picture: Value = serde_json::from_str(&self.whole).ok()?;
-        let is_whole = self.part.samples() == self.part.provenance.samples_per_pixel;
-        picture["samples_per_pixel"] = self.samples_per_pixel.into();
-        picture["complete"] = (self.complete && is_whole).into();
-        Some(picture.to_string())
+        let mut picture: Map<String, Value> = serde_json::from_str(&self.whole).ok()?;
+        let is_whole = self.part.is_sound() && self.part.samples() == self.part.provenance.samples_per_pixel;
+        picture.insert("samples_per_pixel".into(), self.samples_per_pixel.into());
+        picture.insert("complete".into(), (self.complete && is_whole).into());
+        serde_json::to_string(&picture).ok()
     }
 }
 
@@ -151,6 +151,9 @@ pub struct Invocation {
     pub folder: String,
     /// The words behind the name of the program.
     pub words: Vec<String>,
+    /// The file of the picture, if it is not the one of these words: `lookat resume -o` has named it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<String>,
 }
 
 impl Invocation {
@@ -158,7 +161,7 @@ impl Invocation {
     pub fn of_this_process() -> Option<Invocation> {
         let words = std::env::args_os().skip(1).map(|word| word.into_string().ok());
         let folder = std::env::current_dir().ok()?.into_os_string().into_string().ok()?;
-        Some(Invocation { folder, words: words.collect::<Option<_>>()? })
+        Some(Invocation { folder, words: words.collect::<Option<_>>()?, output: None })
     }
 }
 
@@ -186,7 +189,7 @@ impl PartFile<'_> {
             let is_sound = part.is_sound() && part.has_samples(&sums, metadata.complete);
             is_sound.then_some(PartFile { path, metadata, sums })
         };
-        Ok(read().ok_or_else(|| format!("{name} is damaged, or of another version of lookat"))?)
+        read().ok_or_else(|| Failure::Damaged(format!("{name} is damaged, or of another version of lookat")))
     }
 
     /// Reads its sums, and charges them for good.
@@ -194,14 +197,14 @@ impl PartFile<'_> {
         let name = self.path.display();
         let (channels, _charge) = read_integers(self.path, memory)?;
         if checksum(&channels) != self.metadata.part.checksum {
-            bail!("{name} is damaged: its sums have changed");
+            return Err(Failure::Damaged(format!("{name} is damaged: its sums have changed")));
         }
         memory
             .reserve(self.sums.bytes())
             .map_err(|shortage| format!("{name}: {}", way_out(shortage)))?
             .keep();
         let sums = FilmSums::from_channels(self.sums.clone(), &channels);
-        sums.map_err(|error| format!("{}: {error}", self.path.display()).into())
+        sums.map_err(|error| Failure::Damaged(format!("{name}: {error}")))
     }
 }
 

@@ -65,8 +65,9 @@ pub fn repeated_command() -> String {
 
 /// An argument as one word of a POSIX shell.
 pub fn quoted(argument: &OsStr) -> String {
-    // Line ends at the end of what a shell's command prints are lost.
-    let text = argument.to_str().filter(|text| !text.contains(is_active) || text.ends_with('\n'));
+    // A shell loses line ends at the end of what a command prints.
+    let is_plain = |text: &&str| !text.trim_end_matches('\n').contains(is_active);
+    let text = argument.to_str().filter(is_plain);
     let text = text.and_then(|text| shlex::try_quote(text).ok());
     text.map_or_else(|| printed(argument.as_encoded_bytes()), |text| text.into_owned())
 }

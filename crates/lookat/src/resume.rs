@@ -23,23 +23,25 @@ pub fn resume(arguments: &Resume) -> ExitCode {
 fn read(arguments: &Resume) -> Result<(Box<Render>, Resumed), Failure> {
     let Resume { file, output, threads, force, quiet } = arguments;
     let full = |file: &Path| std::path::absolute(file).map_err(|error| Failure::io("find", file, &error));
-    let checkpoint = full(&linked(file)?)?;
-    let output = output.as_deref().map(full).transpose()?;
-    let resumed = Resumed::read(&checkpoint)?;
-    let Some(Invocation { folder, words }) = resumed.broken_off.as_ref().map(|it| it.invocation.clone())
+    let checkpoint = full(file)?;
+    let named_output = output.as_deref().map(full).transpose()?;
+    let mut resumed = Resumed::read(&linked(&checkpoint)?)?;
+    let Some(Invocation { folder, words, output }) = resumed.broken_off.as_mut().map(|it| &mut it.invocation)
     else {
         bail!("{} is no checkpoint", file.display());
     };
     let typed = std::iter::once("lookat").chain(words.iter().map(String::as_str));
-    let mut render = match Arguments::try_parse_from(typed).map(|parsed| parsed.command) {
-        Ok(Command::Render(render)) => render,
-        _ => bail!("{} is damaged, or of another version of lookat", file.display()),
+    let Ok(Command::Render(mut render)) = Arguments::try_parse_from(typed).map(|parsed| parsed.command)
+    else {
+        let message = format!("{} is damaged, or of another version of lookat", file.display());
+        return Err(Failure::NoCheckpoint(message));
     };
     render.threads = threads.or(render.threads);
     render.quiet |= quiet;
-    render.force |= force;
     let is_told = !render.quiet && !render.report.json;
-    let (folder, here) = (Path::new(&folder), std::env::current_dir().unwrap_or_default());
+    let recorded = render.output.clone();
+    render.output = output.as_ref().map(PathBuf::from).or(render.output);
+    let (folder, here) = (Path::new(folder), std::env::current_dir().unwrap_or_default());
     render.checkpoint = Some(file.clone());
     if folder.is_dir() && folder.join(&render.scenes[0]).is_file() {
         std::env::set_current_dir(folder).map_err(|error| Failure::io("enter", folder, &error))?;
@@ -62,18 +64,29 @@ fn read(arguments: &Resume) -> Result<(Box<Render>, Resumed), Failure> {
             }
             *scene = own;
         }
-        if let Some(output) = render.output.as_mut().filter(|_| output.is_none()) {
+        if let Some(output) = &mut render.output {
             let has_folder = output.parent().is_none_or(|it| it == Path::new("") || it.is_dir());
             if !has_folder {
                 *output = named(output);
             }
         }
     }
-    render.output = output.or(render.output);
     if is_told {
         let words: Vec<String> = words.iter().map(|word| quoted(word.as_ref())).collect();
         say!("in {}: lookat {}", std::env::current_dir().unwrap_or_default().display(), words.join(" "));
     }
+    render.output = named_output.or(render.output);
+    if render.output != recorded {
+        let picture = render.output.as_deref().unwrap_or(Path::new(""));
+        if is_told {
+            say!("the picture goes to {}", picture.display());
+        }
+        // Also after the next break.
+        *output = full(picture)?.to_str().map(String::from);
+        // That of the command was for another file.
+        render.force = false;
+    }
+    render.force |= force;
     Ok((render, resumed))
 }
 

@@ -2,19 +2,20 @@
 
 use std::cell::RefCell;
 use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use lookat_image::{Format, Image, MemoryBudget, io_reason, remove_leftovers, write_target};
+use lookat_image::{Format, Image, ImageFault, MemoryBudget, io_reason, remove_leftovers, write_target};
 use lookat_render::{FilmSums, Progress, Settings, Statistics, Stop};
 use lookat_scene::MAX_SAMPLES;
 
 use crate::args::Render;
 use crate::failure::Failure;
-use crate::output::{Destination, PARTIAL, check_inputs, check_output, marked, place};
+use crate::output::{Destination, Identity, PARTIAL, check_inputs, check_output, marked, place};
 use crate::part::{About, BrokenOff, Invocation, PartFile, Provenance, Work, stop_options, stops_differ};
 use crate::readable::quoted_file;
 use crate::writer::lock;
@@ -33,8 +34,22 @@ pub struct Resumed {
     pub bytes: u64,
     /// Its sums, until the rendering takes them.
     pub sums: RefCell<Option<FilmSums>>,
-    /// That of a picture.
-    _lock: Option<Lock>,
+}
+
+/// True if a checkpoint cannot be read however often one tries: there is none, or it is damaged.
+fn is_lost(file: &Path, failure: &Failure) -> bool {
+    let is_damaged = match failure {
+        Failure::Damaged(_) => true,
+        Failure::Picture(error) => {
+            matches!(error.fault, ImageFault::Damaged(_) | ImageFault::WrongFormat(_))
+        }
+        _ => false,
+    };
+    is_damaged
+        || match std::fs::metadata(file) {
+            Ok(found) => found.is_file() && found.len() == 0,
+            Err(error) => error.kind() == ErrorKind::NotFound,
+        }
 }
 
 impl Resumed {
@@ -48,15 +63,20 @@ impl Resumed {
             let sums = RefCell::new(Some(opened.read(&MemoryBudget::default())?));
             let (provenance, bytes) = (opened.metadata.part.provenance, opened.sums.bytes());
             let (file, broken_off) = (file.into(), Some(broken_off));
-            Ok(Resumed { bytes, file, broken_off, provenance, sums, _lock: None })
+            Ok(Resumed { bytes, file, broken_off, provenance, sums })
         };
-        read(file).or_else(|error: Failure| {
-            let previous = previous(file);
-            let resumed = read(&previous).map_err(|_| Failure::NoCheckpoint(error.to_string()))?;
-            say!("{error}; going on from {}", previous.display());
-            std::fs::rename(&previous, file).map_err(|error| Failure::io("rename", &previous, &error))?;
-            Ok(resumed)
-        })
+        let previous = previous(file);
+        let failure = match read(file) {
+            Err(failure) if is_lost(file, &failure) => failure,
+            other => return other,
+        };
+        let resumed = read(&previous).map_err(|other| match is_lost(&previous, &other) {
+            true => Failure::NoCheckpoint(failure.to_string()),
+            false => other,
+        })?;
+        say!("{failure}; going on from {}", previous.display());
+        std::fs::rename(&previous, file).map_err(|error| Failure::io("rename", &previous, &error))?;
+        Ok(resumed)
     }
 
     /// What the sittings before have taken.
@@ -72,7 +92,6 @@ impl Resumed {
                 "there is no picture {name} to add samples to: render it with --keep-sums, and name it with -o"
             );
         }
-        let lock = Lock::new(&linked(file)?)?;
         let opened = PartFile::open(file).map_err(|_| {
             format!("nothing can be added to {name}: only lookat render --keep-sums keeps what it needs")
         })?;
@@ -88,7 +107,7 @@ impl Resumed {
         provenance.samples_per_pixel =
             samples.ok_or_else(|| format!("a picture has at most {MAX_SAMPLES} samples per pixel"))?;
         let bytes = opened.sums.bytes();
-        Ok(Resumed { file: file.into(), broken_off: None, provenance, bytes, sums, _lock: Some(lock) })
+        Ok(Resumed { file: file.into(), broken_off: None, provenance, bytes, sums })
     }
 }
 
@@ -97,12 +116,17 @@ fn previous(file: &Path) -> PathBuf {
     marked(file, "previous")
 }
 
-/// The file that a name stands for: links are followed.
+/// The file that a name stands for: links are followed. Fails if that has another format.
 pub fn linked(file: &Path) -> Result<PathBuf, Failure> {
     if !file.is_symlink() {
         return Ok(file.into());
     }
-    Ok(write_target(file).map_err(|error| Failure::io("find", file, &error))?.0)
+    let (target, _) = write_target(file).map_err(|error| Failure::io("find", file, &error))?;
+    if Format::from_path(&target) != Format::from_path(file) {
+        let [file, target] = [file, &target].map(Path::display);
+        bail!("{file} leads to {target}: give that the same ending");
+    }
+    Ok(target)
 }
 
 /// The checkpoint file of a rendering, which no other rendering uses at the same time.
@@ -128,6 +152,8 @@ struct Record {
 }
 
 struct State {
+    /// True if there is one of this rendering.
+    is_written: bool,
     /// When the last checkpoint was begun.
     last: Instant,
     writing: Option<JoinHandle<Result<(), Failure>>>,
@@ -158,7 +184,8 @@ impl Checkpoint {
             range,
             has_errors: settings.stop.has_error_layers(),
         };
-        let state = Mutex::new(State { last: Instant::now(), writing: None });
+        let is_written = resumed.is_some_and(|resumed| resumed.broken_off.is_some());
+        let state = Mutex::new(State { is_written, last: Instant::now(), writing: None });
         let every = arguments.every.unwrap_or(EVERY);
         Ok(Some(Checkpoint { record: Arc::new(record), every, state, _lock: Lock::new(file)? }))
     }
@@ -175,7 +202,7 @@ impl Checkpoint {
         if state.last.elapsed() < self.every || !is_free {
             return;
         }
-        report(state.writing.take());
+        state.is_written |= report(state.writing.take());
         state.last = Instant::now();
         let (record, sums, statistics, whole) =
             (self.record.clone(), progress.sums(), progress.statistics, whole());
@@ -207,10 +234,10 @@ impl Checkpoint {
         Ok((file, destination))
     }
 
-    /// True if there is a checkpoint to go on from.
+    /// True if there is one of this rendering.
     pub fn is_left(&self) -> bool {
-        let file = self.file();
-        [file, &previous(file)].into_iter().any(Path::exists)
+        self.wait();
+        lock(&self.state).is_written
     }
 
     /// Removes the checkpoints of a rendering that is finished.
@@ -224,7 +251,8 @@ impl Checkpoint {
     }
 
     fn wait(&self) {
-        report(lock(&self.state).writing.take());
+        let mut state = lock(&self.state);
+        state.is_written |= report(state.writing.take());
     }
 }
 
@@ -245,20 +273,27 @@ impl Record {
 
 /// A file beside a checkpoint, or beside a picture that grows, that is locked while the rendering runs: empty. What a program that was
 /// killed leaves is taken over.
-struct Lock {
+pub struct Lock {
     path: PathBuf,
     _file: File,
 }
 
 impl Lock {
-    fn new(file: &Path) -> Result<Lock, Failure> {
+    pub fn new(file: &Path) -> Result<Lock, Failure> {
         let path = Lock::path(file)?;
         let options = File::options().write(true).create(true).truncate(false).clone();
-        let opened = options.open(&path).map_err(|error| Failure::io("write", &path, &error))?;
-        if let Err(TryLockError::WouldBlock) = opened.try_lock() {
-            bail!("another rendering writes {}", file.display());
+        // Some file systems may never give a file the same number twice.
+        let mut tries = 0..100;
+        loop {
+            let opened = options.open(&path).map_err(|error| Failure::io("write", &path, &error))?;
+            if let Err(TryLockError::WouldBlock) = opened.try_lock() {
+                bail!("another rendering writes {}", file.display());
+            }
+            // Another rendering may have ended in between, and removed it.
+            if Identity::of(&path) == Identity::of_open(&opened, &path) || tries.next().is_none() {
+                return Ok(Lock { path, _file: opened });
+            }
         }
-        Ok(Lock { path, _file: opened })
     }
 
     /// Its name. Fails if that is a file of somebody else.
@@ -280,13 +315,15 @@ impl Drop for Lock {
     }
 }
 
-/// Warns if a checkpoint could not be written: the one before is still there.
-fn report(writing: Option<JoinHandle<Result<(), Failure>>>) {
-    match writing.map(JoinHandle::join) {
-        Some(Ok(Err(error))) => say!("warning: no checkpoint this time: {error}"),
-        Some(Err(_)) => say!("warning: no checkpoint this time: lookat has failed; please report it"),
-        Some(Ok(Ok(()))) | None => {}
+/// True if a checkpoint has been written. Warns if it could not: the one before is still there.
+fn report(writing: Option<JoinHandle<Result<(), Failure>>>) -> bool {
+    let Some(written) = writing.map(JoinHandle::join) else { return false };
+    match &written {
+        Ok(Err(error)) => say!("warning: no checkpoint this time: {error}"),
+        Err(_) => say!("warning: no checkpoint this time: lookat has failed; please report it"),
+        Ok(Ok(())) => {}
     }
+    matches!(written, Ok(Ok(())))
 }
 
 /// Fails if the checkpoint of the arguments cannot be written, or would replace what is still of use. `picture`: the file of the picture.

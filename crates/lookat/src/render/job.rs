@@ -19,7 +19,7 @@ use crate::live::Live;
 use crate::output::{PARTIAL, check_inputs, check_output, check_unfinished, marked};
 use crate::part::{Provenance, Work};
 use crate::readable::quoted_file;
-use crate::render::checkpoint::{self, Checkpoint, Resumed};
+use crate::render::checkpoint::{self, Checkpoint, Lock, Resumed, linked};
 use crate::render::fireflies::{self, Fireflies};
 use crate::render::frames::{cameras, focus};
 use crate::render::progress::Shown;
@@ -79,11 +79,20 @@ pub fn render_scene(Job { arguments, inputs, resumed }: &Job, live: &Live) -> u8
     if loaded.scene.is_some() {
         loaded.inputs.extend(inputs.iter().cloned());
     }
-    let mut extended = None;
-    // A checkpoint of this command has what it needs of the picture.
-    if let (Some(more), Some(_), None) = (arguments.more, &loaded.scene, resumed) {
-        let stop = stop(arguments).unwrap_or_default();
-        extended = Some(Resumed::extended(&picture_file(arguments, &loaded.output), more, &stop));
+    let (mut extended, mut _lock) = (None, None);
+    if let (Some(more), Some(_)) = (arguments.more, &loaded.scene) {
+        let picture = picture_file(arguments, &loaded.output);
+        // Before it is read, so that nobody else adds samples meanwhile.
+        let lock = picture.exists().then(|| linked(&picture).and_then(|picture| Lock::new(&picture)));
+        let locked = lock.transpose().map(|lock| _lock = lock);
+        extended = match resumed {
+            // A checkpoint of this command has what it needs of the picture.
+            Some(_) => locked.err().map(Err),
+            None => {
+                let stop = stop(arguments).unwrap_or_default();
+                Some(locked.and_then(|()| Resumed::extended(&picture, more, &stop)))
+            }
+        };
     }
     let earlier = resumed.as_ref().or(extended.as_ref().and_then(|extended| extended.as_ref().ok()));
     let total = earlier.filter(|_| arguments.more.is_some()).map(|it| it.provenance.samples_per_pixel);
@@ -338,12 +347,12 @@ impl Rendering<'_> {
         let work = earlier.and(started.elapsed().as_secs_f64(), &rendered.statistics);
         let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
         let Kept { file, destination, kept, light, samples_per_pixel } =
-            output.write(&mut rendered, numbered.clone()).map_err(|failure| {
-                let left = output.checkpoint.as_ref().filter(|checkpoint| checkpoint.is_left());
-                left.map_or(failure.clone(), |left| {
-                    let file = quoted_file(left.file());
+            output.write(&mut rendered, numbered.clone()).map_err(|failure| match &output.checkpoint {
+                Some(checkpoint) if checkpoint.is_left() => {
+                    let file = quoted_file(checkpoint.file());
                     format!("{failure}; to go on from the last checkpoint: lookat resume {file}").into()
-                })
+                }
+                _ => failure,
             })?;
         if rendered.complete {
             so_far.into_inner().unwrap_or_else(PoisonError::into_inner).remove();
